@@ -1,0 +1,6 @@
+//! Half-edge triangle meshes.
+pub mod handle;
+pub mod soup;
+
+pub use handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
+pub use soup::PolygonSoup;

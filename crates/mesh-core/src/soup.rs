@@ -1,0 +1,133 @@
+//! Positions and polygons as a file holds them: no adjacency, nothing checked yet.
+
+use glam::DVec3;
+
+/// A polygon soup: vertex positions, and faces of three or more corners that index them.
+///
+/// This is what readers produce and what [`crate::build`] turns into a half-edge mesh. Faces lie
+/// one after another in one flat array of *corners*; the position of a corner in that array is
+/// its *corner index*, by which callers key data that differs between the faces at a vertex
+/// (texture coordinates, normals across a crease).
+///
+/// A soup may hold anything that a file may: indices out of range, repeated corners, infinite
+/// coordinates. Building a mesh is where such things are refused or repaired.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PolygonSoup {
+    positions: Vec<DVec3>,
+    corners: Vec<u32>,
+    /// `face_ends[f]` is one past the last corner of face `f`.
+    face_ends: Vec<u32>,
+}
+
+/// More corners than a `u32` can count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the mesh has more than 4,294,967,293 corners, which is more than 32-bit indices can address; split it into parts"
+)]
+pub struct TooManyCorners;
+
+impl PolygonSoup {
+    /// An empty soup.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// An empty soup with room for so many vertices, faces and corners.
+    #[must_use]
+    pub fn with_capacity(vertices: usize, faces: usize, corners: usize) -> Self {
+        Self {
+            positions: Vec::with_capacity(vertices),
+            corners: Vec::with_capacity(corners),
+            face_ends: Vec::with_capacity(faces),
+        }
+    }
+
+    /// A soup of triangles.
+    ///
+    /// # Errors
+    /// [`TooManyCorners`] when three times the number of triangles exceeds 32-bit indices.
+    pub fn from_triangles<P: Copy + Into<DVec3>>(
+        positions: &[P],
+        triangles: &[[u32; 3]],
+    ) -> Result<Self, TooManyCorners> {
+        let mut soup = Self::with_capacity(positions.len(), triangles.len(), 3 * triangles.len());
+        soup.positions.extend(positions.iter().map(|&p| p.into()));
+        for triangle in triangles {
+            soup.push_face(triangle)?;
+        }
+        Ok(soup)
+    }
+
+    /// Appends a vertex; its index is the number of vertices before the call.
+    pub fn push_vertex(&mut self, position: impl Into<DVec3>) {
+        self.positions.push(position.into());
+    }
+
+    /// Appends a face with these vertex indices, counter-clockwise seen from outside.
+    ///
+    /// # Errors
+    /// [`TooManyCorners`] when the number of corners would exceed 32-bit indices.
+    pub fn push_face(&mut self, vertices: &[u32]) -> Result<(), TooManyCorners> {
+        let end = self.corners.len() + vertices.len();
+        if end >= (u32::MAX - 1) as usize {
+            return Err(TooManyCorners);
+        }
+        self.corners.extend_from_slice(vertices);
+        self.face_ends.push(end as u32);
+        Ok(())
+    }
+
+    /// The vertex positions.
+    #[must_use]
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// The vertex positions, to be changed in place.
+    pub fn positions_mut(&mut self) -> &mut Vec<DVec3> {
+        &mut self.positions
+    }
+
+    /// The vertex index of every corner, face after face.
+    #[must_use]
+    pub fn corners(&self) -> &[u32] {
+        &self.corners
+    }
+
+    /// The number of vertices, referenced by a face or not.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// The number of faces.
+    #[must_use]
+    pub fn face_count(&self) -> usize {
+        self.face_ends.len()
+    }
+
+    /// The corner indices of a face.
+    ///
+    /// # Panics
+    /// When `face` is not below [`PolygonSoup::face_count`].
+    #[must_use]
+    pub fn corner_range(&self, face: usize) -> core::ops::Range<usize> {
+        let start = if face == 0 { 0 } else { self.face_ends[face - 1] as usize };
+        start..self.face_ends[face] as usize
+    }
+
+    /// The vertex indices of a face.
+    ///
+    /// # Panics
+    /// When `face` is not below [`PolygonSoup::face_count`].
+    #[must_use]
+    pub fn face(&self, face: usize) -> &[u32] {
+        &self.corners[self.corner_range(face)]
+    }
+
+    /// The vertex indices of every face, in order.
+    pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> + '_ {
+        (0..self.face_count()).map(|face| self.face(face))
+    }
+}
