@@ -1,5 +1,6 @@
 //! Half-edge triangle meshes.
 pub mod handle;
+pub mod shapes;
 pub mod soup;
 
 pub use handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
