@@ -10,6 +10,7 @@ pub mod mesh;
 pub mod normals;
 pub mod pairing;
 pub mod parallel;
+pub mod shapes;
 pub mod soup;
 pub mod topology;
 pub mod validate;
