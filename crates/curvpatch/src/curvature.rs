@@ -31,9 +31,7 @@ pub enum CurvatureError {
         face: FaceId,
     },
     /// Barycentric coordinates that describe no point inside the face.
-    #[error(
-        "barycentric coordinates {barycentric:?} of face {face} must be positive and finite"
-    )]
+    #[error("barycentric coordinates {barycentric:?} of face {face} must be positive and finite")]
     BadPoint {
         /// The face.
         face: FaceId,
@@ -66,7 +64,7 @@ pub enum CurvatureError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum PointClass {
-    /// |κ₁| r_g < 10⁻³: no curvature to speak of on the scale of the disc.
+    /// |κ₁| `r_g` < 10⁻³: no curvature to speak of on the scale of the disc.
     Flat,
     /// |κ₁ - κ₂| < 0.05 |κ₁|: no principal directions.
     Umbilic,
@@ -92,7 +90,7 @@ pub struct DiscCurvature {
     /// κ₁ and κ₂, the one of larger absolute value first. When both are exactly as large, the
     /// concave one is first.
     pub curvatures: [f64; 2],
-    /// The radius r_g of the disc: the length of an arc of a section.
+    /// The radius `r_g` of the disc: the length of an arc of a section.
     pub radius: f64,
     /// Some arc ended at the boundary of the mesh.
     pub truncated: bool,
@@ -186,10 +184,10 @@ impl Principal {
 
 /// Estimates the curvature of a mesh from normal sections.
 ///
-/// The circular disc of radius r_g round a point is what normal sections of length r_g to either
+/// The circular disc of radius `r_g` round a point is what normal sections of length `r_g` to either
 /// side reach. Nothing of it needs vertices nearby, or any inside the mesh at all.
 ///
-/// With mean edge length h the error follows A (h / r_g)² + B r_g². A radius that is a fixed
+/// With mean edge length h the error follows A (h/r)² + B r² in the radius r. A radius that is a fixed
 /// multiple of h does not make it vanish under refinement; one that goes like √h does. Three to
 /// five mean edges suit clean meshes, eight suit noisy ones.
 #[derive(Clone, Debug)]
@@ -379,8 +377,7 @@ impl<'a> CurvatureEstimator<'a> {
             }
             let row = DVec3::new(1.0, direction.cos_double, direction.sin_double);
             let weighted = weight * row;
-            matrix +=
-                DMat3::from_cols(weighted, row.y * weighted, row.z * weighted);
+            matrix += DMat3::from_cols(weighted, row.y * weighted, row.z * weighted);
             right += section_curvature(self.params.section, &section) * weighted;
         }
         let solvable = usable >= 3 && matrix.determinant() > 1e-12 * matrix.x_axis.x.powi(3);

@@ -1,7 +1,9 @@
 //! Face-based curvature, and surface patches made from it.
 mod arc;
 mod closest;
+mod cover;
 mod curvature;
+mod export;
 mod fit;
 mod params;
 mod patch;
@@ -11,15 +13,19 @@ mod section;
 mod section_curvature;
 mod shape;
 mod size;
+mod strip;
 mod surface_point;
 mod tessellate;
 
+pub use cover::{Cover, CoverMethod, CoverOptions, CoverPatch, Seeds, cover};
 pub use curvature::{CurvatureError, CurvatureEstimator, DiscCurvature, PointClass};
+pub use export::{CoverMesh, CoverRecord, PatchRecord, patch_color};
 pub use fit::{FitError, PatchFit};
 pub use params::{NormalRule, Params, PrincipalRule, SectionRule, TranslationRule};
 pub use patch::{Patch, PatchData, PatchError, Splat};
 pub use probe::{PatchErrors, PatchProbe};
 pub use shape::Shape;
 pub use size::{ErrorTest, OptionError, PatchSizer, SizeOptions, SizedPatch, StopReason, Unfit};
+pub use strip::{Strip, StripEnd, StripError, StripOptions};
 pub use surface_point::SurfacePoint;
 pub use tessellate::{Tessellation, TessellationError};

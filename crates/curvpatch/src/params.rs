@@ -6,9 +6,9 @@
 #[non_exhaustive]
 pub enum SectionRule {
     /// From the chord of an arc, to third order: with arc length S and chord d,
-    /// |κ| = √(24 (S - d) / S³). SN10 prints it for S = 2 r_g as r_n = √(r_g³ / (3 (2 r_g - d))).
+    /// |κ| = √(24 (S - d) / S³). SN10 prints its inverse for S = 2r: √(r³ / (3 (2r - d))).
     ///
-    /// On a circle of curvature k it yields k (1 - a²/40 + ...) with a = r_g k. A chord is never
+    /// On a circle of curvature k it yields k (1 - a²/40 + ...) with a = `r_g` k. A chord is never
     /// longer than its arc, so noise and facets bias it away from zero.
     ThirdOrderChord,
     /// From the same chord without the truncation: |κ| = 2X/S with sin X / X = d / S.

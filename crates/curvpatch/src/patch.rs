@@ -301,9 +301,7 @@ impl Patch {
     fn height_at(&self, u: f64, at: DVec2) -> f64 {
         let slope = self.reaches(u).1;
         let [k1, k2] = self.curvatures;
-        self.translation
-            - k1 * at.x * at.x / (1.0 + slope.x)
-            - k2 * at.y * at.y / (1.0 + slope.y)
+        self.translation - k1 * at.x * at.x / (1.0 + slope.x) - k2 * at.y * at.y / (1.0 + slope.y)
     }
 
     /// Newton's method on 1 / ρ(u) = 1 with ρ = |(x / A₁, y / A₂)|. The left side is nearly linear

@@ -90,18 +90,22 @@ impl<'a> PatchProbe<'a> {
     pub fn quarter_errors(&mut self, fit: &PatchFit) -> [f64; 4] {
         let angles = [0.0, 1.0, 2.0, 3.0].map(|j| j * FRAC_PI_6);
         let mut points = angles.map(|phi| TestPoint::new(fit.patch.point(1.0, phi)));
-        self.grow_freely(fit);
+        let [l1, l2] = fit.patch.arcs();
+        self.grow_whole(fit, 0.5 * l1.max(l2));
         self.measure(&mut points);
         points.map(|point| point.distance)
     }
 
     /// The full error of a patch: test points halfway out and on the boundary, and the heights of
-    /// the vertices in the footprint. With `overhang`, test points whose nearest point of the mesh
-    /// is on its boundary are ignored.
-    pub fn full_error(&mut self, fit: &PatchFit, overhang: bool) -> PatchErrors {
+    /// the vertices in the footprint.
+    ///
+    /// The region reaches twice the `tolerance` (model units) farther from the centre than the
+    /// arcs: errors up to there are exact, and what lies beyond is another part of the surface.
+    /// With `overhang`, test points whose nearest point of the mesh is on its boundary are ignored.
+    pub fn full_error(&mut self, fit: &PatchFit, tolerance: f64, overhang: bool) -> PatchErrors {
         let mut points: Vec<TestPoint> =
             full_test(&fit.patch).map(|local| TestPoint::new(fit.patch.to_world(local))).collect();
-        let heights = self.grow_freely(fit);
+        let heights = self.grow_whole(fit, 2.0 * tolerance);
         self.measure(&mut points);
         let points = points.iter().map(|point| point.error(overhang)).fold(0.0, f64::max);
         PatchErrors { points, heights }
@@ -194,13 +198,12 @@ impl<'a> PatchProbe<'a> {
         })
     }
 
-    /// Grows a region that is sure to have the nearest faces, and returns the largest height
-    /// error.
-    fn grow_freely(&mut self, fit: &PatchFit) -> f64 {
+    /// Grows the region and returns the largest height error.
+    fn grow_whole(&mut self, fit: &PatchFit, margin: f64) -> f64 {
         let Self { mesh, region, .. } = self;
         let patch = &fit.patch;
         let [l1, l2] = patch.arcs();
-        let reach = 1.5 * l1.max(l2) + 2.0 * patch.translation().abs();
+        let reach = l1.max(l2) + margin;
         let mut heights = 0.0_f64;
         let _ = region.grow(mesh, fit.point.face(), patch, reach, |vertex| {
             heights = heights.max(height_error(patch, mesh.position(vertex)).unwrap_or(0.0));

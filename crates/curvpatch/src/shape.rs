@@ -2,21 +2,21 @@
 
 /// How far a patch reaches along its second principal direction.
 ///
-/// Along the first one, where the curvature is larger, the arc is always r_g long.
+/// Along the first one, where the curvature is larger, the arc is always `r_g` long.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Shape {
-    /// Equal arcs: r_g both ways.
+    /// Equal arcs: `r_g` both ways.
     #[default]
     Circle,
-    /// The same central angle both ways, β = min(α, 2.5 r_g / ρ₂) as SN10 prints it:
-    /// an arc of length r_g min(|κ₁| / |κ₂|, 2.5).
+    /// The same central angle both ways, β = min(α, 2.5 `r_g` / ρ₂) as SN10 prints it:
+    /// an arc of length `r_g` min(|κ₁| / |κ₂|, 2.5).
     ///
     /// (Where the text of SN10 lets β go to π/2 as κ₂ vanishes, the formula lets it go to zero and
-    /// the arc to 2.5 r_g, which is what is meant.)
+    /// the arc to 2.5 `r_g`, which is what is meant.)
     Ellipse,
-    /// The same rise over the tangent plane both ways: r_g min(√(|κ₁| / |κ₂|), 2.5).
+    /// The same rise over the tangent plane both ways: `r_g` min(√(|κ₁| / |κ₂|), 2.5).
     EqualSagitta,
 }
 

@@ -18,7 +18,7 @@ pub enum ErrorTest {
     Full,
     /// At the ends of the principal arcs only, as SN10 proposes. Blind to what happens between
     /// them: on an exact cylinder these four points have no error, and those at 45° have
-    /// a³/32 of the radius, a = r_g κ₁.
+    /// a³/32 of the radius, a = `r_g` κ₁.
     EndPoints,
 }
 
@@ -122,7 +122,9 @@ pub struct SizedPatch {
 #[non_exhaustive]
 pub enum Unfit {
     /// Patches were tried, and the smallest one already failed.
-    #[error("no radius from {smallest} on is admissible ({stop:?}); allow a larger tolerance or keep the triangle")]
+    #[error(
+        "no radius from {smallest} on is admissible ({stop:?}); allow a larger tolerance or keep the triangle"
+    )]
     NoRadius {
         /// The smallest radius that was tried.
         smallest: f64,
@@ -178,7 +180,11 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
     ///
     /// # Errors
     /// [`Unfit`] when no radius is admissible.
-    pub fn fit(&mut self, point: impl Into<SurfacePoint>, shape: Shape) -> Result<SizedPatch, Unfit> {
+    pub fn fit(
+        &mut self,
+        point: impl Into<SurfacePoint>,
+        shape: Shape,
+    ) -> Result<SizedPatch, Unfit> {
         let point = point.into();
         self.rungs.clear();
         self.climb(point, shape)
@@ -291,7 +297,8 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         if curvature.truncated && !self.options.overhang {
             return Err(StopReason::Boundary);
         }
-        let fit = self.estimator.patch_of(point, curvature, shape).map_err(|_| StopReason::Angle)?;
+        let fit =
+            self.estimator.patch_of(point, curvature, shape).map_err(|_| StopReason::Angle)?;
         if curvature.wrapped || fit.patch.turn() > self.options.max_turn {
             return Err(StopReason::Angle);
         }

@@ -37,6 +37,14 @@ pub enum TessellationError {
         /// The number of triangles it would take.
         triangles: f64,
     },
+    /// The patches of a cover have more vertices together than 32 bits can index.
+    #[error(
+        "the cover takes {vertices} vertices, more than 32-bit indices can address; use a larger tolerance"
+    )]
+    TooManyVertices {
+        /// How many there would be.
+        vertices: usize,
+    },
 }
 
 /// The largest number of triangles of one patch.
