@@ -1,6 +1,6 @@
 //! Face-based curvature of triangle meshes, smooth patches made from it, and covers of meshes by
-//! such patches, after M. Szilvási-Nagy, *Surface Patches Constructed from Curvature Data*,
-//! KoG 14 (2010), called SN10 throughout.
+//! such patches, after M. Szilvási-Nagy, *Surface Patches Constructed from Curvature Data* (2010),
+//! called SN10 throughout.
 //!
 //! A plane through the normal of a face cuts the mesh in a polygon. Followed for a length `r` to
 //! either side, its bend tells the normal curvature in that direction; planes all round tell the
