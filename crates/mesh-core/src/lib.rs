@@ -1,5 +1,6 @@
 //! Half-edge triangle meshes.
 pub mod attribute;
+pub mod build;
 pub mod circulate;
 pub mod compact;
 pub mod connectivity;
@@ -16,6 +17,7 @@ pub mod topology;
 pub mod validate;
 
 pub use attribute::{AttributeMap, EdgeMap, FaceMap, HalfEdgeMap, RemapOf, VertexMap};
+pub use build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build};
 pub use compact::Remap;
 pub use connectivity::Components;
 pub use handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};

@@ -51,11 +51,6 @@ impl EdgeTable {
         Self { sides, ends }
     }
 
-    /// The number of edges.
-    pub(crate) fn len(&self) -> usize {
-        self.ends.len()
-    }
-
     /// The sides of every edge.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let mut start = 0;

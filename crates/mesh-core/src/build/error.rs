@@ -1,7 +1,7 @@
 //! Why a polygon soup cannot become a mesh.
 
 use crate::build::{Sample, VertexPair};
-use crate::pairing::TopologyError;
+use crate::mesh::MeshError;
 
 /// Why [`crate::build()`] refused a polygon soup: what is wrong, where, and what would cure it.
 ///
@@ -10,7 +10,9 @@ use crate::pairing::TopologyError;
 #[non_exhaustive]
 pub enum BuildError {
     /// More elements than 32-bit indices can address.
-    #[error("the mesh has {count} {what}, more than the {limit} that 32-bit indices allow; split it into parts")]
+    #[error(
+        "the mesh has {count} {what}, more than the {limit} that 32-bit indices allow; split it into parts"
+    )]
     TooManyElements {
         /// What there are too many of.
         what: &'static str,
@@ -36,7 +38,9 @@ pub enum BuildError {
         vertices: Sample<u32>,
     },
     /// A face refers to a vertex that is not there.
-    #[error("face {face} refers to vertex {index}, but there are {vertex_count} vertices; faces like this: {faces}; `drop_out_of_range` drops them")]
+    #[error(
+        "face {face} refers to vertex {index}, but there are {vertex_count} vertices; faces like this: {faces}; `drop_out_of_range` drops them"
+    )]
     IndexOutOfRange {
         /// The first such face.
         face: u32,
@@ -48,7 +52,9 @@ pub enum BuildError {
         faces: Sample<u32>,
     },
     /// A face has fewer than three corners.
-    #[error("face {face} has {corners} corners; faces with fewer than 3: {faces}; `drop_degenerate` drops them")]
+    #[error(
+        "face {face} has {corners} corners; faces with fewer than 3: {faces}; `drop_degenerate` drops them"
+    )]
     TooFewCorners {
         /// The first such face.
         face: u32,
@@ -58,7 +64,9 @@ pub enum BuildError {
         faces: Sample<u32>,
     },
     /// A face, or a triangle that a polygon has to be cut into, uses a vertex twice.
-    #[error("face {face} uses vertex {vertex} twice; faces like this: {faces}; `drop_degenerate` drops such triangles")]
+    #[error(
+        "face {face} uses vertex {vertex} twice; faces like this: {faces}; `drop_degenerate` drops such triangles"
+    )]
     RepeatedVertex {
         /// The first such face.
         face: u32,
@@ -68,7 +76,9 @@ pub enum BuildError {
         faces: Sample<u32>,
     },
     /// Two faces have the same vertices.
-    #[error("face {face} has the same vertices as face {original}; duplicate faces: {duplicates}; `drop_duplicates` keeps the first of each")]
+    #[error(
+        "face {face} has the same vertices as face {original}; duplicate faces: {duplicates}; `drop_duplicates` keeps the first of each"
+    )]
     DuplicateFace {
         /// The first face that repeats another.
         face: u32,
@@ -78,7 +88,9 @@ pub enum BuildError {
         duplicates: Sample<u32>,
     },
     /// More than two faces share an edge.
-    #[error("the edge between vertices {edge} belongs to {faces} faces; edges with more than two faces: {edges}; `cut_non_manifold` cuts the surface along them")]
+    #[error(
+        "the edge between vertices {edge} belongs to {faces} faces; edges with more than two faces: {edges}; `cut_non_manifold` cuts the surface along them"
+    )]
     NonManifoldEdge {
         /// The first such edge.
         edge: VertexPair,
@@ -109,7 +121,9 @@ pub enum BuildError {
         edges: Sample<VertexPair>,
     },
     /// Surfaces touch in a vertex only: its faces form several fans.
-    #[error("the faces at vertex {vertex} form {fans} fans that touch only there; vertices like this: {vertices}; `cut_non_manifold` takes them apart")]
+    #[error(
+        "the faces at vertex {vertex} form {fans} fans that touch only there; vertices like this: {vertices}; `cut_non_manifold` takes them apart"
+    )]
     PinchedVertex {
         /// The first such vertex.
         vertex: u32,
@@ -120,5 +134,5 @@ pub enum BuildError {
     },
     /// The half-edge structure refused the triangles although no defect was found.
     #[error(transparent)]
-    Topology(#[from] TopologyError),
+    Mesh(#[from] MeshError),
 }

@@ -76,12 +76,10 @@ fn settle_part(
     conflicts: &mut Vec<[u32; 2]>,
 ) {
     let inner_edges = || {
-        part.iter()
-            .flat_map(|&face| 3 * face..3 * face + 3)
-            .filter_map(|side| {
-                let opposite = across[side as usize];
-                (opposite != NONE && side < opposite).then_some([side, opposite])
-            })
+        part.iter().flat_map(|&face| 3 * face..3 * face + 3).filter_map(|side| {
+            let opposite = across[side as usize];
+            (opposite != NONE && side < opposite).then_some([side, opposite])
+        })
     };
     let given = |&[a, b]: &[u32; 2]| same_direction(triangles, a, b);
     let after = |flipped: &[bool], edge: &[u32; 2]| {

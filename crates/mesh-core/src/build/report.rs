@@ -66,11 +66,7 @@ impl BuildReport {
                 self.dropped_out_of_range.count(),
                 &self.dropped_out_of_range,
             ),
-            (
-                "polygons cut into triangles",
-                self.triangulated,
-                &self.triangulated,
-            ),
+            ("polygons cut into triangles", self.triangulated, &self.triangulated),
             (
                 "polygons that are not simple, cut as well as possible",
                 self.triangulated_badly.count(),

@@ -120,7 +120,10 @@ impl Triangulator {
         let mut left = positions.len();
         while left > 2 {
             let Some(tip) = self.queue.pop_front() else {
-                rule = if relaxations < MAX_RELAXATIONS { rule.relaxed() } else { Rule::Any };
+                rule = rule.relaxed();
+                if relaxations >= MAX_RELAXATIONS {
+                    rule = rule.max(Rule::Distinct);
+                }
                 relaxations += 1;
                 self.queue_all();
                 continue;

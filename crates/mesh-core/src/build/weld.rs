@@ -99,9 +99,7 @@ impl Grid<'_> {
 
     /// The vertex with the smallest index within `distance` of a position in one cell, or [`NONE`].
     fn first_in_cell(&self, cell: [u64; 3], position: DVec3, distance: f64) -> u32 {
-        let is_same = |other: u32| {
-            cell_of(self.positions[other as usize], self.cell_size) == cell
-        };
+        let is_same = |other: u32| cell_of(self.positions[other as usize], self.cell_size) == cell;
         let name = self.cells.probe(cell, is_same).ok();
         let mut vertex = name.map_or(NONE, |name| self.last_in_cell[name as usize]);
         let mut first = NONE;
@@ -164,12 +162,7 @@ impl VertexTable {
     }
 
     /// The vertex with this key, after putting in `vertex` if there is none yet.
-    fn find_or_insert(
-        &mut self,
-        key: [u64; 3],
-        vertex: u32,
-        is_same: impl Fn(u32) -> bool,
-    ) -> u32 {
+    fn find_or_insert(&mut self, key: [u64; 3], vertex: u32, is_same: impl Fn(u32) -> bool) -> u32 {
         self.probe(key, is_same).unwrap_or_else(|(slot, tag)| {
             self.slots[slot] = [vertex, tag];
             vertex
