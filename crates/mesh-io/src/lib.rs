@@ -38,8 +38,8 @@ mod format;
 //mod gltf;
 mod input;
 mod model;
-//O
-//mod obj;
+#[cfg(feature = "obj")]
+mod obj;
 mod off;
 mod ply;
 mod read;

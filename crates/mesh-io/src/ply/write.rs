@@ -86,11 +86,11 @@ impl<'m> Colors<'m> {
 
 impl<'m> Plan<'m> {
     fn new(model: &'m Model, precision: Precision) -> Self {
-        let wide = |mut values: &mut dyn Iterator<Item = f64>| match precision {
+        let wide = |values: &mut dyn Iterator<Item = f64>| match precision {
             Precision::Single => false,
             Precision::Double => true,
             Precision::Exact => {
-                values.any(|value| f64::from(value as f32) != value && !value.is_nan())
+                values.into_iter().any(|value| f64::from(value as f32) != value && !value.is_nan())
             }
         };
         let scalars = |scalars: &[crate::Scalars]| {

@@ -1,0 +1,101 @@
+//! Circulators: the elements round a vertex and along a boundary loop.
+
+use crate::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
+use crate::topology::Topology;
+
+/// The half-edges that start at a vertex, clockwise seen from outside; made by
+/// [`Topology::outgoing`].
+#[derive(Clone, Debug)]
+pub struct Outgoing<'a> {
+    topology: &'a Topology,
+    first: Option<HalfEdgeId>,
+    coming: Option<HalfEdgeId>,
+}
+
+impl Iterator for Outgoing<'_> {
+    type Item = HalfEdgeId;
+
+    #[inline]
+    fn next(&mut self) -> Option<HalfEdgeId> {
+        let current = self.coming?;
+        let following = self.topology.next(current.twin());
+        self.coming = Some(following).filter(|_| Some(following) != self.first);
+        Some(current)
+    }
+}
+
+/// The half-edges of a boundary loop; made by [`Topology::boundary_loop`].
+#[derive(Clone, Debug)]
+pub struct BoundaryLoop<'a> {
+    topology: &'a Topology,
+    first: HalfEdgeId,
+    coming: Option<HalfEdgeId>,
+}
+
+impl Iterator for BoundaryLoop<'_> {
+    type Item = HalfEdgeId;
+
+    #[inline]
+    fn next(&mut self) -> Option<HalfEdgeId> {
+        let current = self.coming?;
+        let following = self.topology.next(current);
+        self.coming = Some(following).filter(|&h| h != self.first);
+        Some(current)
+    }
+}
+
+/// Round a vertex and along the boundary.
+impl Topology {
+    /// The half-edges that start at the vertex, clockwise seen from outside.
+    ///
+    /// At a boundary vertex the first one is the exterior half-edge, so that the faces between
+    /// consecutive half-edges come without a gap.
+    #[inline]
+    #[must_use]
+    pub fn outgoing(&self, vertex: VertexId) -> Outgoing<'_> {
+        let first = self.half_edge_of_vertex(vertex);
+        Outgoing { topology: self, first, coming: first }
+    }
+
+    /// The neighbours of the vertex, clockwise: its one-ring.
+    #[inline]
+    pub fn one_ring(&self, vertex: VertexId) -> impl Iterator<Item = VertexId> + Clone + '_ {
+        self.outgoing(vertex).map(|h| self.target(h))
+    }
+
+    /// The edges at the vertex, clockwise.
+    #[inline]
+    pub fn edges_of_vertex(&self, vertex: VertexId) -> impl Iterator<Item = EdgeId> + Clone + '_ {
+        self.outgoing(vertex).map(HalfEdgeId::edge)
+    }
+
+    /// The faces at the vertex, clockwise.
+    #[inline]
+    pub fn faces_of_vertex(&self, vertex: VertexId) -> impl Iterator<Item = FaceId> + Clone + '_ {
+        self.outgoing(vertex).filter_map(|h| self.face(h))
+    }
+
+    /// The half-edges of the boundary loop that `exterior` runs along, beginning with it. The hole
+    /// lies to their left. For a half-edge with a face, this is the circuit of that face.
+    #[must_use]
+    pub fn boundary_loop(&self, exterior: HalfEdgeId) -> BoundaryLoop<'_> {
+        BoundaryLoop { topology: self, first: exterior, coming: Some(exterior) }
+    }
+
+    /// One exterior half-edge of every boundary loop, that with the smallest index.
+    #[must_use]
+    pub fn boundary_loops(&self) -> Vec<HalfEdgeId> {
+        let mut seen = vec![false; self.half_edge_capacity()];
+        let mut loops = Vec::new();
+        for start in self.half_edges() {
+            if !self.is_exterior(start) || seen[start.index()] {
+                continue;
+            }
+            loops.push(start);
+            for h in self.boundary_loop(start) {
+                seen[h.index()] = true;
+            }
+        }
+        loops
+    }
+}

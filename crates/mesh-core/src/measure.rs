@@ -1,0 +1,104 @@
+//! Bounding box, area and volume.
+
+use glam::DVec3;
+
+use crate::handle::{FaceId, Handle};
+use crate::mesh::TriMesh;
+use crate::parallel;
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundingBox {
+    /// The corner with the smallest coordinates.
+    pub min: DVec3,
+    /// The corner with the largest coordinates.
+    pub max: DVec3,
+}
+
+impl BoundingBox {
+    /// The smallest box round some points; `None` without points.
+    #[must_use]
+    pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Option<Self> {
+        let start = |point| Self { min: point, max: point };
+        points.into_iter().fold(None, |bounds, point| {
+            Some(
+                bounds.map_or(start(point), |b| Self {
+                    min: b.min.min(point),
+                    max: b.max.max(point),
+                }),
+            )
+        })
+    }
+
+    /// The length of the diagonal.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        self.min.distance(self.max)
+    }
+
+    /// The midpoint.
+    #[must_use]
+    pub fn center(&self) -> DVec3 {
+        0.5 * self.min + 0.5 * self.max
+    }
+
+    /// The edge lengths.
+    #[must_use]
+    pub fn extent(&self) -> DVec3 {
+        self.max - self.min
+    }
+}
+
+/// Sizes, in model units.
+impl TriMesh {
+    /// The bounding box of the vertices that belong to a face; `None` when there are none.
+    #[must_use]
+    pub fn bounding_box(&self) -> Option<BoundingBox> {
+        let topology = self.topology();
+        let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+        BoundingBox::of_points(used.map(|v| self.position(v)))
+    }
+
+    /// Twice the vector area of a face: its normal, as long as twice the area.
+    #[inline]
+    #[must_use]
+    pub fn face_cross(&self, face: FaceId) -> DVec3 {
+        let [a, b, c] = self.triangle(face);
+        (b - a).cross(c - a)
+    }
+
+    /// The area of a face.
+    #[inline]
+    #[must_use]
+    pub fn face_area(&self, face: FaceId) -> f64 {
+        0.5 * self.face_cross(face).length()
+    }
+
+    /// The total area of the faces.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        self.sum_over_faces(|f| self.face_area(f))
+    }
+
+    /// The enclosed volume, by the divergence theorem; negative when the faces look inwards.
+    ///
+    /// Only a closed mesh encloses a volume. With a boundary, this is the volume of the cone of
+    /// the surface over the centre of the bounding box, which depends on where that is.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        // Measuring from the centre keeps the digits of a mesh far from the origin.
+        let Some(center) = self.bounding_box().map(|b| b.center()) else { return 0.0 };
+        let tetrahedron = |f: FaceId| {
+            let [a, b, c] = self.triangle(f).map(|p| p - center);
+            a.dot(b.cross(c)) / 6.0
+        };
+        self.sum_over_faces(tetrahedron)
+    }
+
+    fn sum_over_faces(&self, value: impl Fn(FaceId) -> f64 + Sync) -> f64 {
+        parallel::sum(self.topology().face_capacity(), |index| {
+            let face = FaceId::from_index(index);
+            if self.topology().contains_face(face) { value(face) } else { 0.0 }
+        })
+    }
+}

@@ -1,0 +1,86 @@
+//! Loops whose order does not matter, on all cores when the `rayon` feature is on.
+//!
+//! Results are bitwise the same for any number of threads and without rayon: values are computed
+//! one by one, and sums are added in blocks whose size does not depend on the number of threads.
+
+#[cfg(feature = "rayon")]
+use rayon::prelude::*;
+
+/// Elements per block. A block is the unit of work of a thread, and the unit of summation.
+const BLOCK: usize = 2048;
+
+/// Sets every element of a slice to a function of its index.
+pub fn fill<T: Send>(out: &mut [T], value: impl Fn(usize) -> T + Sync) {
+    let fill_block = |(block, out): (usize, &mut [T])| {
+        for (i, slot) in out.iter_mut().enumerate() {
+            *slot = value(block * BLOCK + i);
+        }
+    };
+    #[cfg(feature = "rayon")]
+    out.par_chunks_mut(BLOCK).enumerate().for_each(fill_block);
+    #[cfg(not(feature = "rayon"))]
+    out.chunks_mut(BLOCK).enumerate().for_each(fill_block);
+}
+
+/// The values of a function of the index, from 0 to `count`.
+pub fn collect<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    #[cfg(feature = "rayon")]
+    return (0..count).into_par_iter().with_min_len(BLOCK).map(&value).collect();
+    #[cfg(not(feature = "rayon"))]
+    return (0..count).map(value).collect();
+}
+
+/// Folds the values of a function of the index, from 0 to `count`: each block from `zero` upwards,
+/// then the blocks in order.
+pub fn fold<T: Send + Sync + Copy>(
+    count: usize,
+    zero: T,
+    value: impl Fn(usize) -> T + Sync,
+    add: impl Fn(T, T) -> T + Sync,
+) -> T {
+    let block_total = |block: usize| {
+        let indices = block * BLOCK..count.min((block + 1) * BLOCK);
+        indices.fold(zero, |total, i| add(total, value(i)))
+    };
+    let blocks = count.div_ceil(BLOCK);
+    #[cfg(feature = "rayon")]
+    let totals: Vec<T> = (0..blocks).into_par_iter().map(&block_total).collect();
+    #[cfg(not(feature = "rayon"))]
+    let totals: Vec<T> = (0..blocks).map(block_total).collect();
+    totals.into_iter().fold(zero, add)
+}
+
+/// The sum of a function of the index, from 0 to `count`.
+pub fn sum(count: usize, value: impl Fn(usize) -> f64 + Sync) -> f64 {
+    fold(count, 0.0, value, |a, b| a + b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sums_are_blocked_in_one_fixed_way() {
+        let value = |i: usize| 1.0 / (i as f64 + 1.0);
+        let count = 3 * BLOCK + 17;
+        let mut by_hand = 0.0;
+        for block in 0..4 {
+            let mut total = 0.0;
+            for i in block * BLOCK..count.min((block + 1) * BLOCK) {
+                total += value(i);
+            }
+            by_hand += total;
+        }
+        assert_eq!(sum(count, value).to_bits(), by_hand.to_bits());
+        assert_eq!(sum(0, value), 0.0);
+    }
+
+    #[test]
+    fn every_index_is_met_once() {
+        let count = 5 * BLOCK + 3;
+        assert!(collect(count, |i| i).into_iter().eq(0..count));
+        let mut out = vec![0; count];
+        fill(&mut out, |i| i * 2);
+        assert!(out.into_iter().eq((0..count).map(|i| i * 2)));
+    }
+}

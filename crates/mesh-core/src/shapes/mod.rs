@@ -1,0 +1,48 @@
+//! Analytic test shapes: surfaces with exact curvature, and meshes whose vertices lie on them.
+//!
+//! A *surface* ([`Sphere`], [`Ellipsoid`], [`Torus`], [`Cylinder`], [`Catenoid`], [`Saddle`],
+//! [`Wave`], [`Plane`]) knows its normal and curvatures in closed form through
+//! [`AnalyticSurface`]; some also know distances through [`SignedDistance`]. Its methods that end
+//! in a mesh return a [`PolygonSoup`](crate::PolygonSoup) of triangles, counter-clockwise seen
+//! from the side the normal points to. Each has a *regular* family, for convergence under
+//! refinement, and an *irregular* one, made from an explicit seed ([`Irregular`]).
+//!
+//! Point sets and meshes without a surface behind them are free functions: the platonic solids
+//! ([`polyhedra`]), [`inset_cube`], the seven points of [`seven_points`].
+//!
+//! **Signs.** Curvatures are positive where the surface is convex seen from the side of its
+//! normal: a sphere of radius r has H = 1/r and K = 1/r². Every value is pointwise, in one over
+//! length (K: one over length squared).
+
+mod analytic;
+mod catenoid;
+mod cylinder;
+mod ellipsoid;
+mod error;
+mod height_field;
+#[cfg(feature = "hull")]
+mod hull;
+mod inset_cube;
+mod irregular;
+mod lattice;
+mod noise;
+pub mod polyhedra;
+pub mod seven_points;
+mod sphere;
+mod splitmix;
+mod torus;
+
+pub use analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
+pub use catenoid::Catenoid;
+pub use cylinder::{Cylinder, RowPhase};
+pub use ellipsoid::Ellipsoid;
+pub use error::ShapeError;
+pub use height_field::{Diagonals, Plane, Saddle, Wave};
+#[cfg(feature = "hull")]
+pub use hull::{HullError, convex_hull};
+pub use inset_cube::inset_cube;
+pub use irregular::Irregular;
+pub use noise::{add_normal_noise, mean_edge_length};
+pub use sphere::Sphere;
+pub use splitmix::SplitMix64;
+pub use torus::Torus;

@@ -1,0 +1,322 @@
+//! The half-edge structure: which vertices, edges and faces meet, and nothing about where they are.
+//!
+//! # Layout
+//!
+//! Every edge is a pair of half-edges `2e` and `2e + 1` that run in opposite directions, so the
+//! twin of a half-edge is one `xor` away and is not stored. A half-edge stores the `next` one round
+//! its face, its `target` vertex and its `face`; half-edges without a face are *exterior* and form
+//! the boundary loops. Vertices and faces store one half-edge each. For a closed mesh that is about
+//! 84 bytes per vertex.
+//!
+//! # Invariants
+//!
+//! [`Topology::validate`] checks all of them:
+//!
+//! 1. `next` never leaves its face or boundary loop and starts where the half-edge ends;
+//! 2. faces are triangles: three times `next` leads back;
+//! 3. at least one side of every edge has a face;
+//! 4. the half-edge of a face belongs to that face, and every half-edge with a face is one of its
+//!    three;
+//! 5. the half-edge of a vertex starts there, and it is the exterior one when the vertex lies on
+//!    the boundary;
+//! 6. turning round a vertex reaches every half-edge that starts there: the faces at a vertex form
+//!    one fan;
+//! 7. no edge joins a vertex to itself, and no two edges join the same two vertices.
+//!
+//! # Removed elements
+//!
+//! Edits leave tombstones inside the arrays, so handles of surviving elements stay valid. Counts
+//! and iterators skip them; [`Topology::compact`] closes the gaps and says where everything went.
+
+use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+
+/// The connectivity of a triangle mesh; see the [module documentation](self).
+#[derive(Clone, Debug)]
+pub struct Topology {
+    /// The next half-edge round the face or boundary loop; `REMOVED` for removed edges.
+    pub(crate) next: Vec<HalfEdgeId>,
+    pub(crate) target: Vec<VertexId>,
+    /// `None`: exterior.
+    pub(crate) face: Vec<Option<FaceId>>,
+    /// An outgoing half-edge, exterior if there is one; `None`: isolated; `REMOVED`: removed.
+    pub(crate) vertex_half_edge: Vec<Option<HalfEdgeId>>,
+    /// `REMOVED` for removed faces.
+    pub(crate) face_half_edge: Vec<HalfEdgeId>,
+    pub(crate) live_vertices: usize,
+    pub(crate) live_edges: usize,
+    pub(crate) live_faces: usize,
+    /// Counts edits, so that a token of a check cannot outlive the state that was checked.
+    pub(crate) revision: u64,
+}
+
+/// Sizes, elements and navigation. All methods that take a handle panic, like slice indexing, when
+/// the handle is out of range for this mesh.
+impl Topology {
+    /// The number of vertices.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.live_vertices
+    }
+
+    /// The number of edges.
+    #[must_use]
+    pub fn edge_count(&self) -> usize {
+        self.live_edges
+    }
+
+    /// The number of faces.
+    #[must_use]
+    pub fn face_count(&self) -> usize {
+        self.live_faces
+    }
+
+    /// One more than the largest vertex index in use: the length of an array indexed by vertex.
+    #[must_use]
+    pub fn vertex_capacity(&self) -> usize {
+        self.vertex_half_edge.len()
+    }
+
+    /// One more than the largest edge index in use: the length of an array indexed by edge.
+    #[must_use]
+    pub fn edge_capacity(&self) -> usize {
+        self.next.len() / 2
+    }
+
+    /// One more than the largest half-edge index in use: the length of an array indexed by
+    /// half-edge.
+    #[must_use]
+    pub fn half_edge_capacity(&self) -> usize {
+        self.next.len()
+    }
+
+    /// One more than the largest face index in use: the length of an array indexed by face.
+    #[must_use]
+    pub fn face_capacity(&self) -> usize {
+        self.face_half_edge.len()
+    }
+
+    /// Whether no removed elements take up space, so that counts equal capacities.
+    #[must_use]
+    pub fn is_compact(&self) -> bool {
+        self.live_vertices == self.vertex_capacity()
+            && self.live_edges == self.edge_capacity()
+            && self.live_faces == self.face_capacity()
+    }
+
+    /// Bytes held by the arrays, capacity slack included.
+    #[must_use]
+    pub fn heap_bytes(&self) -> usize {
+        size_of::<u32>()
+            * (self.next.capacity()
+                + self.target.capacity()
+                + self.face.capacity()
+                + self.vertex_half_edge.capacity()
+                + self.face_half_edge.capacity())
+    }
+
+    /// All vertices, isolated ones included.
+    pub fn vertices(&self) -> impl DoubleEndedIterator<Item = VertexId> + Clone + '_ {
+        handles(self.vertex_capacity()).filter(|&v| self.contains_vertex(v))
+    }
+
+    /// All edges.
+    pub fn edges(&self) -> impl DoubleEndedIterator<Item = EdgeId> + Clone + '_ {
+        handles(self.edge_capacity()).filter(|&e| self.contains_edge(e))
+    }
+
+    /// All half-edges, exterior ones included.
+    pub fn half_edges(&self) -> impl DoubleEndedIterator<Item = HalfEdgeId> + Clone + '_ {
+        handles(self.half_edge_capacity()).filter(|&h| self.contains_half_edge(h))
+    }
+
+    /// All faces.
+    pub fn faces(&self) -> impl DoubleEndedIterator<Item = FaceId> + Clone + '_ {
+        handles(self.face_capacity()).filter(|&f| self.contains_face(f))
+    }
+
+    /// Whether the vertex is in the mesh: in range and not removed.
+    #[inline]
+    #[must_use]
+    pub fn contains_vertex(&self, vertex: VertexId) -> bool {
+        self.vertex_half_edge.get(vertex.index()).is_some_and(|&h| h != Some(HalfEdgeId::REMOVED))
+    }
+
+    /// Whether the edge is in the mesh: in range and not removed.
+    #[inline]
+    #[must_use]
+    pub fn contains_edge(&self, edge: EdgeId) -> bool {
+        self.next.get(2 * edge.index()).is_some_and(|&h| h != HalfEdgeId::REMOVED)
+    }
+
+    /// Whether the half-edge is in the mesh: in range and not removed.
+    #[inline]
+    #[must_use]
+    pub fn contains_half_edge(&self, half_edge: HalfEdgeId) -> bool {
+        self.next.get(half_edge.index()).is_some_and(|&h| h != HalfEdgeId::REMOVED)
+    }
+
+    /// Whether the face is in the mesh: in range and not removed.
+    #[inline]
+    #[must_use]
+    pub fn contains_face(&self, face: FaceId) -> bool {
+        self.face_half_edge.get(face.index()).is_some_and(|&h| h != HalfEdgeId::REMOVED)
+    }
+
+    /// The next half-edge round the same face, or round the same boundary loop.
+    #[inline]
+    #[must_use]
+    pub fn next(&self, half_edge: HalfEdgeId) -> HalfEdgeId {
+        self.next[half_edge.index()]
+    }
+
+    /// The previous half-edge round the same face, or round the same boundary loop.
+    ///
+    /// Two steps inside a face; on the boundary it turns round the origin, which takes as many
+    /// steps as that vertex has edges.
+    #[must_use]
+    pub fn previous(&self, half_edge: HalfEdgeId) -> HalfEdgeId {
+        if self.is_exterior(half_edge) {
+            let mut outgoing = half_edge;
+            while self.next(outgoing.twin()) != half_edge {
+                outgoing = self.next(outgoing.twin());
+            }
+            outgoing.twin()
+        } else {
+            self.next(self.next(half_edge))
+        }
+    }
+
+    /// The vertex that the half-edge points to.
+    #[inline]
+    #[must_use]
+    pub fn target(&self, half_edge: HalfEdgeId) -> VertexId {
+        self.target[half_edge.index()]
+    }
+
+    /// The vertex that the half-edge starts from.
+    #[inline]
+    #[must_use]
+    pub fn origin(&self, half_edge: HalfEdgeId) -> VertexId {
+        self.target(half_edge.twin())
+    }
+
+    /// The face to the left of the half-edge, `None` for an exterior half-edge.
+    #[inline]
+    #[must_use]
+    pub fn face(&self, half_edge: HalfEdgeId) -> Option<FaceId> {
+        self.face[half_edge.index()]
+    }
+
+    /// Whether the half-edge has no face and so runs along a boundary loop.
+    #[inline]
+    #[must_use]
+    pub fn is_exterior(&self, half_edge: HalfEdgeId) -> bool {
+        self.face(half_edge).is_none()
+    }
+
+    /// The vertex of the half-edge's face that is opposite to it: the apex of the triangle over
+    /// it. `None` for an exterior half-edge.
+    #[inline]
+    #[must_use]
+    pub fn apex(&self, half_edge: HalfEdgeId) -> Option<VertexId> {
+        self.face(half_edge).map(|_| self.target(self.next(half_edge)))
+    }
+
+    /// A half-edge that starts at the vertex, the exterior one when the vertex lies on the
+    /// boundary; `None` for an isolated vertex.
+    #[inline]
+    #[must_use]
+    pub fn half_edge_of_vertex(&self, vertex: VertexId) -> Option<HalfEdgeId> {
+        self.vertex_half_edge[vertex.index()].filter(|&h| h != HalfEdgeId::REMOVED)
+    }
+
+    /// The half-edge of the face from which its vertices are counted.
+    #[inline]
+    #[must_use]
+    pub fn half_edge_of_face(&self, face: FaceId) -> HalfEdgeId {
+        self.face_half_edge[face.index()]
+    }
+
+    /// The three half-edges of a face, counter-clockwise seen from outside.
+    #[inline]
+    #[must_use]
+    pub fn face_half_edges(&self, face: FaceId) -> [HalfEdgeId; 3] {
+        let first = self.half_edge_of_face(face);
+        let second = self.next(first);
+        [first, second, self.next(second)]
+    }
+
+    /// The three vertices of a face, counter-clockwise seen from outside.
+    #[inline]
+    #[must_use]
+    pub fn face_vertices(&self, face: FaceId) -> [VertexId; 3] {
+        let [first, second, third] = self.face_half_edges(face);
+        [self.target(third), self.target(first), self.target(second)]
+    }
+
+    /// The two vertices of an edge, in the direction of its half-edge `2e`.
+    #[inline]
+    #[must_use]
+    pub fn edge_vertices(&self, edge: EdgeId) -> [VertexId; 2] {
+        let [h, twin] = edge.half_edges();
+        [self.target(twin), self.target(h)]
+    }
+
+    /// The faces on the two sides of an edge, that of half-edge `2e` first.
+    #[inline]
+    #[must_use]
+    pub fn edge_faces(&self, edge: EdgeId) -> [Option<FaceId>; 2] {
+        edge.half_edges().map(|h| self.face(h))
+    }
+
+    /// Whether the edge has a face on one side only.
+    #[inline]
+    #[must_use]
+    pub fn is_boundary_edge(&self, edge: EdgeId) -> bool {
+        edge.half_edges().into_iter().any(|h| self.is_exterior(h))
+    }
+
+    /// Whether the vertex lies on the boundary. An isolated vertex does not.
+    #[inline]
+    #[must_use]
+    pub fn is_boundary_vertex(&self, vertex: VertexId) -> bool {
+        self.half_edge_of_vertex(vertex).is_some_and(|h| self.is_exterior(h))
+    }
+
+    /// Whether the vertex has no edges.
+    #[must_use]
+    pub fn is_isolated_vertex(&self, vertex: VertexId) -> bool {
+        self.half_edge_of_vertex(vertex).is_none()
+    }
+
+    /// Whether the mesh has no boundary.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        self.vertices().all(|v| !self.is_boundary_vertex(v))
+    }
+
+    /// The number of edges at the vertex.
+    #[must_use]
+    pub fn valence(&self, vertex: VertexId) -> usize {
+        self.outgoing(vertex).count()
+    }
+
+    /// The half-edge from one vertex to another, if an edge joins them. Takes as many steps as
+    /// `from` has edges.
+    #[must_use]
+    pub fn find_half_edge(&self, from: VertexId, to: VertexId) -> Option<HalfEdgeId> {
+        self.outgoing(from).find(|&h| self.target(h) == to)
+    }
+
+    /// The triangles as vertex indices, face after face: what a file or a renderer takes.
+    ///
+    /// The indices are those of [`Topology::vertices`]: where vertices were removed, compact
+    /// first.
+    pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.faces().map(|f| self.face_vertices(f).map(VertexId::get))
+    }
+}
+
+fn handles<H: Handle>(count: usize) -> impl DoubleEndedIterator<Item = H> + Clone {
+    (0..count).map(H::from_index)
+}

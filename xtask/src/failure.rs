@@ -1,0 +1,37 @@
+//! What can go wrong while reproducing or drawing.
+
+use std::path::{Path, PathBuf};
+
+/// An error with what was being done.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error("a file of published numbers is malformed: {0}")]
+    Published(Box<toml::de::Error>),
+    #[error("cannot write {path}: {source}")]
+    Write { path: PathBuf, source: std::io::Error },
+    #[error("cannot write {path}: {source}")]
+    Picture { path: PathBuf, source: Box<image::ImageError> },
+    #[error("cannot read {path}: {source}")]
+    Read { path: PathBuf, source: Box<mesh_io::ReadError> },
+    #[error("cannot make a mesh: {0}")]
+    Mesh(Box<dyn std::error::Error + Send + Sync>),
+    #[error("{0}")]
+    Usage(String),
+    #[error("{0} of the numbers differ from what is expected")]
+    Drift(usize),
+}
+
+impl Failure {
+    pub(crate) fn published(source: toml::de::Error) -> Self {
+        Self::Published(Box::new(source))
+    }
+
+    pub(crate) fn mesh(source: impl std::error::Error + Send + Sync + 'static) -> Self {
+        Self::Mesh(Box::new(source))
+    }
+
+    /// Adds the path to an error of writing there.
+    pub(crate) fn writing(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        |source| Self::Write { path: path.to_owned(), source }
+    }
+}

@@ -1,0 +1,3 @@
+//! x
+mod render;
+fn main() {}
