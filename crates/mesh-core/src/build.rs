@@ -89,7 +89,8 @@ pub struct Provenance {
 /// assert_eq!(built.mesh.topology().face_count(), 2);
 /// assert!(built.report.is_unchanged());
 ///
-/// soup.push_face(&[3, 2, 1])?;
+/// soup.push_vertex([1.0, 0.5, 1.0]);
+/// soup.push_face(&[0, 2, 4])?;
 /// let error = build(&soup, &Repair::strict()).unwrap_err();
 /// assert!(error.to_string().contains("belongs to 3 faces"));
 /// let built = build(&soup, &Repair::lenient())?;
