@@ -38,11 +38,6 @@ impl<'a> Input<'a> {
         Self { source, window: Vec::new(), start: 0, offset: 0, line: 0, size }
     }
 
-    /// The length of the file, when known.
-    pub(crate) fn size(&self) -> Option<u64> {
-        self.size
-    }
-
     /// How many bytes have been consumed.
     pub(crate) fn offset(&self) -> u64 {
         self.offset

@@ -34,8 +34,8 @@ mod atomic;
 mod decimal;
 mod error;
 mod format;
-//G
-//mod gltf;
+#[cfg(feature = "gltf")]
+mod gltf;
 mod input;
 mod model;
 #[cfg(feature = "obj")]

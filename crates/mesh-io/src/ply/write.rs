@@ -86,19 +86,13 @@ impl<'m> Colors<'m> {
 
 impl<'m> Plan<'m> {
     fn new(model: &'m Model, precision: Precision) -> Self {
-        let wide = |values: &mut dyn Iterator<Item = f64>| match precision {
-            Precision::Single => false,
-            Precision::Double => true,
-            Precision::Exact => {
-                values.into_iter().any(|value| f64::from(value as f32) != value && !value.is_nan())
-            }
-        };
         let scalars = |scalars: &[crate::Scalars]| {
-            scalars.iter().map(|s| wide(&mut s.values.iter().copied())).collect()
+            scalars.iter().map(|s| is_wide(s.values.iter().copied(), precision)).collect()
         };
+        let positions = model.soup.positions().iter().flat_map(|p| p.to_array());
         Self {
             model,
-            wide_positions: wide(&mut model.soup.positions().iter().flat_map(|p| p.to_array())),
+            wide_positions: is_wide(positions, precision),
             wide_vertex_scalars: scalars(&model.vertex_scalars),
             wide_face_scalars: scalars(&model.face_scalars),
             vertex_colors: Colors::new(model.vertex_colors.as_deref()),
@@ -196,6 +190,17 @@ fn plan_uvs(model: &Model) -> Uvs<'_> {
         (Some(uvs), _) => Uvs::Vertex(uvs),
         (None, Some(uvs)) => Uvs::Corner(uvs),
         (None, None) => Uvs::None,
+    }
+}
+
+/// Whether to write these numbers in 64 bits.
+fn is_wide(mut values: impl Iterator<Item = f64>, precision: Precision) -> bool {
+    match precision {
+        Precision::Single => false,
+        Precision::Double => true,
+        Precision::Exact => {
+            values.any(|value| f64::from(value as f32) != value && !value.is_nan())
+        }
     }
 }
 
