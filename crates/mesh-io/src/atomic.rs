@@ -24,7 +24,9 @@ pub(crate) fn replace<T>(
         Err(error) => return Err(failed(error)),
     };
     let written = match &old {
-        Some(old) if old.is_dir() => Err(std::io::Error::from(std::io::ErrorKind::IsADirectory).into()),
+        Some(old) if old.is_dir() => {
+            Err(std::io::Error::from(std::io::ErrorKind::IsADirectory).into())
+        }
         Some(old) if old.permissions().readonly() => return Err(WriteError::ReadOnly(target)),
         Some(old) if !old.is_file() => write_device(&target, write),
         _ => write_beside(&target, old.as_ref(), write),

@@ -70,8 +70,9 @@ fn read_stream(
     let format = match options.format.or_else(|| Format::detect(head, size, path)) {
         Some(format) => format,
         None => {
-            return Err(ReadErrorKind::UnknownFormat { found: quote(&head[..head.len().min(16)]) }
-                .into());
+            return Err(
+                ReadErrorKind::UnknownFormat { found: quote(&head[..head.len().min(16)]) }.into()
+            );
         }
     };
     let folder = options.folder.as_deref();

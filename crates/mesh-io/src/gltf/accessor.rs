@@ -54,9 +54,10 @@ impl Document {
         let view = all
             .get(index.value())
             .ok_or_else(|| no_such(path, "buffer views", index.value(), all.len()))?;
-        let buffer = self.buffers.get(view.buffer.value()).ok_or_else(|| {
-            no_such(path, "buffers", view.buffer.value(), self.buffers.len())
-        })?;
+        let buffer = self
+            .buffers
+            .get(view.buffer.value())
+            .ok_or_else(|| no_such(path, "buffers", view.buffer.value(), self.buffers.len()))?;
         let start = view.byte_offset.unwrap_or_default().0;
         let bytes = usize::try_from(start)
             .ok()
@@ -65,7 +66,11 @@ impl Document {
         let bytes = bytes.ok_or_else(|| {
             let expected = format!("a view within the {} bytes of its buffer", buffer.len());
             let found = format!("{} bytes from {start}", view.byte_length.0);
-            ReadErrorKind::malformed(at(&format!("bufferViews[{}]", index.value())), expected, found)
+            ReadErrorKind::malformed(
+                at(&format!("bufferViews[{}]", index.value())),
+                expected,
+                found,
+            )
         })?;
         Ok((bytes, view.byte_stride.map(|stride| stride.0)))
     }
@@ -113,7 +118,11 @@ impl Document {
         let (kind, width) = layout(accessor, path)?;
         let integer = matches!(kind, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
         if width != 1 || !integer {
-            return Err(ReadErrorKind::malformed(at(path), "unsigned integers", format!("{kind:?}")));
+            return Err(ReadErrorKind::malformed(
+                at(path),
+                "unsigned integers",
+                format!("{kind:?}"),
+            ));
         }
         let mut values = Vec::new();
         self.each(accessor, path, |index, bytes| {
@@ -190,7 +199,8 @@ impl Document {
         let span = count.saturating_sub(1).saturating_mul(stride as u64);
         let end = offset.saturating_add(span).saturating_add(length as u64);
         if stride < length || (count > 0 && end > bytes.len() as u64) {
-            let expected = format!("{count} values of {length} bytes from byte {offset} of the view");
+            let expected =
+                format!("{count} values of {length} bytes from byte {offset} of the view");
             let found = format!("a view of {} bytes, {stride} for a value", bytes.len());
             return Err(ReadErrorKind::malformed(at(path), expected, found));
         }

@@ -105,7 +105,8 @@ fn resource(
         return Err(missing("it is not relative to the folder of the document".to_owned()));
     }
     let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-    let file = File::open(folder.join(name.as_ref())).map_err(|error| missing(error.to_string()))?;
+    let file =
+        File::open(folder.join(name.as_ref())).map_err(|error| missing(error.to_string()))?;
     if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
         return Err(missing("it is not a file".to_owned()));
     }

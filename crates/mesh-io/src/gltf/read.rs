@@ -74,7 +74,12 @@ impl Reader {
     fn instance(&mut self, instance: &Instance) -> Result<(), ReadErrorKind> {
         let meshes = &self.document.root.meshes;
         let mesh = meshes.get(instance.mesh).ok_or_else(|| {
-            no_such(&format!("nodes[{}].mesh", instance.node), "meshes", instance.mesh, meshes.len())
+            no_such(
+                &format!("nodes[{}].mesh", instance.node),
+                "meshes",
+                instance.mesh,
+                meshes.len(),
+            )
         })?;
         let primitives = mesh.primitives.clone();
         let node = &self.document.root.nodes[instance.node];
@@ -88,8 +93,10 @@ impl Reader {
         let mut shared: Vec<Vertices> = Vec::new();
         for (index, primitive) in primitives.iter().enumerate() {
             let path = format!("meshes[{}].primitives[{index}]", instance.mesh);
-            let triangles =
-                matches!(primitive.mode, Checked::Valid(Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan));
+            let triangles = matches!(
+                primitive.mode,
+                Checked::Valid(Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
+            );
             if !triangles {
                 self.model.notes.push(format!("{path}: skipped points or lines"));
                 continue;
@@ -229,7 +236,12 @@ impl Reader {
             && material.value() >= self.model.materials.len()
         {
             let count = self.model.materials.len();
-            return Err(no_such(&path.replace("indices", "material"), "materials", material.value(), count));
+            return Err(no_such(
+                &path.replace("indices", "material"),
+                "materials",
+                material.value(),
+                count,
+            ));
         }
         let mirrored = DMat3::from_mat4(instance.transform).determinant() < 0.0;
         let first_face = self.model.soup.face_count();
@@ -261,7 +273,13 @@ impl Reader {
         extend_padded(&mut self.model.corner_uvs, uvs, first_corner, last_corner, [f32::NAN; 2]);
         let normals =
             vertices.normals.as_ref().map(|all| corners.iter().map(|c| all[pick(c)]).collect());
-        extend_padded(&mut self.model.corner_normals, normals, first_corner, last_corner, [f32::NAN; 3]);
+        extend_padded(
+            &mut self.model.corner_normals,
+            normals,
+            first_corner,
+            last_corner,
+            [f32::NAN; 3],
+        );
         let last_face = self.model.soup.face_count();
         let material = primitive.material.map(|m| vec![m.value() as u32; last_face - first_face]);
         extend_padded(&mut self.model.face_materials, material, first_face, last_face, Model::NONE);

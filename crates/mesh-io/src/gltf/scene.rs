@@ -28,7 +28,11 @@ pub(super) fn instances(root: &Root) -> Result<Vec<Instance>, ReadErrorKind> {
         let node = nodes.get(index).ok_or_else(|| no_such("nodes", "nodes", index, nodes.len()))?;
         if std::mem::replace(&mut seen[index], true) {
             let expected = "every node to be the child of one node at most";
-            return Err(ReadErrorKind::malformed(at(&path), expected, "a cycle or a second parent"));
+            return Err(ReadErrorKind::malformed(
+                at(&path),
+                expected,
+                "a cycle or a second parent",
+            ));
         }
         if depth > DEEPEST {
             let expected = format!("nodes nested no deeper than {DEEPEST}");

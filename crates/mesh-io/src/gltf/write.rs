@@ -149,7 +149,8 @@ impl Buffer {
 
 fn build(model: &Model, format: Format) -> Result<(Value, Vec<u8>, WriteReport), WriteError> {
     for (vertex, position) in model.soup.positions().iter().enumerate() {
-        if let Some(value) = position.to_array().into_iter().find(|value| !(*value as f32).is_finite())
+        if let Some(value) =
+            position.to_array().into_iter().find(|value| !(*value as f32).is_finite())
         {
             return Err(WriteError::NotFinite { format, vertex, value });
         }
@@ -167,7 +168,8 @@ fn build(model: &Model, format: Format) -> Result<(Value, Vec<u8>, WriteReport),
     }
     let wedges = Wedges::new(model);
     let attributes = attributes(model, &wedges, offset, &mut buffer, &mut report);
-    document["meshes"] = json!([{ "primitives": primitives(model, &wedges, &attributes, &mut buffer) }]);
+    document["meshes"] =
+        json!([{ "primitives": primitives(model, &wedges, &attributes, &mut buffer) }]);
     let mut node = json!({ "mesh": 0 });
     if offset != DVec3::ZERO {
         node["translation"] = json!(offset.to_array());
@@ -242,16 +244,23 @@ fn attributes(
     let by_corner = |corner: Option<u32>| corner.map(|corner| corner as usize);
     let normals: Option<Vec<[f32; 3]>> = match (&model.corner_normals, &model.vertex_normals) {
         (Some(all), _) => Some(
-            wedges.sources.iter().map(|&(_, c)| no_normal(by_corner(c).map_or([f32::NAN; 3], |c| all[c]))).collect(),
+            wedges
+                .sources
+                .iter()
+                .map(|&(_, c)| no_normal(by_corner(c).map_or([f32::NAN; 3], |c| all[c])))
+                .collect(),
         ),
-        (None, Some(all)) => Some(wedges.sources.iter().map(|&(v, _)| no_normal(all[source(v)])).collect()),
+        (None, Some(all)) => {
+            Some(wedges.sources.iter().map(|&(v, _)| no_normal(all[source(v)])).collect())
+        }
         (None, None) => None,
     };
     if let Some(normals) = normals {
         add("NORMAL", buffer.floats(&normals, "VEC3"));
     }
     if let Some(all) = &model.corner_uvs {
-        let uv = |c: usize| if all[c][0].is_nan() { [0.0; 2] } else { [all[c][0], 1.0 - all[c][1]] };
+        let uv =
+            |c: usize| if all[c][0].is_nan() { [0.0; 2] } else { [all[c][0], 1.0 - all[c][1]] };
         let uvs: Vec<_> =
             wedges.sources.iter().map(|&(_, c)| by_corner(c).map_or([0.0; 2], uv)).collect();
         add("TEXCOORD_0", buffer.floats(&uvs, "VEC2"));

@@ -329,8 +329,8 @@ fn check_corner(
         if word.is_empty() {
             continue;
         }
-        let index: i64 =
-            integer(word).ok_or_else(|| line.unexpected(format!("the index of a {name}"), corner))?;
+        let index: i64 = integer(word)
+            .ok_or_else(|| line.unexpected(format!("the index of a {name}"), corner))?;
         if index == 0 || index.unsigned_abs() > count as u64 {
             let expected = format!(
                 "the index of one of the {count} {name}s before this line (from 1, or from -1 back)"

@@ -38,7 +38,8 @@ fn read_library(path: &Path) -> Result<Vec<tobj::Material>, String> {
             kept.push(b'\n');
         }
     }
-    let (materials, _) = tobj::load_mtl_buf(&mut kept.as_slice()).map_err(|error| error.to_string())?;
+    let (materials, _) =
+        tobj::load_mtl_buf(&mut kept.as_slice()).map_err(|error| error.to_string())?;
     Ok(materials)
 }
 

@@ -86,7 +86,10 @@ impl Faces {
         let mut face = Vec::new();
         let mut corner = 0;
         for arity in arities.chain(all_triangles) {
-            while kept.runs.get(self.run + 1).is_some_and(|r| r.first_face <= self.soup.face_count())
+            while kept
+                .runs
+                .get(self.run + 1)
+                .is_some_and(|r| r.first_face <= self.soup.face_count())
             {
                 self.run += 1;
             }

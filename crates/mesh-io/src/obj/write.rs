@@ -74,12 +74,7 @@ fn write_vertices(writer: &mut dyn Write, model: &Model) -> std::io::Result<()> 
 }
 
 /// The lines that lead from one group to another: an object forgets the group within it.
-fn write_group(
-    writer: &mut dyn Write,
-    model: &Model,
-    from: u32,
-    to: u32,
-) -> std::io::Result<()> {
+fn write_group(writer: &mut dyn Write, model: &Model, from: u32, to: u32) -> std::io::Result<()> {
     let none = crate::Group::default();
     let group = |id: u32| model.groups.get(id as usize).unwrap_or(&none);
     let (old, new) = (group(from), group(to));

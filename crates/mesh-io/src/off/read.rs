@@ -44,9 +44,14 @@ impl Header {
 }
 
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
-    let mut reader = Reader { input, header: Header::default(), model: Model::default(), uvs: vec![] };
+    let mut reader =
+        Reader { input, header: Header::default(), model: Model::default(), uvs: vec![] };
     let counts = reader.header()?;
-    if reader.header.binary { reader.binary()? } else { reader.text(counts)? }
+    if reader.header.binary {
+        reader.binary()?
+    } else {
+        reader.text(counts)?
+    }
     Ok(reader.finish())
 }
 
@@ -141,7 +146,8 @@ impl Reader<'_, '_> {
             })?;
             self.model.vertex_colors.get_or_insert_default().push(color);
         } else if !color.is_empty() && self.model.notes.is_empty() {
-            let note = format!("{}: ignored numbers that the OFF header does not announce", numbers.at);
+            let note =
+                format!("{}: ignored numbers that the OFF header does not announce", numbers.at);
             self.model.notes.push(note);
         }
         Ok(())
@@ -259,8 +265,8 @@ fn read_counts(line: Line<'_>, skip: usize) -> Result<[u32; 2], ReadErrorKind> {
     let mut counts = [0; 2];
     for (count, what) in counts.iter_mut().zip(["vertices", "faces"]) {
         let word = words.next().unwrap_or_default();
-        *count = integer(word)
-            .ok_or_else(|| line.unexpected(format!("the number of {what}"), word))?;
+        *count =
+            integer(word).ok_or_else(|| line.unexpected(format!("the number of {what}"), word))?;
     }
     Ok(counts)
 }
@@ -281,13 +287,23 @@ impl Default for Numbers {
 
 impl Numbers {
     /// Reads a line, and more while there are fewer than `least` numbers.
-    fn line(&mut self, input: &mut Input<'_>, least: usize, what: &str) -> Result<(), ReadErrorKind> {
+    fn line(
+        &mut self,
+        input: &mut Input<'_>,
+        least: usize,
+        what: &str,
+    ) -> Result<(), ReadErrorKind> {
         self.values.clear();
         self.append(input, what)?;
         self.more(input, least, what)
     }
 
-    fn more(&mut self, input: &mut Input<'_>, least: usize, what: &str) -> Result<(), ReadErrorKind> {
+    fn more(
+        &mut self,
+        input: &mut Input<'_>,
+        least: usize,
+        what: &str,
+    ) -> Result<(), ReadErrorKind> {
         while self.values.len() < least {
             self.append(input, what)?;
         }

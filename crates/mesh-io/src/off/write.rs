@@ -7,11 +7,8 @@ use std::io::Write;
 
 /// The word that says what every vertex has.
 fn header_word(model: &Model, uvs: bool) -> String {
-    let letters = [
-        (uvs, "ST"),
-        (model.vertex_colors.is_some(), "C"),
-        (model.vertex_normals.is_some(), "N"),
-    ];
+    let letters =
+        [(uvs, "ST"), (model.vertex_colors.is_some(), "C"), (model.vertex_normals.is_some(), "N")];
     letters.iter().filter_map(|&(has, letter)| has.then_some(letter)).chain(["OFF"]).collect()
 }
 

@@ -30,9 +30,8 @@ const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
 /// The places of the single-valued properties of these names, when all of them are there.
 fn find_all<const N: usize>(element: &Element, names: [&str; N]) -> Option<[usize; N]> {
-    let places = names.map(|name| {
-        element.properties.iter().position(|p| p.count.is_none() && p.name == name)
-    });
+    let places = names
+        .map(|name| element.properties.iter().position(|p| p.count.is_none() && p.name == name));
     places.iter().all(Option::is_some).then(|| places.map(Option::unwrap_or_default))
 }
 

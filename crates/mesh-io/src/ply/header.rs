@@ -144,8 +144,7 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
                 return Ok(Header { storage, elements });
             }
             other => {
-                let expected =
-                    "one of format, element, property, comment, obj_info, end_header";
+                let expected = "one of format, element, property, comment, obj_info, end_header";
                 return Err(line.unexpected(expected, other));
             }
         }

@@ -249,5 +249,9 @@ fn vertex_index(value: f64, limit: u64, record: &Record) -> Result<u32, ReadErro
 }
 
 fn out_of_range(value: f64, limit: u64, at: Location) -> ReadErrorKind {
-    ReadErrorKind::malformed(at, format!("vertex indices from 0 to below {limit}"), value.to_string())
+    ReadErrorKind::malformed(
+        at,
+        format!("vertex indices from 0 to below {limit}"),
+        value.to_string(),
+    )
 }

@@ -198,9 +198,7 @@ fn is_wide(mut values: impl Iterator<Item = f64>, precision: Precision) -> bool 
     match precision {
         Precision::Single => false,
         Precision::Double => true,
-        Precision::Exact => {
-            values.any(|value| f64::from(value as f32) != value && !value.is_nan())
-        }
+        Precision::Exact => values.any(|value| f64::from(value as f32) != value && !value.is_nan()),
     }
 }
 

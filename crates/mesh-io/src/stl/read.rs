@@ -139,8 +139,7 @@ impl TextReader {
             let word = words.next().unwrap_or_default();
             *value = number(word).ok_or_else(|| line.unexpected("three coordinates", word))?;
         }
-        let corners =
-            self.corners.as_mut().ok_or_else(|| line.unexpected("facet", b"vertex"))?;
+        let corners = self.corners.as_mut().ok_or_else(|| line.unexpected("facet", b"vertex"))?;
         corners.push(self.weld.vertex(position)?);
         Ok(())
     }
