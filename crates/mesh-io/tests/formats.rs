@@ -1,5 +1,5 @@
 //! What each format holds, in small files written by hand.
-#![allow(clippy::unwrap_used, clippy::expect_used)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use mesh_io::{Encoding, Format, Location, Model, ReadOptions, WriteOptions, read_from, write_to};
 

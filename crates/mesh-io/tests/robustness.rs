@@ -1,5 +1,5 @@
 //! Corrupted, lying and hostile files; writes that fail.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stderr)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 use mesh_io::{
     Encoding, Format, Model, ReadOptions, WriteError, WriteOptions, read_from, write_to,

@@ -48,9 +48,9 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
         Reader { input, header: Header::default(), model: Model::default(), uvs: vec![] };
     let counts = reader.header()?;
     if reader.header.binary {
-        reader.binary()?
+        reader.binary()?;
     } else {
-        reader.text(counts)?
+        reader.text(counts)?;
     }
     Ok(reader.finish())
 }
