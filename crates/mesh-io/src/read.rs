@@ -42,7 +42,7 @@ pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Model,
         let metadata = file.metadata().map_err(ReadErrorKind::Io)?;
         let options = ReadOptions {
             folder: options.folder.clone().or_else(|| path.parent().map(Path::to_owned)),
-            size: options.size.or_else(|| metadata.is_file().then(|| metadata.len())),
+            size: options.size.or_else(|| metadata.is_file().then_some(metadata.len())),
             ..options.clone()
         };
         read_stream(&mut file, &options, Some(path))
@@ -67,13 +67,9 @@ fn read_stream(
     let head = input.peek(HEAD)?;
     // A stream that ends within the head has told its length.
     let size = options.size.or_else(|| (head.len() < HEAD).then_some(head.len() as u64));
-    let format = match options.format.or_else(|| Format::detect(head, size, path)) {
-        Some(format) => format,
-        None => {
-            return Err(
-                ReadErrorKind::UnknownFormat { found: quote(&head[..head.len().min(16)]) }.into()
-            );
-        }
+    let Some(format) = options.format.or_else(|| Format::detect(head, size, path)) else {
+        let found = quote(&head[..head.len().min(16)]);
+        return Err(ReadErrorKind::UnknownFormat { found }.into());
     };
     let folder = options.folder.as_deref();
     let model = match format {

@@ -149,7 +149,8 @@ fn dropped(model: &Model, format: Format) -> Vec<String> {
         (images && !holds(&[Gltf, Glb]), "embedded images"),
     ]
     .into_iter()
-    .filter_map(|(lost, what)| lost.then(|| what.to_owned()))
+    .filter(|(lost, _)| *lost)
+    .map(|(_, what)| what.to_owned())
     .collect()
 }
 
@@ -157,7 +158,7 @@ fn dropped(model: &Model, format: Format) -> Vec<String> {
 pub(crate) fn rounding(positions: &[DVec3]) -> f64 {
     positions
         .iter()
-        .flat_map(|position| position.to_array())
+        .flat_map(DVec3::to_array)
         .map(|value| (value - f64::from(value as f32)).abs())
         .fold(0.0, f64::max)
 }

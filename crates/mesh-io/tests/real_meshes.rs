@@ -1,5 +1,5 @@
 //! Real meshes of all formats, when they are there.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stderr)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 use mesh_io::{Format, Location, Model, WriteOptions, read, write};
 use std::path::PathBuf;

@@ -51,7 +51,7 @@ pub(super) fn instances(root: &Root) -> Result<Vec<Instance>, ReadErrorKind> {
 fn roots(root: &Root) -> Result<Vec<usize>, ReadErrorKind> {
     let scene = root.scene.map_or(0, |scene| scene.value());
     if let Some(scene) = root.scenes.get(scene) {
-        return Ok(scene.nodes.iter().map(|node| node.value()).collect());
+        return Ok(scene.nodes.iter().map(gltf::json::Index::value).collect());
     }
     if root.scene.is_some() {
         return Err(no_such("scene", "scenes", scene, root.scenes.len()));

@@ -48,9 +48,15 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
         Reader { input, header: Header::default(), model: Model::default(), uvs: vec![] };
     let counts = reader.header()?;
     if reader.header.binary {
+<<<<<<< HEAD
         reader.binary()?
     } else {
         reader.text(counts)?
+=======
+        reader.binary()?;
+    } else {
+        reader.text(counts)?;
+>>>>>>> io
     }
     Ok(reader.finish())
 }

@@ -3,6 +3,7 @@
 use crate::decimal::Decimal;
 use crate::write::{as_bytes, rounding, vertex_uvs};
 use crate::{Encoding, Model, Precision, WriteError, WriteOptions, WriteReport};
+use glam::DVec3;
 use std::io::Write;
 
 pub(crate) fn write(
@@ -89,7 +90,7 @@ impl<'m> Plan<'m> {
         let scalars = |scalars: &[crate::Scalars]| {
             scalars.iter().map(|s| is_wide(s.values.iter().copied(), precision)).collect()
         };
-        let positions = model.soup.positions().iter().flat_map(|p| p.to_array());
+        let positions = model.soup.positions().iter().flat_map(DVec3::to_array);
         Self {
             model,
             wide_positions: is_wide(positions, precision),
