@@ -5,7 +5,7 @@ use std::num::NonZero;
 use clap::{Args, Parser, Subcommand};
 use mesh_core::build::{Repair, Weld};
 
-use crate::convert;
+use crate::{convert, flip};
 
 /// Curvature-driven work on triangle meshes.
 #[derive(Debug, Parser)]
@@ -25,6 +25,7 @@ processed as asked; 1 anything else.";
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     Convert(convert::Convert),
+    Flip(flip::Flip),
 }
 
 /// Options of every command.

@@ -66,13 +66,5 @@ fn source(options: &Convert, console: &Console) -> Result<Model, Failure> {
         return read(&options.input, console);
     }
     let loaded = load(&options.input, &options.repair, console)?;
-    let triangles: Vec<[u32; 3]> = loaded.mesh.topology().triangles().collect();
-    let provenance = &loaded.provenance;
-    Ok(loaded.model.reindexed(
-        loaded.mesh.positions(),
-        &triangles,
-        &provenance.vertex_source,
-        &provenance.face_source,
-        &provenance.corner_source,
-    ))
+    loaded.to_model(&loaded.provenance.corner_source)
 }

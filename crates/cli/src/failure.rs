@@ -13,10 +13,11 @@ pub(crate) enum Failure {
     Build { path: PathBuf, source: Box<BuildError> },
     #[error("cannot write {}: {source}", path.display())]
     Write { path: PathBuf, source: Box<WriteError> },
+    /// The content does not fit together, which is a mistake of this program.
+    #[error("the mesh and its attributes do not fit: {0}")]
+    Model(Box<mesh_io::ModelError>),
     #[error("{0}")]
     Usage(String),
-    #[error("{0}")]
-    Impossible(String),
     #[error("cannot make a JSON object: {0}")]
     Json(Box<serde_json::Error>),
     #[error("cannot start threads: {0}")]
@@ -28,6 +29,10 @@ impl Failure {
         Self::Json(Box::new(source))
     }
 
+    pub(crate) fn model(source: mesh_io::ModelError) -> Self {
+        Self::Model(Box::new(source))
+    }
+
     pub(crate) fn threads(source: rayon::ThreadPoolBuildError) -> Self {
         Self::Threads(Box::new(source))
     }
@@ -37,8 +42,8 @@ impl Failure {
             Self::Usage(_) => 2,
             Self::Read(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
-            Self::Build { .. } | Self::Impossible(_) => 4,
-            Self::Write { .. } | Self::Json(_) | Self::Threads(_) => 1,
+            Self::Build { .. } => 4,
+            Self::Write { .. } | Self::Model(_) | Self::Json(_) | Self::Threads(_) => 1,
         }
     }
 }

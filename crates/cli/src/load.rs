@@ -70,6 +70,15 @@ pub(crate) fn load(
 }
 
 impl Loaded {
+    /// The content for the mesh as it is now, each corner taking its data from one of the file.
+    pub(crate) fn to_model(&self, corner_source: &[[u32; 3]]) -> Result<Model, Failure> {
+        let triangles: Vec<[u32; 3]> = self.mesh.topology().triangles().collect();
+        let Provenance { vertex_source, face_source, .. } = &self.provenance;
+        self.model
+            .reindexed(self.mesh.positions(), &triangles, vertex_source, face_source, corner_source)
+            .map_err(Failure::model)
+    }
+
     /// The name of the input for reports.
     pub(crate) fn input(&self) -> String {
         self.path.display().to_string()

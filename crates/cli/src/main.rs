@@ -8,8 +8,10 @@ mod args;
 mod console;
 mod convert;
 mod failure;
+mod flip;
 mod load;
 mod save;
+mod seams;
 
 use std::process::ExitCode;
 
@@ -38,5 +40,6 @@ fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     }
     match &arguments.command {
         Command::Convert(options) => convert::run(options, console),
+        Command::Flip(options) => flip::run(options, console),
     }
 }

@@ -82,7 +82,8 @@ impl Seams {
 
 fn faces_differ(model: &Model, [f, g]: [usize; 2]) -> bool {
     let differs = |ids: &Option<Vec<u32>>| ids.as_ref().is_some_and(|ids| ids[f] != ids[g]);
-    let recolored = |colors: &Vec<[f32; 4]>| colors[f].map(f32::to_bits) != colors[g].map(f32::to_bits);
+    let recolored =
+        |colors: &Vec<[f32; 4]>| colors[f].map(f32::to_bits) != colors[g].map(f32::to_bits);
     differs(&model.face_groups)
         || differs(&model.face_materials)
         || model.face_colors.as_ref().is_some_and(recolored)
