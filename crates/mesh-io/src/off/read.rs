@@ -107,9 +107,13 @@ impl Reader<'_, '_> {
         let face_room = self.input.plausible(u64::from(faces), 7, here, "faces");
         self.model.soup = PolygonSoup::with_capacity(room, 0, 0);
         let mut numbers = Numbers::default();
+        let mut fractions = false;
         for _ in 0..vertices {
             numbers.line(self.input, self.header.without_color(), "the numbers of a vertex")?;
             self.vertex(&numbers)?;
+            let uv = if self.header.uv { 2 } else { 0 };
+            let color = self.header.without_color() - uv..numbers.values.len() - uv;
+            fractions |= numbers.dotted[color].contains(&true);
         }
         let face_room = face_room?;
         let positions = std::mem::take(self.model.soup.positions_mut());
@@ -117,7 +121,7 @@ impl Reader<'_, '_> {
         *self.model.soup.positions_mut() = positions;
         self.faces_text(faces, vertices)?;
         if let Some(colors) = &mut self.model.vertex_colors {
-            to_unit_range(colors, numbers.fractions);
+            to_unit_range(colors, fractions);
         }
         Ok(())
     }
@@ -156,17 +160,19 @@ impl Reader<'_, '_> {
     fn faces_text(&mut self, faces: u32, vertices: u32) -> Result<(), ReadErrorKind> {
         let mut numbers = Numbers::default();
         let mut colors = FaceColors::default();
+        let mut fractions = false;
         for _ in 0..faces {
             numbers.line(self.input, 1, "the corners of a face")?;
             let corners = whole(numbers.values[0], u32::MAX, &numbers.at, "a number of corners")?;
             numbers.more(self.input, 1 + corners as usize, "the corners of a face")?;
             let (face, color) = numbers.values[1..].split_at(corners as usize);
+            fractions |= numbers.dotted[1 + face.len()..].contains(&true);
             self.push_face(face, vertices, &numbers.at)?;
             if face.len() >= 3 {
                 colors.push(color);
             }
         }
-        self.model.face_colors = colors.finish(numbers.fractions);
+        self.model.face_colors = colors.finish(fractions);
         Ok(())
     }
 
@@ -275,13 +281,13 @@ fn read_counts(line: Line<'_>, skip: usize) -> Result<[u32; 2], ReadErrorKind> {
 struct Numbers {
     values: Vec<f64>,
     at: Location,
-    /// Some colour so far was written with a fraction.
-    fractions: bool,
+    /// Which of the values were written with a fraction.
+    dotted: Vec<bool>,
 }
 
 impl Default for Numbers {
     fn default() -> Self {
-        Self { values: Vec::new(), at: Location::Line(0), fractions: false }
+        Self { values: Vec::new(), at: Location::Line(0), dotted: Vec::new() }
     }
 }
 
@@ -294,6 +300,7 @@ impl Numbers {
         what: &str,
     ) -> Result<(), ReadErrorKind> {
         self.values.clear();
+        self.dotted.clear();
         self.append(input, what)?;
         self.more(input, least, what)
     }
@@ -315,7 +322,7 @@ impl Numbers {
         self.at = line.location();
         for word in line.words() {
             let value = number(word).ok_or_else(|| line.unexpected(what, word))?;
-            self.fractions |= word.contains(&b'.');
+            self.dotted.push(word.contains(&b'.'));
             self.values.push(value);
         }
         Ok(())
