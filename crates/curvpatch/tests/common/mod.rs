@@ -45,10 +45,10 @@ pub fn mean_edge(mesh: &TriMesh) -> f64 {
         / topology.edge_count() as f64
 }
 
-/// About 300 faces, evenly spaced by index: those that the reference statistics are over.
-pub fn sample(mesh: &TriMesh) -> impl Iterator<Item = FaceId> + Clone {
+/// About this many faces, evenly spaced by index: those that the reference statistics are over.
+pub fn sample(mesh: &TriMesh, about: usize) -> impl Iterator<Item = FaceId> + Clone {
     let count = mesh.topology().face_count();
-    (0..count).step_by((count / 300).max(1)).map(FaceId::from_index)
+    (0..count).step_by((count / about).max(1)).map(FaceId::from_index)
 }
 
 /// The 50th and the 95th percentile, with linear interpolation between neighbours.
@@ -84,7 +84,7 @@ pub fn accuracy(
     let estimator = CurvatureEstimator::new(mesh, params).unwrap();
     let mut errors = Vec::new();
     let mut angles = Vec::new();
-    for face in sample(mesh) {
+    for face in sample(mesh, 300) {
         let disc = estimator.at(face, radius).unwrap();
         if disc.truncated || !keep(&disc) {
             continue;
