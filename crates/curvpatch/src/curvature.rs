@@ -1,7 +1,7 @@
 //! Principal curvatures of a point from the normal sections through it (SN10, section 1).
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
-use mesh_core::{FaceId, FaceMap, Handle, TriMesh, parallel};
+use mesh_core::{EdgeId, FaceId, FaceMap, Handle, TriMesh, parallel};
 
 use crate::params::{NormalRule, Params, PrincipalRule};
 use crate::section::{Section, SectionPlane, WalkEnd};
@@ -225,6 +225,22 @@ impl<'a> CurvatureEstimator<'a> {
     #[must_use]
     pub fn params(&self) -> Params {
         self.params
+    }
+
+    /// A radius that suits clean meshes: four mean edge lengths, in model units; 0 for a mesh
+    /// without edges, which no disc has a use for.
+    #[must_use]
+    pub fn suggested_radius(&self) -> f64 {
+        let topology = self.mesh.topology();
+        let total = parallel::sum(topology.edge_capacity(), |index| {
+            let edge = EdgeId::from_index(index);
+            if !topology.contains_edge(edge) {
+                return 0.0;
+            }
+            let [a, b] = topology.edge_vertices(edge).map(|v| self.mesh.position(v));
+            a.distance(b)
+        });
+        4.0 * total / topology.edge_count().max(1) as f64
     }
 
     /// The curvature at a point, or at the barycentre of a face, over the disc of this radius.

@@ -304,36 +304,50 @@ impl Patch {
         self.translation - k1 * at.x * at.x / (1.0 + slope.x) - k2 * at.y * at.y / (1.0 + slope.y)
     }
 
-    /// Newton's method on 1 / ρ(u) = 1 with ρ = |(x / A₁, y / A₂)|. The left side is nearly linear
-    /// and concave, so the iteration comes from the left and stays in its bracket.
+    /// The parameter u over a point of the tangent plane; see [`Patch::parameters`].
     fn parameter_u(&self, at: DVec2) -> Option<f64> {
-        let arcs = DVec2::from_array(self.arcs);
-        let start = (at / arcs).length();
-        if start == 0.0 {
-            return Some(0.0);
-        }
-        let end = self.turn().recip() * FRAC_PI_2;
-        let end = end.min(start * FRAC_PI_2);
+        let start = (at / DVec2::from_array(self.arcs)).length();
+        let end = (self.turn().recip() * FRAC_PI_2).min(start * FRAC_PI_2);
         let rho = |u: f64| (at / self.reaches(u).0).length();
         // Also refuses what is not finite.
-        if !(start <= end && rho(end) <= 1.0 + 1e-12) {
-            return None;
-        }
+        let exists = start == 0.0 || (start <= end && rho(end) <= 1.0 + 1e-12);
+        exists.then(|| self.solve_u(at, start, end))
+    }
+
+    /// Newton's method on 1 / ρ(u) = 1 with ρ = |(x / A₁, y / A₂)|, from the left end of a bracket.
+    /// The left side is nearly linear and concave, so the iteration stays left of the root.
+    fn solve_u(&self, at: DVec2, start: f64, end: f64) -> f64 {
+        let arcs = DVec2::from_array(self.arcs);
         let mut u = start;
         for _ in 0..40 {
+            if u == 0.0 {
+                break;
+            }
             let (reach, slope) = self.reaches(u);
             let scaled = at / reach;
             let rho = scaled.length();
             let fall = (scaled * scaled * slope * arcs / reach).element_sum();
             let step = rho * rho * (rho - 1.0) / fall;
             let next = (u + step).clamp(start, end);
-            let settled = (next - u).abs() <= 1e-15 * u;
+            // The step after one this small would be below rounding: convergence is quadratic.
+            let settled = (next - u).abs() <= 1e-9 * u;
             u = if next.is_nan() { end } else { next };
             if settled {
                 break;
             }
         }
-        Some(u)
+        u
+    }
+
+    /// The height over a point of the tangent plane; `None` outside the footprint, where
+    /// [`Patch::height`] still follows the continuation.
+    #[inline]
+    pub(crate) fn height_in_footprint(&self, x: f64, y: f64) -> Option<f64> {
+        let at = DVec2::new(x, y);
+        self.contains(x, y).then(|| {
+            let start = (at / DVec2::from_array(self.arcs)).length();
+            self.height_at(self.solve_u(at, start, start.max(1.0)), at)
+        })
     }
 
     /// The patch as an oriented elliptical disc.

