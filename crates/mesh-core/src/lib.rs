@@ -1,6 +1,7 @@
 //! Half-edge triangle meshes.
 pub mod attribute;
 pub mod build;
+pub mod butterfly;
 pub mod circulate;
 pub mod compact;
 pub mod connectivity;
@@ -11,6 +12,7 @@ pub mod mesh;
 pub mod normals;
 pub mod pairing;
 pub mod parallel;
+pub mod quadrisect;
 pub mod shapes;
 pub mod soup;
 pub mod topology;
