@@ -5,7 +5,7 @@ use std::num::NonZero;
 use clap::{Args, Parser, Subcommand};
 use mesh_core::build::{Repair, Weld};
 
-use crate::{convert, flip};
+use crate::{convert, flip, info};
 
 /// Curvature-driven work on triangle meshes.
 #[derive(Debug, Parser)]
@@ -24,6 +24,7 @@ processed as asked; 1 anything else.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    Info(info::Info),
     Convert(convert::Convert),
     Flip(flip::Flip),
 }

@@ -9,6 +9,7 @@ mod console;
 mod convert;
 mod failure;
 mod flip;
+mod info;
 mod load;
 mod save;
 mod seams;
@@ -39,6 +40,7 @@ fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
         pool.build_global().map_err(Failure::threads)?;
     }
     match &arguments.command {
+        Command::Info(options) => info::run(options, console),
         Command::Convert(options) => convert::run(options, console),
         Command::Flip(options) => flip::run(options, console),
     }
