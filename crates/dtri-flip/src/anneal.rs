@@ -58,6 +58,7 @@ pub(crate) fn run<C: FlipCost>(
     watch: &mut Watch<'_>,
 ) -> (Stop, u64) {
     let mut random = SplitMix64::new(settings.seed);
+    run.forget_flips_of_edges();
     let mut best = Best { cost: run.cost.total(run.mesh), length: run.log.len(), stop: at_minimum };
     let mut kept_flips = 0;
     for _ in 0..settings.rounds {
@@ -123,7 +124,7 @@ fn try_flip<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId, temperature: f64, c
     if chance < (change.gain() / temperature).exp()
         && let Ok(flip) = run.allow(edge)
     {
-        run.flip(flip, change);
+        run.record(flip, change);
     }
 }
 

@@ -66,6 +66,13 @@ pub trait FlipCost: Sync {
     /// not depend on anything that [`FlipCost::reach`] does not cover.
     fn change(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Change;
 
+    /// [`FlipCost::change`] where that lowers the cost. May be `None` where it does not, so that a
+    /// cost can give up as soon as that is clear; must give the same bits otherwise.
+    #[inline]
+    fn change_if_lower(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Option<Change> {
+        Some(self.change(mesh, cache, quad))
+    }
+
     /// Where [`FlipCost::change`] looks.
     fn reach(&self) -> Reach;
 

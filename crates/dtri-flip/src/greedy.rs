@@ -62,9 +62,7 @@ impl Greedy {
         let waiting = Waiting::new(topology);
         let changes = {
             let run = &*run;
-            parallel::collect(edges, |i| {
-                run.change(EdgeId::from_index(i)).filter(|&change| run.is_gain(change))
-            })
+            parallel::collect(edges, |i| run.gainful_change(EdgeId::from_index(i)))
         };
         let keys: Vec<Option<f64>> = (0..edges)
             .map(|item| {
@@ -83,10 +81,10 @@ impl Greedy {
 
     /// Flips an edge whose turn has come, alone or as the first of a row, or refuses it.
     fn take<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, flips_left: usize) {
-        match run.change(edge).filter(|&change| run.is_gain(change)) {
+        match run.gainful_change(edge) {
             Some(change) => match run.allow(edge) {
                 Ok(flip) => {
-                    if let Some(quad) = run.flip(flip, change) {
+                    if let Some(quad) = run.flip_if_real(flip, change) {
                         self.refresh(run, &[quad]);
                     }
                 }
@@ -120,6 +118,7 @@ impl Greedy {
         match refusal {
             Refusal::ValenceThree(_) => refused.valence_three += 1,
             Refusal::DiagonalExists(_) => refused.diagonal_exists += 1,
+            Refusal::Flat => refused.flat += 1,
             Refusal::Fold => refused.fold += 1,
             Refusal::Intersection(_) => refused.intersection += 1,
             Refusal::Cycle => refused.cycle += 1,
@@ -152,7 +151,7 @@ impl Greedy {
 /// The change of an edge's flip, or of the best row that begins with it, when that is a gain.
 #[inline]
 fn best_change<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId) -> Option<Change> {
-    let single = run.change(edge).filter(|&change| run.is_gain(change));
+    let single = run.gainful_change(edge);
     single.or_else(|| look_ahead::best_change(run, edge))
 }
 

@@ -62,7 +62,8 @@ pub use anneal::Anneal;
 pub use cost::{Change, FlipCost, Reach};
 pub use cost_name::{CostName, UnknownCost};
 pub use costs::{
-    AbsMean, FaceCost, FaceFunction, VertexCost, VertexFunction, VirtualWillmore, Willmore,
+    AbsMean, FaceCost, FaceFunction, VertexCost, VertexCostCache, VertexFunction, VirtualWillmore,
+    Willmore,
 };
 pub use crossing::triangles_cross;
 pub use error::FlipError;

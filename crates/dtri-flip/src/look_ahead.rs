@@ -60,9 +60,12 @@ impl Search {
 
     fn judge<C: FlipCost>(&mut self, run: &Run<'_, C>) {
         let change = total(&self.row);
-        let best = self.best.as_ref().map_or(f64::NEG_INFINITY, |row| total(row).gain());
         // A later row has to be better by more than rounding.
-        if run.is_gain(change) && change.gain() > best + 1e-10 * best.abs() {
+        let better = self.best.as_ref().is_none_or(|row| {
+            let best = total(row).gain();
+            change.gain() > best + 1e-10 * best.abs()
+        });
+        if better && run.is_gain(change) {
             self.best = Some(self.row.clone());
         }
     }
