@@ -79,7 +79,7 @@ pub struct Provenance {
 /// time, plus `n log n` for the corners of large polygons and of vertices of large valence.
 ///
 /// ```
-/// use mesh_core::{PolygonSoup, Repair, build};
+/// use mesh_core::{BuildError, PolygonSoup, Repair, build};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let mut soup = PolygonSoup::new();
@@ -91,9 +91,10 @@ pub struct Provenance {
 /// assert_eq!(built.mesh.topology().face_count(), 2);
 /// assert!(built.report.is_unchanged());
 ///
-/// soup.push_face(&[3, 2, 1])?;
+/// soup.push_vertex([1.0, 0.5, 1.0]);
+/// soup.push_face(&[0, 2, 4])?;
 /// let error = build(&soup, &Repair::strict()).unwrap_err();
-/// assert!(error.to_string().contains("belongs to 3 faces"));
+/// assert!(matches!(error, BuildError::NonManifoldEdge { .. }));
 /// let built = build(&soup, &Repair::lenient())?;
 /// assert_eq!(built.report.cut_edges.count(), 1);
 /// # Ok(())
