@@ -5,8 +5,10 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
+mod colormap;
 mod console;
 mod convert;
+mod curvature;
 mod failure;
 mod flip;
 mod info;
@@ -42,6 +44,7 @@ fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
     match &arguments.command {
         Command::Info(options) => info::run(options, console),
         Command::Convert(options) => convert::run(options, console),
+        Command::Curvature(options) => curvature::run(options, console),
         Command::Flip(options) => flip::run(options, console),
     }
 }

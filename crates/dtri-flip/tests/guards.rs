@@ -135,7 +135,7 @@ fn crossings(mesh: &TriMesh) -> usize {
         a.distance(b)
     });
     let cell = 2.0 * lengths.sum::<f64>() / count;
-    let key = |p: DVec3| ((p / cell).floor()).as_i64vec3().to_array();
+    let key = |p: DVec3| (p / cell).floor().to_array().map(|x| x as i64);
     let mut grid: BTreeMap<[i64; 3], Vec<FaceId>> = BTreeMap::new();
     let cells = |points: &[DVec3]| {
         let low = points.iter().copied().reduce(DVec3::min).unwrap();
