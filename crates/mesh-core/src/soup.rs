@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// A polygon soup: vertex positions, and faces of three or more corners that index them.
 ///
-/// This is what readers produce and what [`crate::build`] turns into a half-edge mesh. Faces lie
+/// This is what readers produce and what [`crate::build()`] turns into a half-edge mesh. Faces lie
 /// one after another in one flat array of *corners*; the position of a corner in that array is
 /// its *corner index*, by which callers key data that differs between the faces at a vertex
 /// (texture coordinates, normals across a crease).

@@ -128,7 +128,12 @@ impl Grid<'_> {
 
 /// The numbers of the grid cell that holds a position, along the three axes.
 fn cell_of(position: DVec3, cell_size: f64) -> [u64; 3] {
-    (position / cell_size).floor().to_array().map(|number| (number as i64).cast_unsigned())
+    (position / cell_size).to_array().map(|quotient| {
+        // Rounds down; calling `floor` is slow on targets that have no instruction for it.
+        let towards_zero = quotient as i64;
+        let is_above = towards_zero as f64 > quotient;
+        (towards_zero - i64::from(is_above)).cast_unsigned()
+    })
 }
 
 /// A hash table of vertices by keys that the vertices themselves tell.
