@@ -1,6 +1,6 @@
 //! How often a scrambled convex hull is found again, by cost and strategy (DHKL01 sec. 4).
 //!
-//! Arguments: the number of seeds (50) and of points (60).
+//! Arguments: the number of seeds (50) and of points (60), and one of the strategies by number.
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
 
 #[path = "../tests/common/mod.rs"]
@@ -13,6 +13,7 @@ use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions, Quad};
 use mesh_core::shapes::{Ellipsoid, Sphere, SplitMix64};
 use mesh_core::{EdgeId, TriMesh};
+use rayon::prelude::*;
 
 /// Whether a flip keeps the triangulation of a surface round the origin without overlaps.
 fn stays_embedded(mesh: &TriMesh, edge: EdgeId) -> bool {
@@ -46,6 +47,9 @@ fn main() {
     let points = args.get(1).copied().unwrap_or(60);
     for shape in ["sphere", "ellipsoid"] {
         for (name, options) in strategies() {
+            if args.get(2).is_some_and(|&only| strategies()[only].0 != name) {
+                continue;
+            }
             for cost in [CostName::F1, CostName::F2, CostName::F3] {
                 print!("{points:4} {shape:10} {name:20} {cost}");
                 for embedded in [false, true] {

@@ -1,10 +1,13 @@
 //! Simulated annealing: a way out of local minima.
 
+use core::f64::consts::FRAC_PI_2;
+
 use mesh_core::shapes::SplitMix64;
 use mesh_core::{EdgeId, Handle};
 
 use crate::cost::FlipCost;
 use crate::error::FlipError;
+use crate::fold::folds;
 use crate::greedy;
 use crate::report::Stop;
 use crate::run::Run;
@@ -67,7 +70,7 @@ pub(crate) fn run<C: FlipCost>(
         run.forget_flips_of_edges();
         let stop = match stopped {
             Some(stop) => stop,
-            None => greedy::run(run, watch),
+            None => greedy::run(run, run.options.look_ahead, watch),
         };
         let cost = run.cost.total(run.mesh);
         if cost < best.cost {
@@ -119,9 +122,13 @@ fn round<C: FlipCost>(
 }
 
 /// The step of Metropolis et al. 1953.
+///
+/// Flips that fold a face back are left out: the costs do not see which side is outside, and a
+/// small closed mesh could be turned inside out, one fold after the other.
 fn try_flip<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId, temperature: f64, chance: f64) {
-    let Some(change) = run.change(edge) else { return };
+    let (Some(change), Some(quad)) = (run.change(edge), run.quad(edge)) else { return };
     if chance < (change.gain() / temperature).exp()
+        && !folds(run.mesh, &quad, FRAC_PI_2)
         && let Ok(flip) = run.allow(edge)
     {
         run.record(flip, change);

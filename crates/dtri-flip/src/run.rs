@@ -50,7 +50,7 @@ pub fn optimise_with<C: FlipCost>(
     let mut watch = Watch::new(options, progress);
     let cost_before = cost.total(mesh);
     let mut run = Run::new(mesh, cost, options, cost_before);
-    let mut stop = greedy::run(&mut run, &mut watch);
+    let mut stop = descend(&mut run, &mut watch);
     let mut annealed_flips = 0;
     if let Some(settings) = &options.anneal
         && matches!(stop, Stop::LocalMinimum | Stop::CycleGuard)
@@ -66,6 +66,34 @@ pub fn optimise_with<C: FlipCost>(
         refused: run.refused,
         stop,
     })
+}
+
+/// Greedy, with look-ahead if that was asked for; never worse than without.
+///
+/// A row of flips that is taken early may lead to a worse minimum than single flips would have.
+/// So both ways are tried, and where the plain one gets lower, look-ahead goes on from its end.
+fn descend<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
+    if run.options.look_ahead < 2 {
+        return greedy::run(run, 1, watch);
+    }
+    let (start, start_refused) = (run.running_cost, run.refused);
+    let plain_stop = greedy::run(run, 1, watch);
+    if !matches!(plain_stop, Stop::LocalMinimum | Stop::CycleGuard) {
+        return plain_stop;
+    }
+    let (plain_cost, plain_refused) = (run.cost.total(run.mesh), run.refused);
+    let plain_flips = run.log.clone();
+    run.start_over(start, start_refused);
+    let stop = greedy::run(run, run.options.look_ahead, watch);
+    if run.cost.total(run.mesh) <= plain_cost {
+        return stop;
+    }
+    run.start_over(plain_cost, plain_refused);
+    run.repeat(&plain_flips);
+    match stop {
+        Stop::TimeLimit | Stop::Cancelled => stop,
+        _ => greedy::run(run, run.options.look_ahead, watch),
+    }
 }
 
 pub(crate) struct Run<'a, C: FlipCost> {
@@ -214,6 +242,23 @@ impl<'a, C: FlipCost> Run<'a, C> {
         while self.log.len() > length {
             if let Some(edge) = self.log.pop() {
                 self.turn_back(edge);
+            }
+        }
+    }
+
+    /// Undoes everything.
+    fn start_over(&mut self, cost: f64, refused: Refused) {
+        self.undo_to(0);
+        self.forget_flips_of_edges();
+        self.running_cost = cost;
+        self.refused = refused;
+    }
+
+    /// Does flips again that were done from this state before.
+    fn repeat(&mut self, flips: &[EdgeId]) {
+        for &edge in flips {
+            if let Ok(flip) = self.mesh.topology().check_flip(edge) {
+                self.flip(flip, Change::default());
             }
         }
     }

