@@ -137,10 +137,9 @@ pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure>
 
 impl Values {
     fn of(loaded: &Loaded, area: VertexArea) -> Self {
-        let willmore = dcurv::willmore_energies(&loaded.mesh);
         Self {
             curvatures: Curvatures::of(&loaded.mesh, &CurvatureOptions { area }),
-            willmore: willmore.as_slice().iter().map(|w| w.value()).collect(),
+            willmore: dcurv::willmore_energies(&loaded.mesh),
         }
     }
 

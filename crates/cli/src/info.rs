@@ -84,7 +84,9 @@ fn too_large(options: &Info, source: BuildError) -> Failure {
 /// The file as it is or welded, or the mesh that repairs make of it.
 fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
     let repair = options.repair.repair();
-    if (Repair { weld: Weld::None, ..repair }) != Repair::strict() {
+    let mut only_weld = Repair::strict();
+    only_weld.weld = repair.weld;
+    if repair != only_weld {
         let loaded = load(&options.input, &options.repair, console)?;
         return Ok(loaded.to_model(&loaded.provenance.corner_source)?.soup);
     }

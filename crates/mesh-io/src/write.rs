@@ -86,7 +86,8 @@ pub fn write(
 /// Writes a model to a stream, many small pieces at a time: buffer it.
 ///
 /// # Errors
-/// A [`WriteError`]; part of the file may have been written when the stream itself fails.
+/// A [`WriteError`]; part of the file may have been written when the stream itself fails, or when
+/// a coordinate turns out not to fit into the 32-bit numbers of the format.
 pub fn write_to(
     mut writer: &mut dyn Write,
     model: &Model,
@@ -122,9 +123,21 @@ pub fn write_to(
         (Format::Gltf | Format::Glb, _) => Err(WriteError::FormatDisabled(format)),
         _ => Err(no_such_encoding),
     }?;
+    if report.rounding.is_infinite() {
+        return Err(out_of_single_range(model, format));
+    }
     writer.flush()?;
     report.dropped = dropped(model, format);
     Ok(report)
+}
+
+/// The error for a coordinate that became infinite on its way to 32 bits.
+fn out_of_single_range(model: &Model, format: Format) -> WriteError {
+    let coordinates = model.soup.positions().iter().flat_map(|p| p.to_array());
+    let largest = coordinates.enumerate().filter(|(_, value)| value.is_finite());
+    let (index, value) =
+        largest.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())).unwrap_or_default();
+    WriteError::OutOfSingleRange { format, vertex: index / 3, value }
 }
 
 /// What a model has and a format has no place for.
