@@ -59,7 +59,7 @@ fn willmore_energy_of_the_inset_cube() {
     assert!((found - 180.22).abs() < 5e-3);
 }
 
-/// KKL02 eq. 1 and 2 on a cube, where each corner of valence `n` can be done by hand.
+/// KKL02 eq. 1 and 2, worked out by hand.
 #[test]
 fn norms_of_kkl02_on_an_octahedron() {
     let found = totals(&polyhedra::octahedron(), VertexArea::Barycentric);
