@@ -37,7 +37,7 @@ fn strategies() -> Vec<(&'static str, FlipOptions)> {
         ("look-ahead 2", look_ahead(2)),
         ("look-ahead 3", look_ahead(3)),
         ("anneal", anneal(1, 8, 50)),
-        ("anneal long, ahead 3", anneal(3, 8, 300)),
+        ("anneal, ahead 3", anneal(3, 8, 50)),
     ]
 }
 
