@@ -36,8 +36,8 @@ fn strategies() -> Vec<(&'static str, FlipOptions)> {
         ("greedy", look_ahead(1)),
         ("look-ahead 2", look_ahead(2)),
         ("look-ahead 3", look_ahead(3)),
-        ("anneal", anneal(1, 4, 100)),
-        ("anneal x4, ahead 2", anneal(2, 4, 400)),
+        ("anneal", anneal(1, 8, 50)),
+        ("anneal, ahead 3", anneal(3, 8, 50)),
     ]
 }
 
@@ -56,6 +56,7 @@ fn main() {
                     print!("  {}", if embedded { "embedded" } else { "free" });
                     for k in [20, 60, 150, 600] {
                         let found = (0..seeds)
+                            .into_par_iter()
                             .filter(|&seed| {
                                 finds_hull(shape, points, seed, k, embedded, cost, &options)
                             })

@@ -36,7 +36,7 @@ pub struct Anneal {
 
 impl Default for Anneal {
     fn default() -> Self {
-        Self { seed: 0, rounds: 4, steps_per_edge: 100, start: 0.5, end: 0.01 }
+        Self { seed: 0, rounds: 8, steps_per_edge: 50, start: 0.2, end: 0.01 }
     }
 }
 

@@ -4,6 +4,7 @@
 mod common;
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use common::{face_set, mesh_of};
 use dcurv::VertexArea;
@@ -82,8 +83,8 @@ fn brute_force_confirms_the_global_minima() {
                 let Ok(flip) = flipped.topology().check_flip(edge) else { continue };
                 flipped.flip(flip);
                 let faces = face_set(&flipped);
-                if !known.contains_key(&faces) {
-                    known.insert(faces, flipped.clone());
+                if let Entry::Vacant(place) = known.entry(faces) {
+                    place.insert(flipped.clone());
                     next.push(flipped);
                 }
             }

@@ -18,7 +18,7 @@ pub(crate) trait EdgeTerm: Sync {
             return 0.0;
         }
         Quad::around(topology, edge).map_or(0.0, |quad| {
-            let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
+            let [a, b, c, d] = corner_points(mesh, &quad);
             self.term(a, b, c, d)
         })
     }
@@ -70,7 +70,7 @@ pub(crate) trait EdgeTerm: Sync {
     /// The terms after the flip: of the edge, then of the sides, each computed when it is asked for.
     #[inline]
     fn new_terms(&self, mesh: &TriMesh, quad: &Quad) -> impl Iterator<Item = f64> {
-        let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
+        let [a, b, c, d] = corner_points(mesh, quad);
         let sides = [([b, c], d), ([c, a], d), ([a, d], c), ([d, b], c)];
         let of_side = move |(side, (ends, inner))| self.side(mesh, side, ends, inner);
         let diagonal = core::iter::once_with(move || self.term(c, d, b, a));
@@ -88,7 +88,15 @@ pub(crate) trait EdgeTerm: Sync {
 
 #[inline]
 fn sum_before(terms: &EdgeMap<f64>, quad: &Quad) -> f64 {
-    edges(quad).map(|e| terms[e]).iter().sum()
+    let [bc, ca, ad, db] = quad.sides;
+    terms[quad.edge] + terms[bc.edge()] + terms[ca.edge()] + terms[ad.edge()] + terms[db.edge()]
+}
+
+/// Written out, since the compiler keeps a map over the array as a call.
+#[inline]
+fn corner_points(mesh: &TriMesh, quad: &Quad) -> [DVec3; 4] {
+    let [a, b, c, d] = quad.corners;
+    [mesh.position(a), mesh.position(b), mesh.position(c), mesh.position(d)]
 }
 
 /// The edge and the four sides of the quadrilateral.
