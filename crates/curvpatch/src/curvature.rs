@@ -383,8 +383,10 @@ impl<'a> CurvatureEstimator<'a> {
         let solvable = usable >= 3 && matrix.determinant() > 1e-12 * matrix.x_axis.x.powi(3);
         let fit = solvable.then(|| matrix.inverse() * right)?;
         let amplitude = fit.y.hypot(fit.z);
-        // The angle of the smallest curvature; any will do where all directions are equal.
-        let angle = if amplitude > 0.0 { 0.5 * (-fit.z).atan2(-fit.y) } else { 0.0 };
+        // The angle of the smallest curvature; any will do where all directions are equal. Rounding
+        // must not choose between the two ends of the range, which are opposite directions.
+        let sine = if fit.z.abs() > 1e-12 * amplitude { -fit.z } else { 0.0 };
+        let angle = if amplitude > 0.0 { 0.5 * sine.atan2(-fit.y) } else { 0.0 };
         let (sin, cos) = angle.sin_cos();
         Some(Principal::ordered(
             (fit.x - amplitude, DVec2::new(cos, sin)),

@@ -4,6 +4,8 @@
 
 mod common;
 
+use std::collections::HashSet;
+
 use curvpatch::{
     Cover, CoverMethod, CoverOptions, CurvatureEstimator, Params, Patch, Shape, cover,
 };
@@ -113,10 +115,12 @@ fn check_rows(rows: &[Row], params: Params) {
         {
             let cover = covered(&mesh, params, row, method);
             let what = format!("{:?} {} {:?} {method:?}", row.mesh, row.tolerance, row.shapes);
-            println!("{what}: {} patches, reference {limit}", cover.patches.len());
             assert!(cover.residual.is_empty(), "{what}: {} residual", cover.residual.len());
-            assert!(cover.patches.len() as f64 <= 1.2 * limit as f64, "{what}");
-            check_promises(&mesh, &cover);
+            let count = cover.patches.len();
+            assert!(count as f64 <= 1.2 * limit as f64, "{what}: {count} patches, not {limit}");
+            if method == CoverMethod::Greedy {
+                check_promises(&mesh, &cover);
+            }
         }
     }
 }
@@ -124,6 +128,7 @@ fn check_rows(rows: &[Row], params: Params) {
 /// Every face is covered by a patch or residual, and the vertices of a covered face are within the
 /// tolerance of the patch: by search over its parameters, not by its own inverse.
 fn check_promises(mesh: &TriMesh, cover: &Cover) {
+    let mut checked = HashSet::new();
     for face in mesh.topology().faces() {
         let residual = cover.residual.contains(&face);
         let Some(index) = cover.patch_of_face[face] else {
@@ -133,8 +138,11 @@ fn check_promises(mesh: &TriMesh, cover: &Cover) {
         assert!(!residual);
         let patch = &cover.patches[index as usize];
         assert!(patch.faces.contains(&face));
-        for corner in mesh.triangle(face) {
-            let distance = searched_distance(&patch.fit.patch, corner);
+        for vertex in mesh.topology().face_vertices(face) {
+            if !checked.insert((vertex, index)) {
+                continue;
+            }
+            let distance = searched_distance(&patch.fit.patch, mesh.position(vertex));
             assert!(distance <= cover.tolerance * (1.0 + 1e-6), "{face}: {distance}");
         }
     }
@@ -147,10 +155,10 @@ fn searched_distance(patch: &Patch, point: glam::DVec3) -> f64 {
     let distance = |at: [f64; 2]| patch.point(at[0], at[1]).distance(point);
     let nearer = |a: &[f64; 2], b: &[f64; 2]| distance(*a).total_cmp(&distance(*b));
     let grid =
-        (0..=20).flat_map(|i| (0..40).map(move |j| [0.05 * f64::from(i), 0.16 * f64::from(j)]));
+        (0..=10).flat_map(|i| (0..20).map(move |j| [0.1 * f64::from(i), 0.32 * f64::from(j)]));
     let mut at = grid.min_by(nearer).unwrap();
     let mut step = 0.05;
-    while step > 1e-7 {
+    while step > 1e-6 {
         let around = (-2..=2).flat_map(|i| (-2..=2).map(move |j| [i, j]));
         let moved = around.map(|[i, j]| {
             [(at[0] + step * f64::from(i)).clamp(0.0, 1.0), at[1] + 3.0 * step * f64::from(j)]

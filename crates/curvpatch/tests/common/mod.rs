@@ -45,10 +45,10 @@ pub fn mean_edge(mesh: &TriMesh) -> f64 {
         / topology.edge_count() as f64
 }
 
-/// About 300 faces, evenly spaced by index: those that the reference statistics are over.
-pub fn sample(mesh: &TriMesh) -> impl Iterator<Item = FaceId> + Clone {
+/// About this many faces, evenly spaced by index: those that the reference statistics are over.
+pub fn sample(mesh: &TriMesh, about: usize) -> impl Iterator<Item = FaceId> + Clone {
     let count = mesh.topology().face_count();
-    (0..count).step_by((count / 300).max(1)).map(FaceId::from_index)
+    (0..count).step_by((count / about).max(1)).map(FaceId::from_index)
 }
 
 /// The 50th and the 95th percentile, with linear interpolation between neighbours.
@@ -76,7 +76,7 @@ pub struct Accuracy {
 /// Errors over the sampled faces that `keep` accepts and whose disc is not cut off.
 pub fn accuracy(
     mesh: &TriMesh,
-    surface: &impl AnalyticSurface,
+    surface: &dyn AnalyticSurface,
     params: Params,
     radius: f64,
     keep: impl Fn(&DiscCurvature) -> bool,
@@ -84,7 +84,7 @@ pub fn accuracy(
     let estimator = CurvatureEstimator::new(mesh, params).unwrap();
     let mut errors = Vec::new();
     let mut angles = Vec::new();
-    for face in sample(mesh) {
+    for face in sample(mesh, 300) {
         let disc = estimator.at(face, radius).unwrap();
         if disc.truncated || !keep(&disc) {
             continue;
@@ -96,8 +96,10 @@ pub fn accuracy(
         errors.push(100.0 * (max - exact.max).abs().max((min - exact.min).abs()) / scale);
         if let Some([of_max, of_min]) = exact.directions {
             let first = if exact.max.abs() >= exact.min.abs() { of_max } else { of_min };
-            // On a saddle either may be the larger one; the angle is what counts.
-            let off = disc.frame[0].dot(first).abs().min(1.0).acos().to_degrees();
+            // In the tangent plane of the estimate, so that the tilt of its normal does not count.
+            // On a saddle either may be the larger one; the angle to the cross is what counts.
+            let [x, y] = [disc.frame[0], disc.frame[1]].map(|axis| axis.dot(first));
+            let off = y.abs().atan2(x.abs()).to_degrees();
             angles.push(off.min(90.0 - off));
         }
     }
