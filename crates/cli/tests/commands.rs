@@ -240,3 +240,54 @@ fn trap_17_the_bytes_do_not_depend_on_threads() {
     let one = bytes("1");
     assert!(one == bytes("2") && one == bytes("8"));
 }
+
+/// A disk that is full after some bytes, by a limit on the size of files.
+#[test]
+#[cfg(unix)]
+fn a_full_disk_leaves_the_old_file_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (big, target) = (folder.path().join("big.ply"), folder.path().join("old.ply"));
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(100, 50).unwrap(), &big);
+    write(polyhedra::tetrahedron(), &target);
+    let before = std::fs::read(&target).unwrap();
+    for blocks in [0, 1, 8, 100] {
+        let script = format!("ulimit -f {blocks}; trap '' XFSZ; exec \"$@\"");
+        let run = std::process::Command::new("sh")
+            .args(["-c", &script, "sh", env!("CARGO_BIN_EXE_curvmesh"), "convert"])
+            .args([&big, &target])
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(1), "{blocks}: {message}");
+        assert!(message.contains("cannot write"), "{message}");
+        assert_eq!(std::fs::read(&target).unwrap(), before);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "leftovers");
+    }
+}
+
+/// Killed at any moment, the program leaves the old file or the new one.
+#[test]
+fn an_interrupted_write_leaves_one_whole_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (big, target) = (folder.path().join("big.ply"), folder.path().join("old.obj"));
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(400, 200).unwrap(), &big);
+    write(polyhedra::tetrahedron(), &target);
+    let old = std::fs::read(&target).unwrap();
+    let command = || {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+        command.args(["convert", "-q"]).args([&big, &target]);
+        command.stdout(std::process::Stdio::null());
+        command
+    };
+    assert!(command().status().unwrap().success());
+    let new = std::fs::read(&target).unwrap();
+    for milliseconds in (0..120).step_by(6) {
+        std::fs::write(&target, &old).unwrap();
+        let mut run = command().spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(milliseconds));
+        run.kill().unwrap();
+        run.wait().unwrap();
+        let found = std::fs::read(&target).unwrap();
+        assert!(found == old || found == new, "after {milliseconds} ms: {} bytes", found.len());
+    }
+}
