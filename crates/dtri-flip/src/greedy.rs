@@ -38,6 +38,9 @@ pub(crate) fn run<C: FlipCost>(
         let Some(edge) = greedy.pop() else { break };
         greedy.take(run, edge, watch.flips_left(run.log.len()));
     }
+    if greedy.row_too_long {
+        return Stop::FlipLimit;
+    }
     if run.refused.cycle > cycles_before { Stop::CycleGuard } else { Stop::LocalMinimum }
 }
 
@@ -51,6 +54,8 @@ struct Greedy {
     reach: Reach,
     /// How many flips in a row are tried.
     look_ahead: usize,
+    /// Whether a row was left out because it would have gone beyond the limit of flips.
+    row_too_long: bool,
     /// How many of them an update has to allow for beyond the first.
     steps_ahead: usize,
 }
@@ -78,7 +83,17 @@ impl Greedy {
             })
             .collect();
         let queue = IndexedQueue::new(keys.into_iter());
-        Self { queue, order, region, waiting, outdated: Vec::new(), reach, look_ahead, steps_ahead }
+        Self {
+            queue,
+            order,
+            region,
+            waiting,
+            outdated: Vec::new(),
+            reach,
+            look_ahead,
+            row_too_long: false,
+            steps_ahead,
+        }
     }
 
     fn pop(&mut self) -> Option<EdgeId> {
@@ -107,6 +122,7 @@ impl Greedy {
             return;
         };
         if row.len() > flips_left {
+            self.row_too_long = true;
             return;
         }
         let mut quads = Vec::with_capacity(row.len());

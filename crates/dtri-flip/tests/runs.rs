@@ -18,7 +18,7 @@ fn run(mesh: &mut TriMesh, cost: CostName, options: &FlipOptions) -> FlipReport 
 
 /// The cost by way of `dcurv` and `mesh-core` alone, where these have it.
 fn independent(mesh: &TriMesh, cost: CostName) -> Option<f64> {
-    let options = CurvatureOptions { area: VertexArea::Voronoi, ..Default::default() };
+    let options = CurvatureOptions { area: VertexArea::Voronoi };
     let totals = Curvatures::of(mesh, &options).totals();
     match cost {
         CostName::F1 => Some(totals.f1),
