@@ -153,15 +153,15 @@ impl CurvatureEstimator<'_> {
     }
 }
 
-/// A position on a face as a point strictly inside it: points on its border move inwards by a
-/// millionth of its size.
+/// A position on a face as a point strictly inside it: points on or near its border move inwards to
+/// a millionth of its size.
 fn inside(mesh: &TriMesh, face: FaceId, at: DVec3) -> SurfacePoint {
     let [a, b, c] = mesh.triangle(face);
     let normal = (b - a).cross(c - a);
     let share = |p: DVec3, q: DVec3| (p - at).cross(q - at).dot(normal).max(0.0);
     let weights = [share(b, c), share(c, a), share(a, b)];
     let sum: f64 = weights.iter().sum();
-    let inner = weights.map(|weight| weight + 1e-6 * sum);
+    let inner = weights.map(|weight| weight.max(1e-6 * sum));
     // A face without area has no such point; its barycentre leads to the error that says so.
     SurfacePoint::new(face, inner).unwrap_or(SurfacePoint::barycentre(face))
 }
