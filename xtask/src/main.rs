@@ -1,3 +1,45 @@
-//! x
+//! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print, and
+//! `cargo xtask render` draws a mesh.
+//!
+//! One module per command. This is a program, so unlike the libraries it prints.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod draw;
+mod failure;
 mod render;
-fn main() {}
+mod reproduce;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+#[derive(Debug, Parser)]
+#[command(name = "cargo xtask", about = "Reproduces the papers and draws meshes")]
+enum Task {
+    /// Compute the papers' tables and figures and compare them with what is printed
+    ///
+    /// Without further arguments everything is reproduced on generated data:
+    ///
+    ///     cargo xtask reproduce
+    #[command(verbatim_doc_comment)]
+    Reproduce(reproduce::Reproduce),
+    /// Draw a mesh with its vertex colours to a PNG file, without a display
+    ///
+    ///     cargo xtask render torus.ply -o torus.png --edges 1 --from 1,0.3,1
+    #[command(verbatim_doc_comment)]
+    Render(draw::Draw),
+}
+
+fn main() -> ExitCode {
+    let result = match Task::parse() {
+        Task::Reproduce(options) => reproduce::run(&options),
+        Task::Render(options) => draw::run(&options),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,5 +1,6 @@
 //! Half-edge triangle meshes.
 pub mod attribute;
+pub mod butterfly;
 pub mod circulate;
 pub mod compact;
 pub mod connectivity;
@@ -10,6 +11,7 @@ pub mod mesh;
 pub mod normals;
 pub mod pairing;
 pub mod parallel;
+pub mod quadrisect;
 pub mod shapes;
 pub mod soup;
 pub mod topology;
