@@ -1,0 +1,402 @@
+//! The greedy loop: collapse the cheapest edge, bring its neighbourhood up to date, go on.
+//!
+//! Every edge has at most one entry in the queue. Whether that is out of date is told by stamps at
+//! the vertices, which a collapse raises at the vertex that remains and at its neighbours; an edge
+//! whose stamp is old is evaluated again when it comes to the head. Costs that may fall are brought
+//! up to date at once instead ([`Reach::TwoRing`]).
+
+use core::ops::ControlFlow;
+use std::time::Instant;
+
+use mesh_core::{EdgeId, HalfEdgeId, TriMesh, VertexId};
+
+use crate::constraint::{Constraints, Fixed};
+use crate::cost::{Collapse, Cost, Reach};
+use crate::guard::{Guard, Refusal, Refusals};
+use crate::log::{CollapseLog, LogEntry};
+use crate::patch::{EdgePatch, PatchFace, Place};
+use crate::placement::Placement;
+use crate::queue::{Entry, Queue};
+use crate::stop::{Limits, StopReason};
+
+/// How far a run has come; given to the observer now and then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// The number of faces at the start.
+    pub faces_before: usize,
+    /// The number of faces now.
+    pub faces: usize,
+    /// The number of faces at which the run ends if nothing ends it earlier.
+    pub face_target: usize,
+    /// The number of collapses so far.
+    pub collapses: usize,
+}
+
+/// What a run of [`collapse_edges`] did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Why it stopped.
+    pub stop: StopReason,
+    /// Every collapse.
+    pub log: CollapseLog,
+    /// How often edges were refused, by reason.
+    pub refusals: Refusals,
+    /// The largest cost of a collapse.
+    pub max_cost: f64,
+}
+
+/// The rules of a run; see [`collapse_edges`].
+pub struct Policies<'a, C, P> {
+    /// What a collapse costs.
+    pub cost: C,
+    /// Where the remaining vertex goes.
+    pub placement: P,
+    /// Which collapses are refused.
+    pub guards: Vec<Box<dyn Guard + 'a>>,
+}
+
+/// Collapses edges of the mesh, the cheapest first, until a limit is reached.
+///
+/// The mesh keeps removed elements, so that the log and caller-owned maps stay valid; compact it
+/// afterwards. `observe` is called every thousand collapses and may end the run.
+///
+/// Takes O(n log n) time as long as valences are bounded.
+pub fn collapse_edges<C: Cost, P: Placement>(
+    mesh: &mut TriMesh,
+    policies: Policies<'_, C, P>,
+    constraints: &Constraints,
+    limits: &Limits,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Run {
+    let mut driver = Driver::new(mesh, policies, constraints);
+    driver.fill_queue();
+    driver.run(limits, observe);
+    driver.result
+}
+
+/// How many collapses pass between two looks at the clock and the observer.
+const OBSERVED_EVERY: usize = 1024;
+
+/// What the queue knows of an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// In the queue with a lower bound of its cost.
+    Bound,
+    /// In the queue with its cost.
+    Exact,
+    /// Refused, and not in the queue until something changes round it.
+    Refused,
+}
+
+#[derive(Clone, Copy)]
+struct EdgeRecord {
+    /// The sum of the stamps of the two ends when the edge was last evaluated.
+    stamp: u32,
+    state: State,
+}
+
+#[derive(Clone, Copy, Default)]
+struct VertexRecord {
+    /// Raised whenever something changes round the vertex.
+    stamp: u32,
+    /// The number of refused edges at the vertex, or more.
+    refused: u32,
+}
+
+struct Driver<'a, 'g, C, P> {
+    mesh: &'a mut TriMesh,
+    policies: Policies<'g, C, P>,
+    fixed: Fixed,
+    queue: Queue,
+    edges: Vec<EdgeRecord>,
+    vertices: Vec<VertexRecord>,
+    used_vertices: usize,
+    scratch: Vec<PatchFace>,
+    touched: Vec<VertexId>,
+    stale: Vec<EdgeId>,
+    result: Run,
+}
+
+/// An edge with its place and cost, as far as they are known.
+struct Evaluated {
+    place: Place,
+    cost: f64,
+    state: State,
+}
+
+impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
+    fn new(
+        mesh: &'a mut TriMesh,
+        mut policies: Policies<'g, C, P>,
+        constraints: &Constraints,
+    ) -> Self {
+        let fixed = Fixed::new(mesh, constraints);
+        policies.cost.prepare(mesh);
+        for guard in &mut policies.guards {
+            guard.prepare(mesh);
+        }
+        let topology = mesh.topology();
+        let used_vertices = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+        let used_vertices = used_vertices.count();
+        let edges = vec![EdgeRecord { stamp: 0, state: State::Refused }; topology.edge_capacity()];
+        let vertices = vec![VertexRecord::default(); topology.vertex_capacity()];
+        let result = Run {
+            stop: StopReason::NothingLeft,
+            log: CollapseLog::default(),
+            refusals: Refusals::default(),
+            max_cost: 0.0,
+        };
+        Self {
+            mesh,
+            policies,
+            fixed,
+            queue: Queue::default(),
+            edges,
+            vertices,
+            used_vertices,
+            scratch: Vec::new(),
+            touched: Vec::new(),
+            stale: Vec::new(),
+            result,
+        }
+    }
+
+    fn fill_queue(&mut self) {
+        let mut entries = Vec::with_capacity(self.mesh.topology().edge_count());
+        for index in 0..self.mesh.topology().edge_capacity() {
+            let edge = EdgeId::new(index as u32);
+            if !self.mesh.topology().contains_edge(edge) {
+                continue;
+            }
+            match self.evaluate(edge, false) {
+                Ok(evaluated) => {
+                    self.edges[index].state = evaluated.state;
+                    entries.push(Entry { cost: evaluated.cost, edge });
+                }
+                Err(refusal) => self.refuse(edge, refusal),
+            }
+        }
+        self.queue = Queue::new(entries);
+    }
+
+    fn run(&mut self, limits: &Limits, observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>) {
+        let start = Instant::now();
+        let faces_before = self.mesh.topology().face_count();
+        let face_target = limits.face_target(faces_before);
+        let mut observed = 0;
+        loop {
+            let collapses = self.result.log.len();
+            if self.mesh.topology().face_count() <= face_target {
+                return self.stop(StopReason::Faces);
+            }
+            if limits.vertices.is_some_and(|limit| self.used_vertices <= limit) {
+                return self.stop(StopReason::Vertices);
+            }
+            if collapses >= observed + OBSERVED_EVERY {
+                observed = collapses;
+                if limits.time.is_some_and(|time| start.elapsed() >= time) {
+                    return self.stop(StopReason::Time);
+                }
+                let faces = self.mesh.topology().face_count();
+                let progress = Progress { faces_before, faces, face_target, collapses };
+                if observe(&progress).is_break() {
+                    return self.stop(StopReason::Cancelled);
+                }
+            }
+            let Some((edge, evaluated)) = self.cheapest() else {
+                return self.stop(StopReason::NothingLeft);
+            };
+            if limits.cost.is_some_and(|limit| evaluated.cost > limit) {
+                return self.stop(StopReason::Cost);
+            }
+            self.queue.pop();
+            if let Err(refusal) = self.collapse(edge, &evaluated) {
+                self.refuse(edge, refusal);
+            }
+        }
+    }
+
+    fn stop(&mut self, reason: StopReason) {
+        self.result.stop = reason;
+    }
+
+    /// Brings the head of the queue up to date until it is still the cheapest then. It stays at
+    /// the head.
+    fn cheapest(&mut self) -> Option<(EdgeId, Evaluated)> {
+        loop {
+            let edge = self.queue.head()?.edge;
+            if !self.mesh.topology().contains_edge(edge) {
+                self.queue.pop();
+                continue;
+            }
+            let stamp = self.stamp(edge);
+            let record = self.edges[edge.index()];
+            let is_fresh = record.stamp == stamp;
+            let exact = is_fresh && record.state == State::Exact;
+            let evaluated = match self.evaluate(edge, exact) {
+                Ok(evaluated) => evaluated,
+                Err(refusal) => {
+                    self.queue.pop();
+                    self.refuse(edge, refusal);
+                    continue;
+                }
+            };
+            self.edges[edge.index()] = EdgeRecord { stamp, state: evaluated.state };
+            let entry = Entry { cost: evaluated.cost, edge };
+            if !is_fresh && self.queue.head_would_sink(entry) {
+                self.queue.replace_head(entry);
+                continue;
+            }
+            if evaluated.state == State::Bound {
+                // The bound is the smallest; the cost may not be.
+                self.edges[edge.index()].state = State::Exact;
+                match self.evaluate(edge, true) {
+                    Ok(exact) => self.queue.replace_head(Entry { cost: exact.cost, edge }),
+                    Err(refusal) => {
+                        self.queue.pop();
+                        self.refuse(edge, refusal);
+                    }
+                }
+                continue;
+            }
+            return Some((edge, evaluated));
+        }
+    }
+
+    fn stamp(&self, edge: EdgeId) -> u32 {
+        let [a, b] = self.mesh.topology().edge_vertices(edge);
+        self.vertices[a.index()].stamp.wrapping_add(self.vertices[b.index()].stamp)
+    }
+
+    /// The place and the cost of an edge; a lower bound of the cost where the cost has one and
+    /// `exact` does not ask for more.
+    #[inline]
+    fn evaluate(&mut self, edge: EdgeId, exact: bool) -> Result<Evaluated, Refusal> {
+        let patch = EdgePatch::gather(self.mesh, edge.half_edge(), &mut self.scratch);
+        let patch = patch.with_border(self.fixed.border(&patch));
+        let Policies { cost, placement, .. } = &self.policies;
+        let forced = self.fixed.place(&patch)?;
+        let quadric = cost.quadric(&patch);
+        let quadric = quadric.as_ref();
+        let at = |x| cost.cost(&patch, quadric, x);
+        let place = forced.unwrap_or_else(|| placement.place(&patch, quadric, &at));
+        let x = patch.offset(place);
+        let bound = if exact { None } else { cost.lower_bound(&patch, quadric, x) };
+        let state = if bound.is_some() { State::Bound } else { State::Exact };
+        let cost = bound.unwrap_or_else(|| at(x));
+        if cost.is_nan() || !x.is_finite() {
+            return Err(Refusal::NotFinite);
+        }
+        Ok(Evaluated { place, cost, state })
+    }
+
+    /// Collapses an edge if everything allows it.
+    fn collapse(&mut self, edge: EdgeId, evaluated: &Evaluated) -> Result<(), Refusal> {
+        // The vertex that stays is the one whose position does, if any.
+        let (half_edge, place) = match evaluated.place {
+            Place::Removed => (edge.half_edge().twin(), Place::Kept),
+            place => (edge.half_edge(), place),
+        };
+        let patch = EdgePatch::gather(self.mesh, half_edge, &mut self.scratch);
+        let offset = patch.offset(place);
+        for guard in &self.policies.guards {
+            guard.check(&patch, offset)?;
+        }
+        let legal = self.mesh.topology().check_collapse(half_edge)?;
+        let (removed, kept) = (legal.removed(), legal.kept());
+        let collapse = Collapse {
+            removed,
+            kept,
+            removed_from: self.mesh.position(removed),
+            kept_from: self.mesh.position(kept),
+            position: patch.position(place),
+        };
+        if !collapse.position.is_finite() {
+            return Err(Refusal::NotFinite);
+        }
+        let collapsed = self.mesh.collapse(legal, collapse.position);
+        self.fixed.collapsed(&collapse, collapsed.merged_edges);
+        self.policies.cost.collapsed(self.mesh, &collapse);
+        for guard in &mut self.policies.guards {
+            guard.collapsed(self.mesh, &collapse);
+        }
+        self.record(half_edge, &collapse, evaluated.cost);
+        self.touch(&collapse);
+        Ok(())
+    }
+
+    fn record(&mut self, half_edge: HalfEdgeId, collapse: &Collapse, cost: f64) {
+        let Collapse { removed, kept, position, .. } = *collapse;
+        self.result.log.push(LogEntry { half_edge, removed, kept, position, cost });
+        self.result.max_cost = self.result.max_cost.max(cost);
+        self.used_vertices -= 1;
+    }
+
+    fn refuse(&mut self, edge: EdgeId, refusal: Refusal) {
+        self.result.refusals.count(refusal);
+        let stamp = self.stamp(edge);
+        self.edges[edge.index()] = EdgeRecord { stamp, state: State::Refused };
+        for v in self.mesh.topology().edge_vertices(edge) {
+            self.vertices[v.index()].refused += 1;
+        }
+    }
+
+    /// Marks what a collapse has changed as out of date.
+    fn touch(&mut self, collapse: &Collapse) {
+        let Collapse { removed, kept, .. } = *collapse;
+        // Larger than both, so that the edges of either are seen to have changed.
+        let [gone, stays] = [removed, kept].map(|v| self.vertices[v.index()]);
+        let stamp = gone.stamp.max(stays.stamp);
+        let refused = gone.refused + stays.refused;
+        self.vertices[kept.index()] = VertexRecord { stamp, refused };
+        self.touched.clear();
+        self.touched.push(kept);
+        self.touched.extend(self.mesh.topology().one_ring(kept));
+        for index in 0..self.touched.len() {
+            self.raise(self.touched[index]);
+        }
+        if self.policies.cost.reach() == Reach::TwoRing {
+            self.refresh_two_rings();
+        }
+    }
+
+    /// Raises the stamp of a vertex, and gives its refused edges another chance.
+    fn raise(&mut self, v: VertexId) {
+        let record = &mut self.vertices[v.index()];
+        record.stamp = record.stamp.wrapping_add(1);
+        if record.refused == 0 {
+            return;
+        }
+        record.refused = 0;
+        self.stale.clear();
+        let refused = |e: &EdgeId| self.edges[e.index()].state == State::Refused;
+        self.stale.extend(self.mesh.topology().edges_of_vertex(v).filter(refused));
+        for index in 0..self.stale.len() {
+            let edge = self.stale[index];
+            // Out of date by its stamp, so that it is evaluated when it comes to the head.
+            self.edges[edge.index()].state = State::Bound;
+            self.queue.push(Entry { cost: f64::NEG_INFINITY, edge });
+        }
+    }
+
+    /// Evaluates all edges within two rings of a collapse again.
+    fn refresh_two_rings(&mut self) {
+        let topology = self.mesh.topology();
+        self.stale.clear();
+        for &v in &self.touched {
+            for w in topology.one_ring(v) {
+                self.stale.extend(topology.edges_of_vertex(w));
+            }
+        }
+        self.stale.sort_unstable();
+        self.stale.dedup();
+        for index in 0..self.stale.len() {
+            self.refresh(self.stale[index]);
+        }
+    }
+
+    /// Evaluates an edge that is in the queue, and puts it where it belongs.
+    fn refresh(&mut self, edge: EdgeId) {
+        let _ = edge;
+    }
+}
