@@ -11,7 +11,7 @@
 //! ```
 
 use glam::DVec3;
-use mesh_core::{FaceId, HalfEdgeId, TriMesh, VertexId};
+use mesh_core::{HalfEdgeId, TriMesh, VertexId};
 
 use crate::quadric::Quadric;
 
@@ -32,8 +32,8 @@ pub struct EdgePatch<'a> {
 /// A face of a patch.
 #[derive(Clone, Copy, Debug)]
 pub struct PatchFace {
-    /// The face.
-    pub face: FaceId,
+    /// The half-edge of the face from its first to its second corner.
+    pub side: HalfEdgeId,
     /// The corners, counter-clockwise, relative to the midpoint of the edge. The first one is an
     /// end of the edge.
     pub corners: [DVec3; 3],
@@ -71,24 +71,21 @@ impl<'a> EdgePatch<'a> {
     ) -> Self {
         let topology = mesh.topology();
         let twin = half_edge.twin();
-        let (a, b) = (topology.target(twin), topology.target(half_edge));
-        let (from, to) = (mesh.position(a), mesh.position(b));
+        let from = mesh.position(topology.target(twin));
+        let to = mesh.position(topology.target(half_edge));
         let half = 0.5 * (to - from);
         let origin = from + half;
-        let vanishing = [topology.face(half_edge), topology.face(twin)];
         scratch.clear();
-        for (vertex, end) in [(a, -half), (b, half)] {
-            for h in topology.outgoing(vertex) {
-                let Some(face) = topology.face(h) else { continue };
-                if !vanishing.contains(&Some(face)) {
-                    scratch.push(PatchFace::new(mesh, origin, h, face, end));
-                }
-            }
+        for (along, end) in [(half_edge, -half), (twin, half)] {
+            // The faces that vanish: left of the edge, and left of what follows it clockwise.
+            let vanishing = [along, topology.next(along.twin())];
+            gather_fan(mesh, along, vanishing, origin, end, scratch);
         }
         let remaining = scratch.len();
         for (side, end) in [(half_edge, -half), (twin, half)] {
-            if let Some(face) = topology.face(side) {
-                scratch.push(PatchFace::new(mesh, origin, side, face, end));
+            if let Some(apex) = topology.apex(side) {
+                let apex = mesh.position(apex) - origin;
+                scratch.push(PatchFace::new(side, [end, -end, apex]));
             }
         }
         let border = Quadric::default();
@@ -229,11 +226,42 @@ impl<'a> EdgePatch<'a> {
 
 impl PatchFace {
     #[inline]
-    fn new(mesh: &TriMesh, origin: DVec3, side: HalfEdgeId, face: FaceId, end: DVec3) -> Self {
-        let topology = mesh.topology();
-        let second = mesh.position(topology.target(side)) - origin;
-        let third = mesh.position(topology.target(topology.next(side))) - origin;
-        let cross = (second - end).cross(third - end);
-        Self { face, corners: [end, second, third], cross }
+    fn new(side: HalfEdgeId, corners: [DVec3; 3]) -> Self {
+        let [a, b, c] = corners;
+        Self { side, corners, cross: (b - a).cross(c - a) }
+    }
+}
+
+/// Collects the faces at the origin of `along`, which is at `end`, but for those of `vanishing`.
+///
+/// Every neighbour is looked up once: going round clockwise, it is the third corner of a face
+/// after it has been the second of the one before.
+#[inline]
+fn gather_fan(
+    mesh: &TriMesh,
+    along: HalfEdgeId,
+    vanishing: [HalfEdgeId; 2],
+    origin: DVec3,
+    end: DVec3,
+    scratch: &mut Vec<PatchFace>,
+) {
+    let topology = mesh.topology();
+    let Some(first) = topology.half_edge_of_vertex(topology.origin(along)) else { return };
+    let at = |v: VertexId| mesh.position(v) - origin;
+    // At a boundary vertex, and only there, the first half-edge has no face.
+    let (mut side, mut third) = match topology.apex(first) {
+        Some(apex) => (first, at(apex)),
+        None => (topology.next(first.twin()), at(topology.target(first))),
+    };
+    loop {
+        let second = at(topology.target(side));
+        if !vanishing.contains(&side) {
+            scratch.push(PatchFace::new(side, [end, second, third]));
+        }
+        third = second;
+        side = topology.next(side.twin());
+        if side == first {
+            break;
+        }
     }
 }
