@@ -3,10 +3,15 @@
 //! The driver collapses the cheapest edge first. A new cost implements [`Cost`], most often
 //! through [`Cost::quadric`] and [`Cost::cost`] alone.
 
+mod curvature_change;
+mod curvature_factor;
+mod curvature_norm;
 mod garland_heckbert;
 mod hybrid;
 mod memoryless;
 
+pub use curvature_factor::CurvatureFactor;
+pub use curvature_norm::{CurvatureNorm, Norm};
 pub use garland_heckbert::GarlandHeckbert;
 pub use hybrid::Hybrid;
 pub use memoryless::Memoryless;
@@ -61,8 +66,7 @@ pub trait Cost {
         None
     }
 
-    /// How far a collapse is felt: the costs of the edges at the remaining vertex and its
-    /// neighbours change (1), or also of those at the neighbours' neighbours (2).
+    /// How far a collapse is felt.
     fn reach(&self) -> Reach {
         Reach::OneRing
     }
@@ -74,14 +78,14 @@ pub trait Cost {
 }
 
 /// Whose costs a collapse changes; see [`Cost::reach`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reach {
-    /// The edges at the vertex that remains and at its neighbours. Costs that grow as a mesh
-    /// becomes coarser are brought up to date when they come to the head of the queue.
+    /// Those of the edges at the vertex that remains.
+    Star,
+    /// Those of the edges at the vertex that remains and at its neighbours.
     OneRing,
-    /// The edges at the neighbours' neighbours too, all brought up to date after each collapse:
-    /// for costs that may fall.
-    TwoRing,
+    /// Those of the edges at the vertex that remains, its neighbours, and their neighbours.
+    TwoRings,
 }
 
 /// A collapse that has been carried out.

@@ -1,9 +1,9 @@
 //! The greedy loop: collapse the cheapest edge, bring its neighbourhood up to date, go on.
 //!
-//! Every edge has at most one entry in the queue. Whether that is out of date is told by stamps at
+//! Every edge has at most one valid entry in the queue. Whether its cost is out of date is told by stamps at
 //! the vertices, which a collapse raises at the vertex that remains and at its neighbours; an edge
-//! whose stamp is old is evaluated again when it comes to the head. Costs that may fall are brought
-//! up to date at once instead ([`Reach::TwoRing`]).
+//! whose stamp is old is evaluated again when it comes to the head. That is exact for costs that
+//! only grow, and close for those that mostly do; [`Update::Eager`] is exact for all.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
@@ -53,6 +53,18 @@ pub struct Policies<'a, C, P> {
     pub placement: P,
     /// Which collapses are refused.
     pub guards: Vec<Box<dyn Guard + 'a>>,
+    /// When costs are brought up to date.
+    pub update: Update,
+}
+
+/// When costs that a collapse has changed are brought up to date.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Update {
+    /// When the edge comes to the head of the queue. A cost that has fallen is noticed late.
+    #[default]
+    Lazy,
+    /// At once, for all edges within [`Cost::reach`]. Takes several times as long.
+    Eager,
 }
 
 /// Collapses edges of the mesh, the cheapest first, until a limit is reached.
@@ -90,9 +102,16 @@ enum State {
 
 #[derive(Clone, Copy)]
 struct EdgeRecord {
+    /// The cost with which the edge is in the queue. Entries with another one are out of date;
+    /// not a number when the edge was refused.
+    key: f64,
     /// The sum of the stamps of the two ends when the edge was last evaluated.
     stamp: u32,
     state: State,
+}
+
+impl EdgeRecord {
+    const REFUSED: Self = Self { key: f64::NAN, stamp: 0, state: State::Refused };
 }
 
 #[derive(Clone, Copy, Default)]
@@ -138,7 +157,7 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         let topology = mesh.topology();
         let used_vertices = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
         let used_vertices = used_vertices.count();
-        let edges = vec![EdgeRecord { stamp: 0, state: State::Refused }; topology.edge_capacity()];
+        let edges = vec![EdgeRecord::REFUSED; topology.edge_capacity()];
         let vertices = vec![VertexRecord::default(); topology.vertex_capacity()];
         let result = Run {
             stop: StopReason::NothingLeft,
@@ -170,8 +189,9 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             }
             match self.evaluate(edge, false) {
                 Ok(evaluated) => {
-                    self.edges[index].state = evaluated.state;
-                    entries.push(Entry { cost: evaluated.cost, edge });
+                    let Evaluated { cost, state, .. } = evaluated;
+                    self.edges[index] = EdgeRecord { key: cost, stamp: 0, state };
+                    entries.push(Entry { cost, edge });
                 }
                 Err(refusal) => self.refuse(edge, refusal),
             }
@@ -224,13 +244,13 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
     /// the head.
     fn cheapest(&mut self) -> Option<(EdgeId, Evaluated)> {
         loop {
-            let edge = self.queue.head()?.edge;
-            if !self.mesh.topology().contains_edge(edge) {
+            let Entry { cost: key, edge } = self.queue.head()?;
+            let record = self.edges[edge.index()];
+            if record.key != key || !self.mesh.topology().contains_edge(edge) {
                 self.queue.pop();
                 continue;
             }
             let stamp = self.stamp(edge);
-            let record = self.edges[edge.index()];
             let is_fresh = record.stamp == stamp;
             let exact = is_fresh && record.state == State::Exact;
             let evaluated = match self.evaluate(edge, exact) {
@@ -241,17 +261,20 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
                     continue;
                 }
             };
-            self.edges[edge.index()] = EdgeRecord { stamp, state: evaluated.state };
-            let entry = Entry { cost: evaluated.cost, edge };
+            let Evaluated { cost, state, .. } = evaluated;
+            self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state };
+            let entry = Entry { cost, edge };
             if !is_fresh && self.queue.head_would_sink(entry) {
                 self.queue.replace_head(entry);
                 continue;
             }
-            if evaluated.state == State::Bound {
+            if state == State::Bound {
                 // The bound is the smallest; the cost may not be.
-                self.edges[edge.index()].state = State::Exact;
                 match self.evaluate(edge, true) {
-                    Ok(exact) => self.queue.replace_head(Entry { cost: exact.cost, edge }),
+                    Ok(Evaluated { cost, state, .. }) => {
+                        self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state };
+                        self.queue.replace_head(Entry { cost, edge });
+                    }
                     Err(refusal) => {
                         self.queue.pop();
                         self.refuse(edge, refusal);
@@ -334,8 +357,7 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
 
     fn refuse(&mut self, edge: EdgeId, refusal: Refusal) {
         self.result.refusals.count(refusal);
-        let stamp = self.stamp(edge);
-        self.edges[edge.index()] = EdgeRecord { stamp, state: State::Refused };
+        self.edges[edge.index()] = EdgeRecord::REFUSED;
         for v in self.mesh.topology().edge_vertices(edge) {
             self.vertices[v.index()].refused += 1;
         }
@@ -349,21 +371,50 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         let stamp = gone.stamp.max(stays.stamp);
         let refused = gone.refused + stays.refused;
         self.vertices[kept.index()] = VertexRecord { stamp, refused };
-        self.touched.clear();
-        self.touched.push(kept);
-        self.touched.extend(self.mesh.topology().one_ring(kept));
+        let reach = self.policies.cost.reach();
+        self.collect_touched(kept, reach);
         for index in 0..self.touched.len() {
             self.raise(self.touched[index]);
         }
-        if self.policies.cost.reach() == Reach::TwoRing {
-            self.refresh_two_rings();
+        if reach == Reach::Star {
+            // Other costs stay, but refused edges may be possible now.
+            self.touched.extend(self.mesh.topology().one_ring(kept));
+        }
+        for index in 0..self.touched.len() {
+            self.readmit(self.touched[index]);
+        }
+        if self.policies.update == Update::Eager {
+            self.refresh();
         }
     }
 
-    /// Raises the stamp of a vertex, and gives its refused edges another chance.
+    /// The vertices whose edges may cost something else now.
+    fn collect_touched(&mut self, kept: VertexId, reach: Reach) {
+        let topology = self.mesh.topology();
+        self.touched.clear();
+        self.touched.push(kept);
+        if reach >= Reach::OneRing {
+            self.touched.extend(topology.one_ring(kept));
+        }
+        if reach >= Reach::TwoRings {
+            let ring = self.touched.len();
+            for index in 1..ring {
+                let v = self.touched[index];
+                self.touched.extend(topology.one_ring(v));
+            }
+            self.touched.sort_unstable();
+            self.touched.dedup();
+        }
+    }
+
     fn raise(&mut self, v: VertexId) {
         let record = &mut self.vertices[v.index()];
         record.stamp = record.stamp.wrapping_add(1);
+    }
+
+    /// Gives the refused edges of a vertex another chance.
+    fn readmit(&mut self, v: VertexId) {
+        let record = &mut self.vertices[v.index()];
         if record.refused == 0 {
             return;
         }
@@ -373,30 +424,45 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         self.stale.extend(self.mesh.topology().edges_of_vertex(v).filter(refused));
         for index in 0..self.stale.len() {
             let edge = self.stale[index];
-            // Out of date by its stamp, so that it is evaluated when it comes to the head.
-            self.edges[edge.index()].state = State::Bound;
-            self.queue.push(Entry { cost: f64::NEG_INFINITY, edge });
+            let stamp = self.stamp(edge).wrapping_sub(1);
+            // Out of date, so that it is evaluated when it comes to the head.
+            let cost = f64::NEG_INFINITY;
+            self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state: State::Bound };
+            self.queue.push(Entry { cost, edge });
         }
     }
 
-    /// Evaluates all edges within two rings of a collapse again.
-    fn refresh_two_rings(&mut self) {
+    /// Evaluates all edges within reach of a collapse again. Each is put into the queue anew when
+    /// it has become cheaper; the old entry is noticed to be out of date.
+    fn refresh(&mut self) {
         let topology = self.mesh.topology();
         self.stale.clear();
         for &v in &self.touched {
-            for w in topology.one_ring(v) {
-                self.stale.extend(topology.edges_of_vertex(w));
-            }
+            self.stale.extend(topology.edges_of_vertex(v));
         }
         self.stale.sort_unstable();
         self.stale.dedup();
         for index in 0..self.stale.len() {
-            self.refresh(self.stale[index]);
+            let edge = self.stale[index];
+            if self.edges[edge.index()].state == State::Refused {
+                continue;
+            }
+            if let Ok(Evaluated { cost, state, .. }) = self.evaluate(edge, true) {
+                let stamp = self.stamp(edge);
+                let record = &mut self.edges[edge.index()];
+                let changed = record.key != cost;
+                *record = EdgeRecord { key: cost, stamp, state };
+                if changed {
+                    self.queue.push(Entry { cost, edge });
+                }
+            }
         }
-    }
-
-    /// Evaluates an edge that is in the queue, and puts it where it belongs.
-    fn refresh(&mut self, edge: EdgeId) {
-        let _ = edge;
+        // Most of a long queue is out of date.
+        if self.queue.len() > 4 * self.mesh.topology().edge_count() + 1000 {
+            let (edges, topology) = (&self.edges, self.mesh.topology());
+            self.queue.retain(|entry| {
+                edges[entry.edge.index()].key == entry.cost && topology.contains_edge(entry.edge)
+            });
+        }
     }
 }

@@ -163,6 +163,37 @@ impl<'a> EdgePatch<'a> {
         &self.border
     }
 
+    /// Fills `ring` with the neighbours of the vertex that remains, as they are after the
+    /// collapse, clockwise. Returns whether they are closed; if not, that vertex lies on the
+    /// boundary.
+    pub(crate) fn merged_ring(&self, ring: &mut Vec<VertexId>) -> bool {
+        let topology = self.mesh.topology();
+        let (h, twin) = (self.half_edge, self.half_edge.twin());
+        ring.clear();
+        // From the faces of one end to those of the other. The apex that both ends have as a
+        // neighbour has been met when the edge itself comes up.
+        let past_apex = |side: HalfEdgeId| topology.next(topology.next(side).twin());
+        let exterior = [topology.origin(h), topology.target(h)]
+            .map(|v| topology.half_edge_of_vertex(v).filter(|&e| topology.is_exterior(e)));
+        let start = match exterior {
+            _ if topology.is_exterior(h) => topology.next(h),
+            _ if topology.is_exterior(twin) => topology.next(twin),
+            [Some(first), _] | [None, Some(first)] => first,
+            [None, None] => past_apex(twin),
+        };
+        let mut side = start;
+        loop {
+            ring.push(topology.target(side));
+            side = topology.next(side.twin());
+            if (side == h || side == twin) && !topology.is_exterior(side) {
+                side = past_apex(side);
+            }
+            if side == start || topology.is_exterior(side) {
+                return exterior == [None; 2];
+            }
+        }
+    }
+
     /// The area of the patch.
     #[must_use]
     pub fn area(&self) -> f64 {

@@ -1,9 +1,11 @@
 //! Where the vertex goes that remains of a collapsed edge.
 
+mod butterfly;
 mod endpoint;
 mod midpoint;
 mod optimal;
 
+pub use butterfly::ButterflyPoint;
 pub use endpoint::BestEndpoint;
 pub use midpoint::Midpoint;
 pub use optimal::Optimal;

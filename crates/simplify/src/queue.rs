@@ -5,7 +5,7 @@ use mesh_core::EdgeId;
 /// The cheapest first; of equally cheap ones, the one with the smallest index.
 ///
 /// A heap of four children per node: half as deep as a binary one, and the children share a cache
-/// line. An edge must not be in it twice; edges that vanish are noticed when they come to the head.
+/// line. Edges that vanish and costs that change are noticed when they come to the head.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Queue {
     heap: Vec<Entry>,
@@ -30,10 +30,24 @@ impl Queue {
     /// A queue of these entries; linear time.
     pub(crate) fn new(heap: Vec<Entry>) -> Self {
         let mut queue = Self { heap };
-        for place in (0..queue.heap.len().div_ceil(CHILDREN)).rev() {
-            queue.sink(place);
-        }
+        queue.restore();
         queue
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.heap.len()
+    }
+
+    /// Removes what `keep` does not want; linear time.
+    pub(crate) fn retain(&mut self, keep: impl FnMut(&Entry) -> bool) {
+        self.heap.retain(keep);
+        self.restore();
+    }
+
+    fn restore(&mut self) {
+        for place in (0..self.heap.len().div_ceil(CHILDREN)).rev() {
+            self.sink(place);
+        }
     }
 
     #[inline]

@@ -1,0 +1,105 @@
+//! Corner angles of triangles, and sums of them.
+
+use core::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+
+use crate::atan2::atan2;
+
+/// The interior angle of the triangle `(a, b, c)` at `a`, in radians, from 0 to pi.
+///
+/// The three angles of a triangle add up to pi, also for degenerate ones: where two corners
+/// coincide, their angles are a right angle each and the third one is 0; where all three do, each
+/// angle is a third of pi. That keeps the theorem of Gauss and Bonnet on meshes with such faces.
+#[inline]
+#[must_use]
+pub fn corner_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (u, w) = (b - a, c - a);
+    let corner = corner_direction(u, w, u.cross(w).length());
+    atan2(corner.y, corner.x)
+}
+
+/// A vector in the upper half-plane that makes the angle between `u` and `w` with the x-axis;
+/// `cross` is the length of their cross product.
+#[inline]
+pub(crate) fn corner_direction(u: DVec3, w: DVec3, cross: f64) -> DVec2 {
+    let corner = DVec2::new(u.dot(w), cross);
+    if corner == DVec2::ZERO { collapsed_corner(u, w) } else { corner }
+}
+
+#[cold]
+fn collapsed_corner(u: DVec3, w: DVec3) -> DVec2 {
+    if u == w { DVec2::new(0.5, 0.75_f64.sqrt()) } else { DVec2::Y }
+}
+
+/// A sum of angles between 0 and pi that takes one arc tangent in all.
+///
+/// Multiplying complex numbers adds their angles. The product is kept in the upper half-plane by
+/// counting the half turns that it has made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AngleSum {
+    /// The angle of this vector, from 0 to below pi, is what the sum has beyond the half turns.
+    direction: DVec2,
+    half_turns: u32,
+}
+
+impl AngleSum {
+    pub(crate) const ZERO: Self = Self { direction: DVec2::X, half_turns: 0 };
+
+    /// Adds the angle of a vector in the upper half-plane.
+    #[inline]
+    pub(crate) fn add(&mut self, corner: DVec2) {
+        let product = self.direction.rotate(corner);
+        let below = product.y < 0.0 || (product.y == 0.0 && product.x < 0.0);
+        self.half_turns += u32::from(below);
+        self.direction = if below { -product } else { product };
+        let length = product.x.abs() + product.y.abs();
+        if !(1e-100..1e100).contains(&length) {
+            self.direction /= length;
+        }
+    }
+
+    /// The sum, in radians.
+    #[inline]
+    pub(crate) fn radians(self) -> f64 {
+        PI * f64::from(self.half_turns) + atan2(self.direction.y, self.direction.x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::SplitMix64;
+
+    #[test]
+    fn angles_of_degenerate_triangles_add_up_to_pi() {
+        let [p, q, r] = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 6.0, 3.0), DVec3::ZERO];
+        let half = DVec3::new(2.5, 4.0, 3.0);
+        for [a, b, c] in [[p, p, p], [p, p, q], [p, q, p], [q, p, p], [p, half, q], [p, q, r]] {
+            let angles = [corner_angle(a, b, c), corner_angle(b, c, a), corner_angle(c, a, b)];
+            assert!((angles.iter().sum::<f64>() - PI).abs() < 1e-15, "{angles:?}");
+        }
+        assert_eq!(corner_angle(half, p, q), PI);
+        assert_eq!(corner_angle(p, half, q), 0.0);
+    }
+
+    #[test]
+    fn angle_sum_agrees_with_adding_the_angles() {
+        let mut random = SplitMix64::new(7);
+        for scale in [1e-40, 1.0, 1e40] {
+            let (mut by_product, mut by_sum) = (AngleSum::ZERO, 0.0);
+            for step in 0..2000 {
+                let angle = match step % 4 {
+                    0 => 1e-9 * random.uniform(),
+                    1 => PI - 1e-9 * random.uniform(),
+                    2 => PI,
+                    _ => PI * random.uniform(),
+                };
+                let corner = scale * DVec2::new(angle.cos(), angle.sin().abs());
+                by_product.add(corner);
+                by_sum += corner.y.atan2(corner.x);
+                assert!((by_product.radians() - by_sum).abs() < 1e-12 * (1.0 + by_sum));
+            }
+        }
+    }
+}

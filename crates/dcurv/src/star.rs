@@ -1,0 +1,237 @@
+//! The star of a vertex and the curvature integrated over it.
+//!
+//! Everything that the papers integrate over a vertex depends on the vertex and its ordered
+//! neighbours alone. [`VertexStar`] holds just these points: the star of a mesh vertex, or one
+//! that a mesh would have after an edge flip, collapse or move. All evaluations of this crate
+//! end here, so a what-if evaluation and that of the edited mesh give the same bits.
+
+use core::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::angle::{AngleSum, corner_direction};
+use crate::area::{VertexArea, corner_share};
+use crate::dihedral::hinge_angle;
+use crate::quantity::{Area, Integral};
+
+/// A vertex and its neighbours in order.
+#[derive(Clone, Copy, Debug)]
+pub struct VertexStar<'a> {
+    /// The vertex.
+    pub center: DVec3,
+    /// Its neighbours, clockwise seen from outside: the order of
+    /// [`one_ring`](mesh_core::Topology::one_ring). Each two consecutive ones and the centre form
+    /// a face.
+    pub ring: &'a [DVec3],
+    /// Whether the last and the first neighbour form a face, too. When they do not, the centre
+    /// lies on the boundary, between the first and the last neighbour.
+    pub closed: bool,
+}
+
+/// What is integrated over the area of a vertex.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VertexIntegrals {
+    /// Gaussian curvature: `2 pi - sum of angles` (DHKL01 eq. 1). At a boundary vertex, the
+    /// geodesic curvature of the boundary: `pi - sum of angles`. In radians.
+    pub angle_defect: Integral,
+    /// Mean curvature: `1/4 sum of |e| beta` over the edges between two faces, with signed
+    /// dihedral angles, positive where convex (KKL02 sec. 3.1). In model units.
+    pub mean: Integral,
+    /// Absolute mean curvature: `1/4 sum of |e| |beta|` (DHKL01 eq. 1). In model units.
+    pub abs_mean: Integral,
+    /// The area that belongs to the vertex.
+    pub area: Area,
+}
+
+/// A face of the star: the edge vectors from the centre to its other two corners, clockwise, and
+/// their cross product, which points outwards.
+#[derive(Clone, Copy)]
+struct StarFace {
+    from: DVec3,
+    to: DVec3,
+    normal: DVec3,
+}
+
+impl StarFace {
+    #[inline]
+    fn new(from: DVec3, to: DVec3) -> Self {
+        Self { from, to, normal: to.cross(from) }
+    }
+}
+
+impl VertexStar<'_> {
+    /// All that is integrated over the vertex, in one turn round it.
+    ///
+    /// A star without faces, that of an isolated vertex, has no curvature and no area. A boundary
+    /// vertex whose faces have no area still has an angle defect. Never NaN; right for edge
+    /// lengths between 1e-70 and 1e70.
+    #[inline]
+    #[must_use]
+    pub fn integrals(&self, area: VertexArea) -> VertexIntegrals {
+        integrals(self.center, self.ring.iter().copied(), self.closed, area)
+    }
+
+    /// The integral of Gaussian curvature; see [`VertexIntegrals::angle_defect`].
+    #[must_use]
+    pub fn angle_defect(&self) -> Integral {
+        self.integrals(VertexArea::Barycentric).angle_defect
+    }
+
+    /// The integral of mean curvature; see [`VertexIntegrals::mean`].
+    #[must_use]
+    pub fn mean(&self) -> Integral {
+        self.integrals(VertexArea::Barycentric).mean
+    }
+
+    /// The integral of absolute mean curvature; see [`VertexIntegrals::abs_mean`].
+    #[must_use]
+    pub fn abs_mean(&self) -> Integral {
+        self.integrals(VertexArea::Barycentric).abs_mean
+    }
+
+    /// The area that belongs to the vertex.
+    #[must_use]
+    pub fn area(&self, kind: VertexArea) -> Area {
+        self.integrals(kind).area
+    }
+}
+
+/// [`VertexStar::integrals`] for neighbours that come one by one.
+#[inline]
+pub(crate) fn integrals(
+    center: DVec3,
+    ring: impl Iterator<Item = DVec3>,
+    closed: bool,
+    area: VertexArea,
+) -> VertexIntegrals {
+    let mut totals = StarTotals::new(area);
+    let mut spokes = ring.map(|neighbour| neighbour - center);
+    let (Some(first), Some(second)) = (spokes.next(), spokes.next()) else {
+        return VertexIntegrals::default();
+    };
+    let first_face = StarFace::new(first, second);
+    totals.add_face(&first_face);
+    let mut face = first_face;
+    for spoke in spokes {
+        let following = StarFace::new(face.to, spoke);
+        totals.add_face(&following);
+        totals.add_edge(&face, &following);
+        face = following;
+    }
+    if closed {
+        let last_face = StarFace::new(face.to, first);
+        totals.add_face(&last_face);
+        totals.add_edge(&face, &last_face);
+        totals.add_edge(&last_face, &first_face);
+    }
+    totals.integrals(closed)
+}
+
+/// The running sums of a turn round a star.
+struct StarTotals {
+    kind: VertexArea,
+    angle: AngleSum,
+    area: f64,
+    mean: f64,
+    abs_mean: f64,
+}
+
+impl StarTotals {
+    fn new(kind: VertexArea) -> Self {
+        Self { kind, angle: AngleSum::ZERO, area: 0.0, mean: 0.0, abs_mean: 0.0 }
+    }
+
+    #[inline]
+    fn add_face(&mut self, face: &StarFace) {
+        let twice_area = face.normal.length();
+        self.angle.add(corner_direction(face.from, face.to, twice_area));
+        self.area += corner_share(self.kind, face.from, face.to, twice_area);
+    }
+
+    /// Adds the edge between a face and the one that follows it clockwise.
+    #[inline]
+    fn add_edge(&mut self, left: &StarFace, right: &StarFace) {
+        let length = left.to.length();
+        let weighted = length * hinge_angle(length, left.normal, right.normal, right.to);
+        self.mean += weighted;
+        self.abs_mean += weighted.abs();
+    }
+
+    #[inline]
+    fn integrals(&self, closed: bool) -> VertexIntegrals {
+        let full_angle = if closed { 2.0 * PI } else { PI };
+        VertexIntegrals {
+            angle_defect: Integral::new(full_angle - self.angle.radians()),
+            mean: Integral::new(0.25 * self.mean),
+            abs_mean: Integral::new(0.25 * self.abs_mean),
+            area: Area::new(self.area),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dihedral::dihedral_angle;
+
+    /// The apex of a pyramid over a regular polygon, clockwise seen from above.
+    fn pyramid(sides: u32, height: f64) -> (DVec3, Vec<DVec3>) {
+        let at = |i: u32| {
+            let turn = -2.0 * PI * f64::from(i) / f64::from(sides);
+            DVec3::new(turn.cos(), turn.sin(), 0.0)
+        };
+        (DVec3::new(0.0, 0.0, height), (0..sides).map(at).collect())
+    }
+
+    #[test]
+    fn cube_corner_has_the_curvature_of_an_eighth_of_a_cube() {
+        let ring = [DVec3::X, DVec3::Y, DVec3::Z];
+        // The corner at the origin of the cube in the positive octant: outside is below.
+        let star = VertexStar { center: DVec3::ZERO, ring: &ring, closed: true };
+        let found = star.integrals(VertexArea::Voronoi);
+        assert!((found.angle_defect.value() - 0.5 * PI).abs() < 1e-15);
+        assert!((found.mean.value() - 3.0 / 4.0 * 0.5 * PI).abs() < 1e-15);
+        assert_eq!(found.mean, found.abs_mean);
+        assert!((found.area.value() - 0.75).abs() < 1e-15);
+    }
+
+    #[test]
+    fn mean_is_the_sum_of_dihedral_angles() {
+        for height in [1.0, -0.5, 1e-6] {
+            let (center, ring) = pyramid(7, height);
+            let star = VertexStar { center, ring: &ring, closed: true };
+            let mut mean = 0.0;
+            for i in 0..7 {
+                let [before, at, after] = [i + 6, i, i + 1].map(|k| ring[k % 7]);
+                mean += 0.25 * center.distance(at) * dihedral_angle(center, at, before, after);
+            }
+            assert!((star.mean().value() - mean).abs() < 1e-13 * mean.abs());
+            assert!((star.abs_mean().value() - mean.abs()).abs() < 1e-13 * mean.abs());
+            assert!(mean * height > 0.0);
+        }
+    }
+
+    #[test]
+    fn boundary_star_has_the_turn_of_the_boundary() {
+        let ring = [DVec3::X, DVec3::Y];
+        let star = VertexStar { center: DVec3::ZERO, ring: &ring, closed: false };
+        let found = star.integrals(VertexArea::Barycentric);
+        assert!((found.angle_defect.value() - 0.5 * PI).abs() < 1e-15);
+        assert_eq!((found.mean, found.abs_mean), (Integral::default(), Integral::default()));
+        assert_eq!(found.area, Area::new(1.0 / 6.0));
+    }
+
+    #[test]
+    fn degenerate_stars_have_values() {
+        let p = DVec3::new(1.0, 2.0, 3.0);
+        let zero = VertexIntegrals::default();
+        for ring in [&[][..], &[p]] {
+            let star = VertexStar { center: p, ring, closed: false };
+            assert_eq!(star.integrals(VertexArea::Voronoi), zero);
+        }
+        let star = VertexStar { center: p, ring: &[p; 6], closed: true };
+        let found = star.integrals(VertexArea::Voronoi);
+        assert!(found.angle_defect.value().abs() < 1e-15);
+        assert_eq!((found.mean, found.area), (zero.mean, zero.area));
+    }
+}
