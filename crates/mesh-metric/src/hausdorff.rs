@@ -26,11 +26,21 @@ pub struct CertifyOptions {
     /// How many pieces of triangles may be looked at, for each direction. At the limit the bounds
     /// hold, but are farther apart than the tolerance.
     pub max_pieces: usize,
+    /// When only it matters whether the distance is at most this: the search ends as soon as one
+    /// of the bounds tells.
+    pub limit: Option<f64>,
 }
 
 impl Default for CertifyOptions {
     fn default() -> Self {
-        Self { tolerance: 0.0, max_pieces: 20_000_000 }
+        Self { tolerance: 0.0, max_pieces: 20_000_000, limit: None }
+    }
+}
+
+impl CertifyOptions {
+    /// Pieces that are not farther away than this need no cutting.
+    fn bar(&self, lower: f64, slack: f64) -> f64 {
+        (lower + self.tolerance).max(self.limit.map_or(0.0, |limit| limit - slack))
     }
 }
 
@@ -43,7 +53,7 @@ pub struct CertifiedBounds {
     pub upper: f64,
     /// The point that is `lower` away from the other surface.
     pub at: DVec3,
-    /// Whether the bounds met the tolerance.
+    /// Whether the bounds met the tolerance, or tell on which side of the limit the distance is.
     pub converged: bool,
     /// How many pieces of triangles were looked at.
     pub pieces: usize,
@@ -146,7 +156,7 @@ fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) 
     }
     loop {
         looked_at += pieces.len();
-        let bar = lower.distance + options.tolerance;
+        let bar = options.bar(lower.distance, slack);
         let bounds: Vec<_> =
             in_blocks(pieces.len(), |range| bound_pieces(&pieces[range], to, bar)).concat();
         for (_, center) in &bounds {
@@ -154,7 +164,7 @@ fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) 
                 lower.raise(center.distance, center.at);
             }
         }
-        let bar = lower.distance + options.tolerance;
+        let bar = options.bar(lower.distance, slack);
         let (mut open, mut highest_open) = (Vec::new(), 0.0_f64);
         for (piece, (upper, _)) in pieces.iter().zip(bounds) {
             if upper > bar {
@@ -164,7 +174,8 @@ fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) 
                 settled = settled.max(upper);
             }
         }
-        let done = open.is_empty();
+        let exceeded = options.limit.is_some_and(|limit| lower.distance - slack > limit);
+        let done = open.is_empty() || exceeded;
         if done || looked_at + 4 * open.len() > options.max_pieces {
             return CertifiedBounds {
                 lower: (lower.distance - slack).max(0.0),

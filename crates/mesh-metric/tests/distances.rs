@@ -159,13 +159,29 @@ fn bounds_hold_at_the_limit_of_pieces() {
     let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());
     let tight = hausdorff_bounds(&a, &b, &CertifyOptions { tolerance: 1e-6, ..Default::default() });
     assert!(tight.converged && tight.upper - tight.lower <= 1.001e-6, "{tight:?}");
-    let options = CertifyOptions { tolerance: 1e-6, max_pieces: 1000 };
+    let options = CertifyOptions { tolerance: 1e-6, max_pieces: 1000, limit: None };
     let stopped = hausdorff_bounds(&a, &b, &options);
     assert!(!stopped.converged);
     assert!(stopped.lower <= tight.upper && tight.lower <= stopped.upper);
     let sampled = compare(&a, &b, &CompareOptions { samples: 50_000, ..Default::default() });
     assert!(sampled.hausdorff() <= tight.upper);
     assert!(sampled.hausdorff() > 0.9 * tight.lower);
+}
+
+#[test]
+fn a_limit_is_decided_on_the_right_side() {
+    let (a, b) = (sphere(), moved(&sphere(), |p| p * DVec3::new(1.0, 1.1, 0.9)));
+    let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());
+    let exact = hausdorff_bounds(&a, &b, &CertifyOptions { tolerance: 1e-6, ..Default::default() });
+    for (limit, within) in [(0.5, false), (0.999, false), (1.001, true), (2.0, true)] {
+        let limit = limit * exact.lower;
+        let options = CertifyOptions { limit: Some(limit), ..Default::default() };
+        let decided = hausdorff_bounds(&a, &b, &options);
+        assert!(decided.converged);
+        assert_eq!((decided.upper <= limit, decided.lower > limit), (within, !within));
+        assert!(decided.lower <= exact.upper && exact.lower <= decided.upper);
+        assert!(decided.pieces < exact.pieces);
+    }
 }
 
 #[test]

@@ -73,6 +73,11 @@ impl Fixed {
         fixed
     }
 
+    /// The locked vertices and the feature edges, as they are by now.
+    pub(crate) fn into_maps(self) -> (Option<VertexMap<bool>>, Option<EdgeMap<bool>>) {
+        (self.locked, self.features)
+    }
+
     fn is_locked(&self, v: VertexId) -> bool {
         self.locked.as_ref().is_some_and(|locked| locked[v])
     }

@@ -8,7 +8,7 @@
 use core::ops::ControlFlow;
 use std::time::Instant;
 
-use mesh_core::{EdgeId, HalfEdgeId, TriMesh, VertexId};
+use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, TriMesh, VertexId, VertexMap};
 
 use crate::constraint::{Constraints, Fixed};
 use crate::cost::{Collapse, Cost, Reach};
@@ -43,6 +43,10 @@ pub struct Run {
     pub refusals: Refusals,
     /// The largest cost of a collapse.
     pub max_cost: f64,
+    /// The locked vertices of the mesh as it is now, if there are any.
+    pub locked: Option<VertexMap<bool>>,
+    /// The feature edges of the mesh as it is now, if they were given.
+    pub features: Option<EdgeMap<bool>>,
 }
 
 /// The rules of a run; see [`collapse_edges`].
@@ -83,6 +87,7 @@ pub fn collapse_edges<C: Cost, P: Placement>(
     let mut driver = Driver::new(mesh, policies, constraints);
     driver.fill_queue();
     driver.run(limits, observe);
+    (driver.result.locked, driver.result.features) = driver.fixed.into_maps();
     driver.result
 }
 
@@ -164,6 +169,8 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             log: CollapseLog::default(),
             refusals: Refusals::default(),
             max_cost: 0.0,
+            locked: None,
+            features: None,
         };
         Self {
             mesh,
@@ -211,6 +218,9 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             }
             if limits.vertices.is_some_and(|limit| self.used_vertices <= limit) {
                 return self.stop(StopReason::Vertices);
+            }
+            if limits.collapses.is_some_and(|limit| collapses >= limit) {
+                return self.stop(StopReason::Collapses);
             }
             if collapses >= observed + OBSERVED_EVERY {
                 observed = collapses;

@@ -4,6 +4,8 @@ use core::ops::{Add, AddAssign, Mul};
 
 use glam::DVec3;
 
+use crate::symmetric::Symmetric3;
+
 /// The function `x ↦ x·A x + 2 b·x + c` with a symmetric, positive semidefinite `A` (Garland and
 /// Heckbert 1997).
 ///
@@ -12,10 +14,8 @@ use glam::DVec3;
 /// [`Quadric::moved_by`] changes the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quadric {
-    /// The diagonal of `A`.
-    pub diagonal: DVec3,
-    /// The entries yz, zx, xy of `A`.
-    pub mixed: DVec3,
+    /// `A`.
+    pub matrix: Symmetric3,
     /// `b`.
     pub linear: DVec3,
     /// `c`: the value at the origin.
@@ -32,12 +32,9 @@ impl Quadric {
     #[inline]
     #[must_use]
     pub fn plane(normal: DVec3, offset: f64, weight: f64) -> Self {
-        let n = normal;
-        let scaled = weight * n;
         Self {
-            diagonal: scaled * n,
-            mixed: DVec3::new(scaled.y * n.z, scaled.z * n.x, scaled.x * n.y),
-            linear: scaled * -offset,
+            matrix: Symmetric3::square(normal, weight),
+            linear: normal * (-offset * weight),
             constant: weight * offset * offset,
         }
     }
@@ -46,25 +43,18 @@ impl Quadric {
     #[inline]
     #[must_use]
     pub fn value(&self, x: DVec3) -> f64 {
-        x.dot(self.times(x) + 2.0 * self.linear) + self.constant
-    }
-
-    /// `A x`.
-    #[inline]
-    fn times(&self, x: DVec3) -> DVec3 {
-        let Self { diagonal: d, mixed: m, .. } = *self;
-        DVec3::new(
-            d.x * x.x + m.z * x.y + m.y * x.z,
-            m.z * x.x + d.y * x.y + m.x * x.z,
-            m.y * x.x + m.x * x.y + d.z * x.z,
-        )
+        x.dot(self.matrix.times(x) + 2.0 * self.linear) + self.constant
     }
 
     /// The same function about another origin, `shift` away from this one.
     #[inline]
     #[must_use]
     pub fn moved_by(&self, shift: DVec3) -> Self {
-        Self { linear: self.linear + self.times(shift), constant: self.value(shift), ..*self }
+        Self {
+            linear: self.linear + self.matrix.times(shift),
+            constant: self.value(shift),
+            ..*self
+        }
     }
 
     /// The point with the smallest value; among those of the plane `normal·x = offset` if there is
@@ -73,7 +63,7 @@ impl Quadric {
     #[inline]
     #[must_use]
     pub fn minimizer(&self, plane: Option<(DVec3, f64)>) -> Option<DVec3> {
-        let factor = Cholesky::new(self)?;
+        let factor = self.matrix.factors(DAMPING)?;
         let free = factor.solve(-self.linear);
         let Some((normal, offset)) = plane else { return Some(free) };
         let towards = factor.solve(normal);
@@ -96,8 +86,7 @@ impl Add for Quadric {
 impl AddAssign for Quadric {
     #[inline]
     fn add_assign(&mut self, other: Self) {
-        self.diagonal += other.diagonal;
-        self.mixed += other.mixed;
+        self.matrix += other.matrix;
         self.linear += other.linear;
         self.constant += other.constant;
     }
@@ -108,46 +97,7 @@ impl Mul<Quadric> for f64 {
 
     #[inline]
     fn mul(self, q: Quadric) -> Quadric {
-        Quadric {
-            diagonal: self * q.diagonal,
-            mixed: self * q.mixed,
-            linear: self * q.linear,
-            constant: self * q.constant,
-        }
-    }
-}
-
-/// The factors `L D Lᵀ` of the damped matrix of a quadric.
-struct Cholesky {
-    inverse_pivots: DVec3,
-    l10: f64,
-    l20: f64,
-    l21: f64,
-}
-
-impl Cholesky {
-    #[inline]
-    fn new(q: &Quadric) -> Option<Self> {
-        let damping = DAMPING * q.diagonal.element_sum();
-        let d = q.diagonal + damping;
-        let m = q.mixed;
-        let p0 = d.x;
-        let (l10, l20) = (m.z / p0, m.y / p0);
-        let p1 = d.y - l10 * m.z;
-        let l21 = (m.x - l10 * m.y) / p1;
-        let p2 = d.z - l20 * m.y - l21 * (m.x - l10 * m.y);
-        // In exact arithmetic no pivot is below the damping.
-        let sound = p0 > 0.0 && p1 > 0.25 * damping && p2 > 0.25 * damping;
-        sound.then(|| Self { inverse_pivots: DVec3::new(p0, p1, p2).recip(), l10, l20, l21 })
-    }
-
-    #[inline]
-    fn solve(&self, b: DVec3) -> DVec3 {
-        let y1 = b.y - self.l10 * b.x;
-        let y2 = b.z - self.l20 * b.x - self.l21 * y1;
-        let y = DVec3::new(b.x, y1, y2) * self.inverse_pivots;
-        let x1 = y.y - self.l21 * y.z;
-        DVec3::new(y.x - self.l10 * x1 - self.l20 * y.z, x1, y.z)
+        Quadric { matrix: self * q.matrix, linear: self * q.linear, constant: self * q.constant }
     }
 }
 
@@ -179,7 +129,7 @@ mod tests {
         let on_plane = corner().minimizer(Some((DVec3::Z, 4.0))).unwrap();
         assert!((on_plane.z - 4.0).abs() < 1e-12);
         // On the plane, the gradient is along its normal.
-        let gradient = corner().times(on_plane) + corner().linear;
+        let gradient = corner().matrix.times(on_plane) + corner().linear;
         assert!(gradient.truncate().length() < 1e-7);
     }
 

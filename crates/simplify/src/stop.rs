@@ -14,6 +14,8 @@ pub struct Limits {
     pub ratio: Option<f64>,
     /// Stop before a collapse that costs more than this. The unit is that of the cost.
     pub cost: Option<f64>,
+    /// Stop after this many collapses.
+    pub collapses: Option<usize>,
     /// Stop after this time. The result then depends on how fast the machine is.
     pub time: Option<Duration>,
 }
@@ -26,6 +28,8 @@ pub enum StopReason {
     Faces,
     /// The number of vertices was reached.
     Vertices,
+    /// The number of collapses was reached.
+    Collapses,
     /// Every collapse that is left costs more than allowed.
     Cost,
     /// More collapses would have exceeded the largest allowed error.
@@ -45,6 +49,7 @@ impl StopReason {
         match self {
             Self::Faces => "faces",
             Self::Vertices => "vertices",
+            Self::Collapses => "collapses",
             Self::Cost => "cost",
             Self::Error => "error",
             Self::Time => "time",
