@@ -149,13 +149,13 @@ fn trap_5_two_plates_far_apart_reduce_alike() {
         let reduced = result.log.entries();
         let [first, second] =
             [true, false].map(|f| reduced.iter().filter(|e| (e.kept.get() < half) == f).count());
-        assert!(first > 300 && first.abs_diff(second) <= first / 50, "{preset}: {first} {second}");
+        assert!(first > 150 && first.abs_diff(second) <= first / 50, "{preset}: {first} {second}");
     }
 }
 
 #[test]
 fn trap_6_moving_or_scaling_the_mesh_changes_nothing() {
-    let sphere = Sphere { radius: 1.0 }.irregular_icosphere(3, Irregular { jitter: 0.3, seed: 9 });
+    let sphere = Sphere { radius: 1.0 }.irregular_icosphere(3, Irregular { jitter: 0.2, seed: 9 });
     for original in [mesh(&sphere.unwrap()), wave(20)] {
         for preset in QUICK {
             let sequence = |mesh: &TriMesh| {
@@ -199,20 +199,24 @@ fn trap_7_closed_components_end_as_tetrahedra() {
     assert!(kept.refusals.of(Refusal::Component) > 0);
 }
 
-/// Prefers the edges between certain vertices.
+/// First the edges between certain vertices, then those to vertices before, then the rest.
 struct Prefer(std::ops::Range<u32>);
 
 impl Cost for Prefer {
     fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: DVec3) -> f64 {
-        let inside = [patch.removed(), patch.kept()].iter().all(|v| self.0.contains(&v.get()));
-        if inside { 0.0 } else { 1.0 + patch.squared_length() }
+        let ends = [patch.removed(), patch.kept()].map(VertexId::get);
+        match ends {
+            _ if ends.iter().all(|v| self.0.contains(v)) => 0.0,
+            _ if ends.iter().all(|v| *v < self.0.end) => 1.0 + patch.squared_length(),
+            _ => 1000.0 + patch.squared_length(),
+        }
     }
 }
 
 #[test]
 fn trap_8_a_refused_edge_is_tried_again() {
-    // A tower of triangles: the edges of the middle one are no faces' and fail the link condition
-    // until one half of the tower has gone.
+    // A tower of triangles: the middle one is no face, so its edges fail the link condition until
+    // the lower half of the tower has gone.
     let levels = 9_u32;
     let mut points: Vec<[f64; 3]> = Vec::new();
     let mut triangles = vec![[0, 2, 1], [3 * levels - 3, 3 * levels - 2, 3 * levels - 1]];
@@ -258,17 +262,14 @@ fn trap_9_valences_stay_bounded_on_a_flat_grid() {
 
 /// A cube whose sides are cut into squares, and its twelve edges as features.
 fn cube_with_features() -> (TriMesh, EdgeMap<bool>) {
-    let cube = mesh(&polyhedra::cube());
-    let mut fine = cube;
+    let mut fine = mesh(&polyhedra::cube());
     for _ in 0..4 {
-        let (topology, split) =
-            fine.topology().quadrisect().map(|q| (q.topology.clone(), q)).unwrap();
+        let (topology, _) = fine.topology().quadrisect().unwrap();
         let mut points = fine.positions().to_vec();
         points.extend(fine.topology().edges().map(|e| {
             let [a, b] = fine.topology().edge_vertices(e);
             0.5 * (fine.position(a) + fine.position(b))
         }));
-        let _ = split;
         fine = TriMesh::new(topology, points).unwrap();
     }
     let mut features = fine.topology().edge_map(false);
