@@ -26,7 +26,13 @@ pub(crate) struct Draw {
     #[arg(long, value_name = "X,Y,Z", default_value = "0,1,0", value_parser = parse_vector, allow_hyphen_values = true)]
     up: DVec3,
     /// Width and height in pixels
-    #[arg(long, value_name = "W,H", default_value = "900,900", value_delimiter = ',', num_args = 2)]
+    #[arg(
+        long,
+        value_name = "W,H",
+        default_value = "900,900",
+        value_delimiter = ',',
+        num_args = 2
+    )]
     size: Vec<u32>,
     /// Width of the edges in pixels; 0 draws none
     #[arg(long, value_name = "PIXELS", default_value_t = 0.0)]
@@ -44,9 +50,10 @@ pub(crate) fn run(options: &Draw) -> Result<(), Failure> {
     let built = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?;
     let colors = vertex_colors(&model, &built.provenance.vertex_source);
     let picture = draw(&built.mesh, colors.as_ref(), options)?;
-    picture
-        .save(&options.output)
-        .map_err(|source| Failure::Picture { path: options.output.clone(), source: Box::new(source) })
+    picture.save(&options.output).map_err(|source| Failure::Picture {
+        path: options.output.clone(),
+        source: Box::new(source),
+    })
 }
 
 fn draw(
@@ -85,7 +92,9 @@ fn parse_vector(text: &str) -> Result<DVec3, String> {
         .map(|part| part.trim().parse().map_err(|_| format!("{part:?} is not a number")))
         .collect::<Result<_, _>>()?;
     match parts[..] {
-        [x, y, z] if x.is_finite() && y.is_finite() && z.is_finite() && (x, y, z) != (0.0, 0.0, 0.0) => {
+        [x, y, z]
+            if x.is_finite() && y.is_finite() && z.is_finite() && (x, y, z) != (0.0, 0.0, 0.0) =>
+        {
             Ok(DVec3::new(x, y, z))
         }
         _ => Err("a direction has three numbers, like 0,0.5,1, not all zero".into()),

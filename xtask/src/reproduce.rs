@@ -37,7 +37,8 @@ pub(crate) fn run(options: &Reproduce) -> Result<(), Failure> {
     page::write(&papers, &items, &options.out)?;
     print_summary(&items);
     println!("\nThe page with pictures: {}", options.out.join("index.html").display());
-    let wrong = rows(&items).filter(|row| row.verdict != Verdict::Exact && row.verdict != Verdict::NotPublished);
+    let wrong = rows(&items)
+        .filter(|row| row.verdict != Verdict::Exact && row.verdict != Verdict::NotPublished);
     match wrong.count() {
         drift if options.check && drift > 0 => Err(Failure::Drift(drift)),
         _ => Ok(()),
@@ -99,7 +100,9 @@ fn write_numbers(items: &[Item], out: &Path) -> Result<(), Failure> {
     let path = out.join("results.csv");
     let failed = |e: csv::Error| Failure::writing(&path)(e.into());
     let mut table = csv::Writer::from_path(&path).map_err(failed)?;
-    table.write_record(["paper", "item", "quantity", "printed", "ours", "verdict"]).map_err(failed)?;
+    table
+        .write_record(["paper", "item", "quantity", "printed", "ours", "verdict"])
+        .map_err(failed)?;
     for item in items {
         for row in &item.rows {
             let printed = row.printed.map(|p| p.to_string()).unwrap_or_default();

@@ -7,6 +7,7 @@ pub mod area;
 pub mod curvatures;
 pub mod dihedral;
 pub mod edge;
+pub mod principal;
 pub mod quantity;
 pub mod star;
 pub mod totals;
@@ -21,6 +22,7 @@ pub use edge::{
     dihedral_angles, edge_dihedral_angle, edge_intersection_angle, edge_mean_curvature,
     edge_mean_curvatures, intersection_angles,
 };
+pub use principal::{PrincipalFrame, principal_frame, principal_frames};
 pub use quantity::{Area, Integral, Pointwise};
 pub use star::{VertexIntegrals, VertexStar};
 pub use totals::Totals;

@@ -156,7 +156,7 @@ fn check_corners(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<(), Topo
 
 /// The two ends of side `side % 3` of triangle `side / 3`.
 #[inline]
-fn side_ends(triangles: &[[u32; 3]], side: usize) -> [u32; 2] {
+pub(crate) fn side_ends(triangles: &[[u32; 3]], side: usize) -> [u32; 2] {
     let triangle = triangles[side / 3];
     let corner = side % 3;
     [triangle[corner], triangle[if corner == 2 { 0 } else { corner + 1 }]]
@@ -203,7 +203,10 @@ fn pair_sides(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<Sides, Topo
 }
 
 /// All triangle sides, grouped by their smaller vertex, and where each group starts.
-fn bucket_by_smaller_vertex(vertex_count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+pub(crate) fn bucket_by_smaller_vertex(
+    vertex_count: usize,
+    triangles: &[[u32; 3]],
+) -> (Vec<u32>, Vec<u32>) {
     let mut starts = vec![0_u32; vertex_count + 2];
     for &[a, b, c] in triangles {
         for smaller in [a.min(b), b.min(c), c.min(a)] {

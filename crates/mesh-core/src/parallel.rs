@@ -5,6 +5,8 @@
 
 #[cfg(feature = "rayon")]
 use rayon::prelude::*;
+#[cfg(feature = "rayon")]
+use std::sync::{Mutex, PoisonError};
 
 /// Elements per block. A block is the unit of work of a thread, and the unit of summation.
 const BLOCK: usize = 2048;
@@ -28,6 +30,38 @@ pub fn collect<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<
     return (0..count).into_par_iter().with_min_len(BLOCK).map(&value).collect();
     #[cfg(not(feature = "rayon"))]
     return (0..count).map(value).collect();
+}
+
+/// The values of a function of the index and of scratch memory that is costly to make, from 0 to
+/// `count`. No more scratch is made than there are threads; the values must not depend on what
+/// earlier calls left in it. Work is handed out in small portions, for values that take long.
+pub fn collect_with<S: Send, T: Send>(
+    count: usize,
+    scratch: impl Fn() -> S + Sync,
+    value: impl Fn(&mut S, usize) -> T + Sync,
+) -> Vec<T> {
+    #[cfg(feature = "rayon")]
+    {
+        const PORTION: usize = 16;
+        let spare = Mutex::new(Vec::new());
+        let lock = || spare.lock().unwrap_or_else(PoisonError::into_inner);
+        let portion_values = |portion: usize| {
+            let taken = lock().pop();
+            let mut memory = taken.unwrap_or_else(&scratch);
+            let indices = portion * PORTION..count.min((portion + 1) * PORTION);
+            let values: Vec<T> = indices.map(|i| value(&mut memory, i)).collect();
+            lock().push(memory);
+            values
+        };
+        let portions = count.div_ceil(PORTION);
+        let values: Vec<Vec<T>> = (0..portions).into_par_iter().map(portion_values).collect();
+        values.into_iter().flatten().collect()
+    }
+    #[cfg(not(feature = "rayon"))]
+    {
+        let mut memory = scratch();
+        (0..count).map(|i| value(&mut memory, i)).collect()
+    }
 }
 
 /// Folds the values of a function of the index, from 0 to `count`: each block from `zero` upwards,
@@ -82,5 +116,11 @@ mod tests {
         let mut out = vec![0; count];
         fill(&mut out, |i| i * 2);
         assert!(out.into_iter().eq((0..count).map(|i| i * 2)));
+        let with_scratch = collect_with(count, Vec::new, |memory: &mut Vec<usize>, i| {
+            memory.clear();
+            memory.push(i);
+            memory[0]
+        });
+        assert!(with_scratch.into_iter().eq(0..count));
     }
 }

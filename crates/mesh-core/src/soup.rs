@@ -130,4 +130,31 @@ impl PolygonSoup {
     pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> + '_ {
         (0..self.face_count()).map(|face| self.face(face))
     }
+
+    /// The soup with vertices merged: vertex `v` becomes `target[v]`, which must not itself be
+    /// merged into another ([`weld_exact`](crate::build::weld_exact) and
+    /// [`weld_within`](crate::build::weld_within) give such a list). Faces and corners stay as they
+    /// are, merged vertices are left out, and vertices that `target` does not cover stay.
+    #[must_use]
+    pub fn merged(&self, target: &[u32]) -> Self {
+        let stays = |v: usize| target.get(v).is_none_or(|&t| t as usize == v);
+        let mut renumbered = Vec::with_capacity(self.positions.len());
+        let mut positions = Vec::with_capacity(self.positions.len());
+        for (v, &position) in self.positions.iter().enumerate() {
+            renumbered.push(positions.len() as u32);
+            if stays(v) {
+                positions.push(position);
+            }
+        }
+        let merge = |&v: &u32| {
+            let kept = target.get(v as usize).copied().unwrap_or(v);
+            // What is out of range stays out of range, now as before.
+            renumbered.get(kept as usize).copied().unwrap_or(v)
+        };
+        Self {
+            positions,
+            corners: self.corners.iter().map(merge).collect(),
+            face_ends: self.face_ends.clone(),
+        }
+    }
 }

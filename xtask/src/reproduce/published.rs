@@ -64,8 +64,7 @@ mod tests {
     fn every_printed_number_is_there_once() {
         for paper in papers().unwrap() {
             for value in &paper.values {
-                let same =
-                    |v: &&super::Value| v.item == value.item && v.quantity == value.quantity;
+                let same = |v: &&super::Value| v.item == value.item && v.quantity == value.quantity;
                 assert_eq!(paper.values.iter().filter(same).count(), 1, "{value:?}");
                 assert!(value.printed.is_none() || value.tolerance > 0.0, "{value:?}");
                 assert!(value.printed.is_some() || value.reference.is_some(), "{value:?}");

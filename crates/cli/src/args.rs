@@ -1,0 +1,105 @@
+//! What all commands take from the command line.
+
+use std::num::NonZero;
+
+use clap::{Args, Parser, Subcommand};
+use mesh_core::build::{Repair, Weld};
+
+use crate::{convert, flip, info};
+
+/// Curvature-driven work on triangle meshes.
+#[derive(Debug, Parser)]
+#[command(name = "curvmesh", version, max_term_width = 100, after_help = AFTER_HELP)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) common: Common,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Formats, in and out: OBJ, PLY, STL, OFF, glTF, GLB.
+Exit codes: 0 done; 2 wrong usage; 3 unreadable or malformed input; 4 the mesh cannot be
+processed as asked; 1 anything else.";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Info(info::Info),
+    Convert(convert::Convert),
+    Flip(flip::Flip),
+}
+
+/// Options of every command.
+#[derive(Debug, Args)]
+pub(crate) struct Common {
+    /// Print one JSON object to stdout, and nothing else there
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+    /// Number of threads [default: one per core]; results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    pub(crate) threads: Option<NonZero<usize>>,
+    /// No messages and no progress on stderr, save for errors
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+}
+
+/// Which repairs are allowed. Without any, input that is not an oriented 2-manifold is refused.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Repairs (none unless asked for)")]
+pub(crate) struct RepairOptions {
+    /// All of the repairs below, with an exact weld: loads every mesh whose coordinates are finite
+    #[arg(long)]
+    pub(crate) lenient: bool,
+    /// Merge vertices at equal positions, or within a distance in model units
+    #[arg(long, value_name = "exact|DISTANCE", value_parser = parse_weld)]
+    pub(crate) weld: Option<Weld>,
+    /// Drop faces that refer to vertices that are not there
+    #[arg(long)]
+    pub(crate) drop_out_of_range: bool,
+    /// Drop triangles that use a vertex twice
+    #[arg(long)]
+    pub(crate) drop_degenerate: bool,
+    /// Of faces with the same vertices, keep the first
+    #[arg(long)]
+    pub(crate) drop_duplicates: bool,
+    /// Reverse faces until neighbours agree on what is outside
+    #[arg(long)]
+    pub(crate) reorient: bool,
+    /// Cut the surface apart along edges of more than two faces and at pinched vertices
+    #[arg(long)]
+    pub(crate) cut_non_manifold: bool,
+    /// Drop vertices that no face uses
+    #[arg(long)]
+    pub(crate) drop_unreferenced: bool,
+}
+
+impl RepairOptions {
+    /// Whether any repair is asked for.
+    pub(crate) fn any(&self) -> bool {
+        self.repair() != Repair::strict()
+    }
+
+    pub(crate) fn repair(&self) -> Repair {
+        let mut repair = if self.lenient { Repair::lenient() } else { Repair::strict() };
+        if let Some(weld) = self.weld {
+            repair.weld = weld;
+        }
+        repair.drop_out_of_range |= self.drop_out_of_range;
+        repair.drop_degenerate |= self.drop_degenerate;
+        repair.drop_duplicates |= self.drop_duplicates;
+        repair.reorient |= self.reorient;
+        repair.cut_non_manifold |= self.cut_non_manifold;
+        repair.drop_unreferenced |= self.drop_unreferenced;
+        repair
+    }
+}
+
+fn parse_weld(text: &str) -> Result<Weld, String> {
+    if text == "exact" {
+        return Ok(Weld::Exact);
+    }
+    match text.parse() {
+        Ok(distance) if f64::is_finite(distance) && distance >= 0.0 => Ok(Weld::Distance(distance)),
+        _ => Err("expected `exact` or a distance in model units, like 0.001".into()),
+    }
+}

@@ -1,0 +1,50 @@
+//! What goes to stdout, and what goes to stderr.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use crate::args::Common;
+use crate::failure::Failure;
+
+/// Where messages and results go.
+#[derive(Debug)]
+pub(crate) struct Console {
+    json: bool,
+    quiet: bool,
+}
+
+impl Console {
+    pub(crate) fn new(common: &Common) -> Self {
+        Self { json: common.json, quiet: common.quiet }
+    }
+
+    /// Something for people to know.
+    pub(crate) fn message(&self, text: impl std::fmt::Display) {
+        if !self.quiet {
+            eprintln!("{text}");
+        }
+    }
+
+    /// The outcome: the JSON object on stdout if asked for, and the text otherwise.
+    pub(crate) fn result(
+        &self,
+        json: &impl Serialize,
+        text: impl std::fmt::Display,
+    ) -> Result<(), Failure> {
+        if self.json {
+            println!("{}", serde_json::to_string(json).map_err(Failure::json)?);
+        } else {
+            println!("{text}");
+        }
+        Ok(())
+    }
+
+    /// A progress bar of so many steps; hidden when stderr is no terminal.
+    pub(crate) fn progress(&self, steps: u64, what: &'static str) -> ProgressBar {
+        let target =
+            if self.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+        let style = ProgressStyle::with_template("{msg} {bar:30} {percent}% {elapsed}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressBar::with_draw_target(Some(steps), target).with_style(style).with_message(what)
+    }
+}

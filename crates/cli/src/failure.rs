@@ -1,0 +1,78 @@
+//! What can go wrong, and the exit code for it.
+
+use std::path::PathBuf;
+
+use mesh_core::build::BuildError;
+use mesh_io::{ReadError, WriteError};
+
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    #[error("{0}")]
+    Read(Box<ReadError>),
+    #[error("{}: {}", path.display(), as_options(&source.to_string()))]
+    Build { path: PathBuf, source: Box<BuildError> },
+    #[error("cannot write {}: {source}", path.display())]
+    Write { path: PathBuf, source: Box<WriteError> },
+    /// The content does not fit together, which is a mistake of this program.
+    #[error("the mesh and its attributes do not fit: {0}")]
+    Model(Box<mesh_io::ModelError>),
+    #[error("{0}")]
+    Usage(String),
+    #[error("cannot make a JSON object: {0}")]
+    Json(Box<serde_json::Error>),
+    #[error("cannot start threads: {0}")]
+    Threads(Box<rayon::ThreadPoolBuildError>),
+}
+
+impl Failure {
+    pub(crate) fn json(source: serde_json::Error) -> Self {
+        Self::Json(Box::new(source))
+    }
+
+    pub(crate) fn model(source: mesh_io::ModelError) -> Self {
+        Self::Model(Box::new(source))
+    }
+
+    pub(crate) fn threads(source: rayon::ThreadPoolBuildError) -> Self {
+        Self::Threads(Box::new(source))
+    }
+
+    pub(crate) fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            Self::Read(_) => 3,
+            Self::Build { source, .. } if is_malformed(source) => 3,
+            Self::Build { .. } => 4,
+            Self::Write { .. } | Self::Model(_) | Self::Json(_) | Self::Threads(_) => 1,
+        }
+    }
+}
+
+/// Whether the file itself is at fault, not only what was asked of it.
+fn is_malformed(error: &BuildError) -> bool {
+    matches!(error, BuildError::NonFiniteCoordinate { .. } | BuildError::TooManyElements { .. })
+}
+
+/// Turns the names of repairs in a message of the library, which stand in backticks, into options
+/// of the command line.
+fn as_options(message: &str) -> String {
+    let parts = message.split('`').enumerate().map(|(i, part)| {
+        if i % 2 == 1 { format!("--{}", part.replace('_', "-")) } else { part.to_owned() }
+    });
+    let text: String = parts.collect();
+    if text.contains("--") { format!("{text} (--lenient allows all repairs)") } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::as_options;
+
+    #[test]
+    fn repairs_are_named_as_options() {
+        assert_eq!(
+            as_options("bad; `drop_degenerate` drops it"),
+            "bad; --drop-degenerate drops it (--lenient allows all repairs)"
+        );
+        assert_eq!(as_options("bad"), "bad");
+    }
+}

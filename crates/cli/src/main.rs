@@ -1,0 +1,47 @@
+//! `curvmesh`: curvature-driven work on triangle meshes.
+//!
+//! One module per command. Results go to stdout, everything for people to stderr; with `--json`,
+//! stdout carries one JSON object and nothing else.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod args;
+mod console;
+mod convert;
+mod failure;
+mod flip;
+mod info;
+mod load;
+mod save;
+mod seams;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+use console::Console;
+use failure::Failure;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let console = Console::new(&arguments.common);
+    match run(&arguments, &console) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            ExitCode::from(failure.exit_code())
+        }
+    }
+}
+
+fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
+    if let Some(threads) = arguments.common.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get());
+        pool.build_global().map_err(Failure::threads)?;
+    }
+    match &arguments.command {
+        Command::Info(options) => info::run(options, console),
+        Command::Convert(options) => convert::run(options, console),
+        Command::Flip(options) => flip::run(options, console),
+    }
+}

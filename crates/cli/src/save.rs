@@ -1,0 +1,110 @@
+//! From a mesh to a file.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueEnum};
+use mesh_io::{Encoding, Format, Model, Precision, WriteOptions};
+
+use crate::console::Console;
+use crate::failure::Failure;
+
+/// How output files are written.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Output")]
+pub(crate) struct SaveOptions {
+    /// The format of the output [default: by its extension]
+    #[arg(long, value_name = "FORMAT")]
+    pub(crate) format: Option<FormatName>,
+    /// Text or binary
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) encoding: EncodingName,
+    /// Width of the numbers in PLY: `exact` takes 32 bits where they suffice, 64 otherwise
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) precision: PrecisionName,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FormatName {
+    Obj,
+    Ply,
+    Stl,
+    Off,
+    Gltf,
+    Glb,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum EncodingName {
+    /// What is usual for the format
+    #[default]
+    Usual,
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum PrecisionName {
+    #[default]
+    Exact,
+    Single,
+    Double,
+}
+
+impl SaveOptions {
+    fn write_options(&self) -> WriteOptions {
+        let format = self.format.map(|name| match name {
+            FormatName::Obj => Format::Obj,
+            FormatName::Ply => Format::Ply,
+            FormatName::Stl => Format::Stl,
+            FormatName::Off => Format::Off,
+            FormatName::Gltf => Format::Gltf,
+            FormatName::Glb => Format::Glb,
+        });
+        let encoding = match self.encoding {
+            EncodingName::Usual => Encoding::Usual,
+            EncodingName::Text => Encoding::Text,
+            EncodingName::LittleEndian => Encoding::LittleEndian,
+            EncodingName::BigEndian => Encoding::BigEndian,
+        };
+        let precision = match self.precision {
+            PrecisionName::Exact => Precision::Exact,
+            PrecisionName::Single => Precision::Single,
+            PrecisionName::Double => Precision::Double,
+        };
+        WriteOptions { format, encoding, precision }
+    }
+}
+
+/// Refuses an output path whose extension names no format before any work is done.
+pub(crate) fn check_target(path: &Path, options: &SaveOptions) -> Result<(), Failure> {
+    if options.format.is_some() || Format::from_extension(path).is_some() {
+        return Ok(());
+    }
+    Err(Failure::Usage(format!(
+        "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or --format",
+        path.display()
+    )))
+}
+
+/// Writes a file, whole or not at all, and says what the format could not hold.
+pub(crate) fn save(
+    path: &PathBuf,
+    model: &Model,
+    options: &SaveOptions,
+    console: &Console,
+) -> Result<(), Failure> {
+    let report = mesh_io::write(path, model, &options.write_options())
+        .map_err(|source| Failure::Write { path: path.clone(), source: Box::new(source) })?;
+    if report.rounding > 0.0 {
+        console.message(format_args!(
+            "{}: coordinates were rounded by up to {:.2e}",
+            path.display(),
+            report.rounding
+        ));
+    }
+    for dropped in &report.dropped {
+        console.message(format_args!("{}: the format has no place for {dropped}", path.display()));
+    }
+    Ok(())
+}

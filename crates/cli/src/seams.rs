@@ -1,0 +1,90 @@
+//! Carrying texture coordinates and face data through edge flips.
+//!
+//! A flip may not cross a *seam*: an edge whose two faces differ in group, material or colour, or
+//! disagree about the texture coordinates at one of its ends. Seams divide the faces round each
+//! vertex into sectors, inside which the texture coordinate is the same at every corner. Flips
+//! that keep off the seams change the faces of a sector but not the sector, so afterwards each
+//! corner takes what any corner of its sector had.
+
+use mesh_core::build::Provenance;
+use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, VertexMap};
+use mesh_io::Model;
+
+/// The seams of a mesh and what its corners had before the flips.
+pub(crate) struct Seams {
+    /// Edges that must not be flipped.
+    pub(crate) edges: EdgeMap<bool>,
+    /// Per half-edge with a face, the corner of the file at its origin.
+    corner: HalfEdgeMap<u32>,
+    /// Per vertex, one of its corners in the file.
+    any_corner: VertexMap<u32>,
+}
+
+impl Seams {
+    /// Finds the seams of a freshly built mesh.
+    pub(crate) fn find(topology: &Topology, provenance: &Provenance, model: &Model) -> Self {
+        let mut corner = topology.half_edge_map(0);
+        let mut any_corner = topology.vertex_map(0);
+        for (face, corners) in topology.faces().zip(&provenance.corner_source) {
+            for (h, &source) in topology.face_half_edges(face).into_iter().zip(corners) {
+                corner[h] = source;
+                any_corner[topology.origin(h)] = source;
+            }
+        }
+        let mut seams = Self { edges: topology.edge_map(false), corner, any_corner };
+        for edge in topology.edges() {
+            if let [Some(left), Some(right)] = topology.edge_faces(edge) {
+                let faces = [left, right].map(|f| provenance.face_source[f.index()] as usize);
+                seams.edges[edge] = faces_differ(model, faces)
+                    || seams.corners_differ(topology, edge.half_edge(), model);
+            }
+        }
+        seams
+    }
+
+    /// Whether there are any.
+    pub(crate) fn count(&self) -> usize {
+        self.edges.as_slice().iter().filter(|&&is_seam| is_seam).count()
+    }
+
+    /// Whether the two faces at a half-edge disagree at one of its ends.
+    fn corners_differ(&self, topology: &Topology, h: HalfEdgeId, model: &Model) -> bool {
+        let Some(uvs) = &model.corner_uvs else { return false };
+        let at = |h: HalfEdgeId| uvs[self.corner[h] as usize].map(f32::to_bits);
+        let twin = h.twin();
+        at(h) != at(topology.next(twin)) || at(twin) != at(topology.next(h))
+    }
+
+    /// The corner of the file that each corner of the flipped mesh takes its data from.
+    pub(crate) fn corner_source(&self, topology: &Topology) -> Vec<[u32; 3]> {
+        let source = |h: HalfEdgeId| match self.end_of_sector(topology, h) {
+            Some(end) => self.corner[end],
+            None => self.any_corner[topology.origin(h)],
+        };
+        topology.faces().map(|face| topology.face_half_edges(face).map(source)).collect()
+    }
+
+    /// Turning clockwise from a corner, the half-edge of the last corner before a seam or the
+    /// boundary, which was there before the flips; `None` where the whole vertex is one sector.
+    fn end_of_sector(&self, topology: &Topology, h: HalfEdgeId) -> Option<HalfEdgeId> {
+        let mut current = h;
+        loop {
+            if self.edges[current.edge()] || topology.is_exterior(current.twin()) {
+                return Some(current);
+            }
+            current = topology.next(current.twin());
+            if current == h {
+                return None;
+            }
+        }
+    }
+}
+
+fn faces_differ(model: &Model, [f, g]: [usize; 2]) -> bool {
+    let differs = |ids: &Option<Vec<u32>>| ids.as_ref().is_some_and(|ids| ids[f] != ids[g]);
+    let recolored =
+        |colors: &Vec<[f32; 4]>| colors[f].map(f32::to_bits) != colors[g].map(f32::to_bits);
+    differs(&model.face_groups)
+        || differs(&model.face_materials)
+        || model.face_colors.as_ref().is_some_and(recolored)
+}

@@ -1,0 +1,207 @@
+//! Covering a mesh with patches that keep a tolerance.
+
+mod candidates;
+mod selection;
+
+use mesh_core::{FaceId, FaceMap, parallel};
+
+use crate::curvature::CurvatureEstimator;
+use crate::fit::PatchFit;
+use crate::probe::{PatchErrors, PatchProbe};
+use crate::shape::Shape;
+use crate::size::{OptionError, SizeOptions, StopReason};
+use candidates::Candidates;
+
+/// How patches are chosen from the candidates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum CoverMethod {
+    /// Always the candidate with the largest area that is not covered yet.
+    Greedy,
+    /// One pass over the candidates by descending area, skipping those whose base face is covered
+    /// already. Takes 10 to 90 % more patches.
+    Sequential,
+    /// Both; the one with fewer patches is kept.
+    #[default]
+    Best,
+}
+
+/// For which faces candidates are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Seeds {
+    /// For every face. Time and memory go with the number of faces times the faces of a patch.
+    AllFaces,
+    /// For as many faces, evenly spread by index, as it takes for a face to lie in about this many
+    /// candidates; for every face of meshes with up to [`Seeds::FEW_FACES`] faces, and for those
+    /// that no candidate covers. Memory goes with the number of faces times this number.
+    Redundancy(f64),
+}
+
+impl Seeds {
+    /// Meshes with up to this many faces have a candidate for each of them.
+    pub const FEW_FACES: usize = 4096;
+}
+
+impl Default for Seeds {
+    fn default() -> Self {
+        Self::Redundancy(48.0)
+    }
+}
+
+/// How to cover a mesh.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CoverOptions {
+    /// What a patch has to keep. Its `overhang` is on by default here.
+    pub size: SizeOptions,
+    /// The shapes to choose from for every seed, by the area they cover.
+    pub shapes: Vec<Shape>,
+    /// How patches are chosen.
+    pub method: CoverMethod,
+    /// For which faces candidates are made.
+    pub seeds: Seeds,
+}
+
+impl CoverOptions {
+    /// Defaults for a tolerance in model units: circles and ellipses that may reach over the
+    /// boundary, and the smaller one of the greedy and the sequential cover.
+    #[must_use]
+    pub fn new(tolerance: f64) -> Self {
+        Self {
+            size: SizeOptions { overhang: true, ..SizeOptions::new(tolerance) },
+            shapes: vec![Shape::Circle, Shape::Ellipse],
+            method: CoverMethod::default(),
+            seeds: Seeds::default(),
+        }
+    }
+
+    fn check(&self) -> Result<(), OptionError> {
+        self.size.check()?;
+        let rules = [
+            (
+                "the redundancy of the seeds",
+                match self.seeds {
+                    Seeds::AllFaces => 1.0,
+                    Seeds::Redundancy(redundancy) => redundancy,
+                },
+            ),
+            ("the number of shapes", self.shapes.len() as f64),
+        ];
+        for (what, value) in rules {
+            if !(value > 0.0 && value < f64::INFINITY) {
+                return Err(OptionError { what, value, above: 0.0, below: f64::INFINITY });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A patch of a cover.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CoverPatch {
+    /// The patch, with its point, curvature and shape.
+    pub fit: PatchFit,
+    /// Why it is not larger.
+    pub stop: StopReason,
+    /// How far it is from the mesh.
+    pub errors: PatchErrors,
+    /// The faces it covers: all their vertices lie in its footprint and within tolerance of it.
+    /// Patches overlap, so a face may be covered more than once.
+    pub faces: Vec<FaceId>,
+}
+
+/// A mesh covered by patches, as far as the tolerance allows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cover {
+    /// The patches in the order in which they were chosen.
+    pub patches: Vec<CoverPatch>,
+    /// The faces that no patch covers; they stay triangles.
+    pub residual: Vec<FaceId>,
+    /// The first patch that covers each face.
+    pub patch_of_face: FaceMap<Option<u32>>,
+    /// The tolerance, in model units.
+    pub tolerance: f64,
+    /// How the patches were chosen; [`CoverMethod::Greedy`] or [`CoverMethod::Sequential`].
+    pub method: CoverMethod,
+    /// For how many faces a candidate was looked for.
+    pub seeds: usize,
+    /// How many of them had one.
+    pub candidates: usize,
+}
+
+impl Cover {
+    /// The number of faces that some patch covers.
+    #[must_use]
+    pub fn covered_faces(&self) -> usize {
+        self.patch_of_face.as_slice().iter().flatten().count()
+    }
+
+    /// The largest error of any patch; 0 without patches.
+    #[must_use]
+    pub fn max_error(&self) -> f64 {
+        self.patches.iter().map(|patch| patch.errors.max()).fold(0.0, f64::max)
+    }
+}
+
+/// Covers the estimator's mesh with patches.
+///
+/// Candidates of automatic size are made for the seeds, in parallel; each knows the faces it
+/// covers. A greedy choice with a lazy heap, or one pass, takes patches until every face with a
+/// candidate is covered, and then drops those whose faces others cover too. What is left are
+/// faces without any admissible patch. The result does not depend on the number of threads.
+///
+/// # Errors
+/// An option out of its range.
+pub fn cover(
+    estimator: &CurvatureEstimator<'_>,
+    options: &CoverOptions,
+) -> Result<Cover, OptionError> {
+    options.check()?;
+    let candidates = Candidates::find(estimator, options)?;
+    let areas = parallel::collect(candidates.face_capacity(), |index| candidates.face_area(index));
+    let greedy = || (CoverMethod::Greedy, selection::greedy(&candidates, &areas));
+    let sequential = || (CoverMethod::Sequential, selection::sequential(&candidates));
+    let (method, chosen) = match options.method {
+        CoverMethod::Greedy => greedy(),
+        CoverMethod::Sequential => sequential(),
+        CoverMethod::Best => {
+            let (greedy, sequential) = (greedy(), sequential());
+            if sequential.1.len() < greedy.1.len() { sequential } else { greedy }
+        }
+    };
+    let mesh = estimator.mesh();
+    let patches = parallel::collect_with(
+        chosen.len(),
+        || PatchProbe::new(mesh),
+        |probe, i| {
+            let candidate = candidates.get(chosen[i]);
+            CoverPatch {
+                fit: candidate.fit,
+                stop: candidate.stop,
+                errors: probe.full_error(
+                    &candidate.fit,
+                    options.size.tolerance,
+                    options.size.overhang,
+                ),
+                faces: candidates.faces(chosen[i]).to_vec(),
+            }
+        },
+    );
+    let mut patch_of_face = mesh.topology().face_map(None);
+    for (patch, index) in patches.iter().zip(0_u32..) {
+        for &face in &patch.faces {
+            patch_of_face[face].get_or_insert(index);
+        }
+    }
+    let residual = mesh.topology().faces().filter(|&f| patch_of_face[f].is_none()).collect();
+    Ok(Cover {
+        patches,
+        residual,
+        patch_of_face,
+        tolerance: options.size.tolerance,
+        method,
+        seeds: candidates.seeds(),
+        candidates: candidates.len(),
+    })
+}

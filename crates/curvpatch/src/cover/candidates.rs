@@ -1,0 +1,146 @@
+//! The patches that a cover is chosen from.
+
+use mesh_core::{FaceId, FaceMap, Handle, TriMesh, parallel};
+
+use super::{CoverOptions, Seeds};
+use crate::curvature::CurvatureEstimator;
+use crate::fit::PatchFit;
+use crate::size::{OptionError, PatchSizer, SizedPatch, StopReason};
+
+/// A patch that may become part of the cover.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) fit: PatchFit,
+    pub(super) stop: StopReason,
+    /// The area of the faces it covers.
+    pub(super) area: f64,
+    /// One past its last face in the common list.
+    faces_end: usize,
+}
+
+/// Candidates, and the faces that each of them covers in one flat list.
+#[derive(Debug)]
+pub(super) struct Candidates<'a> {
+    mesh: &'a TriMesh,
+    candidates: Vec<Candidate>,
+    faces: Vec<FaceId>,
+    /// Whether a candidate was looked for at the face.
+    tried: FaceMap<bool>,
+    covered: FaceMap<bool>,
+    seeds: usize,
+}
+
+/// Seeds of the first round on a large mesh, and the least number of seeds of any round.
+const PILOT_SEEDS: usize = 256;
+
+impl<'a> Candidates<'a> {
+    /// Candidates that cover every face which has one.
+    pub(super) fn find(
+        estimator: &CurvatureEstimator<'a>,
+        options: &CoverOptions,
+    ) -> Result<Self, OptionError> {
+        let mesh = estimator.mesh();
+        let sizer = PatchSizer::new(estimator, options.size)?;
+        let topology = mesh.topology();
+        let mut found = Self {
+            mesh,
+            candidates: Vec::new(),
+            faces: Vec::new(),
+            tried: topology.face_map(false),
+            covered: topology.face_map(false),
+            seeds: 0,
+        };
+        let all: Vec<FaceId> = topology.faces().collect();
+        let redundancy = match options.seeds {
+            Seeds::Redundancy(redundancy) if all.len() > Seeds::FEW_FACES => redundancy,
+            _ => f64::INFINITY,
+        };
+        let pilot = if redundancy.is_finite() { PILOT_SEEDS } else { all.len() };
+        let mut per_seed = found.add_round(&sizer, options, &spread(&all, pilot));
+        let mut open = all;
+        while !open.is_empty() {
+            let wanted = redundancy * open.len() as f64 / per_seed;
+            let count = (wanted.min(open.len() as f64) as usize).max(PILOT_SEEDS);
+            per_seed = found.add_round(&sizer, options, &spread(&open, count));
+            // After the first full round, only what is still bare is of interest.
+            open.retain(|&face| !found.tried[face] && !found.covered[face]);
+        }
+        Ok(found)
+    }
+
+    /// Looks for candidates at the seeds that were not tried before; returns the mean number of
+    /// faces that one covers, and at least one.
+    fn add_round(
+        &mut self,
+        sizer: &PatchSizer<'_, 'a>,
+        options: &CoverOptions,
+        seeds: &[FaceId],
+    ) -> f64 {
+        let seeds: Vec<FaceId> = seeds.iter().copied().filter(|&f| !self.tried[f]).collect();
+        let sized = parallel::collect_with(
+            seeds.len(),
+            || sizer.clone(),
+            |sizer, i| sizer.fit_best(seeds[i], &options.shapes).ok(),
+        );
+        let before = self.faces.len();
+        for (&seed, sized) in seeds.iter().zip(sized) {
+            self.tried[seed] = true;
+            // A patch that leaves out its own face stands for nothing.
+            if let Some(sized) = sized.filter(|sized| sized.faces.contains(&seed)) {
+                self.add(&sized);
+            }
+        }
+        self.seeds += seeds.len();
+        let gained = (self.faces.len() - before) as f64;
+        (gained / seeds.len().max(1) as f64).max(1.0)
+    }
+
+    fn add(&mut self, sized: &SizedPatch) {
+        let area = sized.faces.iter().map(|&face| self.mesh.face_area(face)).sum();
+        for &face in &sized.faces {
+            self.covered[face] = true;
+        }
+        self.faces.extend_from_slice(&sized.faces);
+        let faces_end = self.faces.len();
+        self.candidates.push(Candidate { fit: sized.fit, stop: sized.stop, area, faces_end });
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.candidates.len()
+    }
+
+    pub(super) fn seeds(&self) -> usize {
+        self.seeds
+    }
+
+    pub(super) fn get(&self, index: usize) -> &Candidate {
+        &self.candidates[index]
+    }
+
+    /// The base face of a candidate, which breaks ties.
+    pub(super) fn base(&self, index: usize) -> FaceId {
+        self.candidates[index].fit.point.face()
+    }
+
+    /// The faces that a candidate covers.
+    pub(super) fn faces(&self, index: usize) -> &[FaceId] {
+        let start = if index == 0 { 0 } else { self.candidates[index - 1].faces_end };
+        &self.faces[start..self.candidates[index].faces_end]
+    }
+
+    pub(super) fn face_capacity(&self) -> usize {
+        self.mesh.topology().face_capacity()
+    }
+
+    /// The area of the face with this index; 0 for a removed one.
+    pub(super) fn face_area(&self, index: usize) -> f64 {
+        let face = FaceId::from_index(index);
+        if self.mesh.topology().contains_face(face) { self.mesh.face_area(face) } else { 0.0 }
+    }
+}
+
+/// About `count` of the faces, evenly spread.
+fn spread(faces: &[FaceId], count: usize) -> Vec<FaceId> {
+    let count = count.min(faces.len());
+    (0..count).map(|i| faces[i * faces.len() / count]).collect()
+}

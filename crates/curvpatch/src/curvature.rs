@@ -1,0 +1,401 @@
+//! Principal curvatures of a point from the normal sections through it (SN10, section 1).
+
+use glam::{DMat2, DMat3, DVec2, DVec3};
+use mesh_core::{FaceId, FaceMap, Handle, TriMesh, parallel};
+
+use crate::params::{NormalRule, Params, PrincipalRule};
+use crate::section::{Section, SectionPlane, WalkEnd};
+use crate::section_curvature::{section_curvature, section_slope};
+use crate::surface_point::SurfacePoint;
+
+/// Why there is no curvature at a point.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum CurvatureError {
+    /// Fewer than three normal planes were asked for.
+    #[error("{planes} normal planes determine no curvature tensor; use at least 3")]
+    TooFewPlanes {
+        /// How many were asked for.
+        planes: u16,
+    },
+    /// The radius of the disc is zero, negative or not finite.
+    #[error("the radius of a disc is {radius}, but it must be positive and finite")]
+    BadRadius {
+        /// The radius.
+        radius: f64,
+    },
+    /// The face is not in the mesh.
+    #[error("face {face} is not in the mesh")]
+    NotInMesh {
+        /// The face.
+        face: FaceId,
+    },
+    /// Barycentric coordinates that describe no point inside the face.
+    #[error("barycentric coordinates {barycentric:?} of face {face} must be positive and finite")]
+    BadPoint {
+        /// The face.
+        face: FaceId,
+        /// The coordinates.
+        barycentric: [f64; 3],
+    },
+    /// The face has no area, and so no normal.
+    #[error("face {face} has no area and so no normal; collapse or flip one of its edges")]
+    DegenerateFace {
+        /// The face.
+        face: FaceId,
+    },
+    /// The mesh ends in all but one or two directions.
+    #[error(
+        "the disc of face {face} has both arcs in fewer than 3 normal planes; the face is cut off from its neighbours"
+    )]
+    TooFewDirections {
+        /// The face.
+        face: FaceId,
+    },
+    /// A curvature that double precision does not hold.
+    #[error("lengths at face {face} overflow double precision; scale the mesh")]
+    Overflow {
+        /// The face.
+        face: FaceId,
+    },
+}
+
+/// What kind of point a surface has, by its principal curvatures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum PointClass {
+    /// |κ₁| `r_g` < 10⁻³: no curvature to speak of on the scale of the disc.
+    Flat,
+    /// |κ₁ - κ₂| < 0.05 |κ₁|: no principal directions.
+    Umbilic,
+    /// |κ₂| < 0.05 |κ₁|: curved in one direction only.
+    Parabolic,
+    /// κ₁ κ₂ > 0.
+    Elliptic,
+    /// κ₁ κ₂ < 0.
+    Hyperbolic,
+}
+
+/// The principal curvatures of the mesh over the disc round a point.
+///
+/// Curvatures are pointwise, in one over length, and positive where the surface is convex seen
+/// from the side of the normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DiscCurvature {
+    /// The centre of the disc.
+    pub center: DVec3,
+    /// The orthonormal frame e₁, e₂, e₃: the directions of κ₁ and κ₂ and the normal,
+    /// right-handed. The tangents are defined up to a common sign, and arbitrary at umbilics.
+    pub frame: [DVec3; 3],
+    /// κ₁ and κ₂, the one of larger absolute value first. When both are exactly as large, the
+    /// concave one is first.
+    pub curvatures: [f64; 2],
+    /// The radius `r_g` of the disc: the length of an arc of a section.
+    pub radius: f64,
+    /// Some arc ended at the boundary of the mesh.
+    pub truncated: bool,
+    /// Some section came back to its face before it was as long as asked for: the disc is too
+    /// large for this component of the mesh.
+    pub wrapped: bool,
+    /// The slopes did not determine a disc normal, so the face normal was used.
+    pub face_normal_kept: bool,
+}
+
+impl DiscCurvature {
+    /// The normal.
+    #[must_use]
+    pub fn normal(&self) -> DVec3 {
+        self.frame[2]
+    }
+
+    /// K = κ₁ κ₂.
+    #[must_use]
+    pub fn gaussian(&self) -> f64 {
+        self.curvatures[0] * self.curvatures[1]
+    }
+
+    /// H = (κ₁ + κ₂) / 2.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        0.5 * (self.curvatures[0] + self.curvatures[1])
+    }
+
+    /// The kind of point: the first class of [`PointClass`] whose condition holds. Does not depend
+    /// on the unit of length.
+    #[must_use]
+    pub fn class(&self) -> PointClass {
+        let [k1, k2] = self.curvatures;
+        if k1.abs() * self.radius < 1e-3 {
+            PointClass::Flat
+        } else if (k1 - k2).abs() < 0.05 * k1.abs() {
+            PointClass::Umbilic
+        } else if k2.abs() < 0.05 * k1.abs() {
+            PointClass::Parabolic
+        } else if self.gaussian() > 0.0 {
+            PointClass::Elliptic
+        } else {
+            PointClass::Hyperbolic
+        }
+    }
+}
+
+/// One direction of the tangent plane, with the trigonometry it needs.
+#[derive(Clone, Copy, Debug)]
+struct Direction {
+    cos: f64,
+    sin: f64,
+    cos_double: f64,
+    sin_double: f64,
+}
+
+/// A point with a tangent plane: tangents t₀ and t₁ = n × t₀.
+#[derive(Clone, Copy, Debug)]
+struct TangentPlane {
+    face: FaceId,
+    origin: DVec3,
+    tangents: [DVec3; 2],
+    normal: DVec3,
+}
+
+impl TangentPlane {
+    fn new(face: FaceId, origin: DVec3, normal: DVec3, tangent: DVec3) -> Self {
+        Self { face, origin, tangents: [tangent, normal.cross(tangent)], normal }
+    }
+
+    fn tangent(&self, cos: f64, sin: f64) -> DVec3 {
+        cos * self.tangents[0] + sin * self.tangents[1]
+    }
+}
+
+/// Two extreme curvatures, the angle of the one that is larger in absolute value, and it first.
+struct Principal {
+    curvatures: [f64; 2],
+    cos_sin: DVec2,
+}
+
+impl Principal {
+    /// Orders the smallest and the largest curvature by absolute value. Equal ones: the smallest,
+    /// which is the concave one, stays first.
+    fn ordered(min: (f64, DVec2), max: (f64, DVec2)) -> Self {
+        let (first, second) = if min.0.abs() >= max.0.abs() { (min, max) } else { (max, min) };
+        Self { curvatures: [first.0, second.0], cos_sin: first.1 }
+    }
+}
+
+/// Estimates the curvature of a mesh from normal sections.
+///
+/// The circular disc of radius `r_g` round a point is what normal sections of length `r_g` to either
+/// side reach. Nothing of it needs vertices nearby, or any inside the mesh at all.
+///
+/// With mean edge length h the error follows A (h/r)² + B r² in the radius r. A radius that is a fixed
+/// multiple of h does not make it vanish under refinement; one that goes like √h does. Three to
+/// five mean edges suit clean meshes, eight suit noisy ones.
+#[derive(Clone, Debug)]
+pub struct CurvatureEstimator<'a> {
+    mesh: &'a TriMesh,
+    params: Params,
+    directions: Vec<Direction>,
+}
+
+impl<'a> CurvatureEstimator<'a> {
+    /// An estimator for the points of a mesh.
+    ///
+    /// # Errors
+    /// [`CurvatureError::TooFewPlanes`].
+    pub fn new(mesh: &'a TriMesh, params: Params) -> Result<Self, CurvatureError> {
+        if params.planes < 3 {
+            return Err(CurvatureError::TooFewPlanes { planes: params.planes });
+        }
+        let direction = |i: u16| {
+            let angle = core::f64::consts::PI * f64::from(i) / f64::from(params.planes);
+            let (sin, cos) = angle.sin_cos();
+            let (sin_double, cos_double) = (2.0 * angle).sin_cos();
+            Direction { cos, sin, cos_double, sin_double }
+        };
+        Ok(Self { mesh, params, directions: (0..params.planes).map(direction).collect() })
+    }
+
+    /// The mesh.
+    #[must_use]
+    pub fn mesh(&self) -> &'a TriMesh {
+        self.mesh
+    }
+
+    /// The parameters.
+    #[must_use]
+    pub fn params(&self) -> Params {
+        self.params
+    }
+
+    /// The curvature at a point, or at the barycentre of a face, over the disc of this radius.
+    ///
+    /// # Errors
+    /// A bad radius, a face that is not in the mesh or has no area, or too few directions to fit;
+    /// see [`CurvatureError`].
+    pub fn at(
+        &self,
+        point: impl Into<SurfacePoint>,
+        radius: f64,
+    ) -> Result<DiscCurvature, CurvatureError> {
+        let point = point.into();
+        check_radius(radius)?;
+        let mut plane = self.face_plane(point)?;
+        let mut face_normal_kept = false;
+        if self.params.normal == NormalRule::Disc {
+            match self.disc_plane(&plane, radius) {
+                Some(fitted) => plane = fitted,
+                None => face_normal_kept = true,
+            }
+        }
+        let mut truncated = false;
+        let mut wrapped = false;
+        let sections = self.directions.iter().map(|direction| {
+            let section = self.section(&plane, direction, radius);
+            truncated |= section.ended_by(WalkEnd::Boundary);
+            wrapped |= section.ended_by(WalkEnd::Wrapped);
+            (direction, section)
+        });
+        let principal = match self.params.principal {
+            PrincipalRule::SignedExtremes => self.signed_extremes(sections),
+            PrincipalRule::EulerFit => self.euler_fit(sections, radius),
+        };
+        let face = point.face();
+        let Principal { curvatures, cos_sin } =
+            principal.ok_or(CurvatureError::TooFewDirections { face })?;
+        let e1 = plane.tangent(cos_sin.x, cos_sin.y);
+        let frame = [e1, plane.normal.cross(e1), plane.normal];
+        if !(curvatures.iter().all(|k| k.is_finite()) && frame.iter().all(|e| e.is_finite())) {
+            return Err(CurvatureError::Overflow { face });
+        }
+        let center = plane.origin;
+        Ok(DiscCurvature {
+            center,
+            frame,
+            curvatures,
+            radius,
+            truncated,
+            wrapped,
+            face_normal_kept,
+        })
+    }
+
+    /// The curvature at the barycentre of every face, over discs of this radius; faces are worked
+    /// on in parallel, and each has the same bits as [`CurvatureEstimator::at`] gives.
+    ///
+    /// # Errors
+    /// A bad radius. What is wrong with single faces is in the map.
+    pub fn all_faces(
+        &self,
+        radius: f64,
+    ) -> Result<FaceMap<Result<DiscCurvature, CurvatureError>>, CurvatureError> {
+        check_radius(radius)?;
+        let capacity = self.mesh.topology().face_capacity();
+        Ok(FaceMap::from_vec(parallel::collect(capacity, |index| {
+            self.at(FaceId::from_index(index), radius)
+        })))
+    }
+
+    /// The tangent plane of the face itself, with t₀ along its first edge.
+    fn face_plane(&self, point: SurfacePoint) -> Result<TangentPlane, CurvatureError> {
+        let face = point.face();
+        if !self.mesh.topology().contains_face(face) {
+            return Err(CurvatureError::NotInMesh { face });
+        }
+        let [a, b, c] = self.mesh.triangle(face);
+        let cross = (b - a).cross(c - a);
+        let longest = (b - a).length_squared().max((c - a).length_squared());
+        // Below this, rounding alone makes the cross product.
+        let has_area = cross.length() > 4.0 * f64::EPSILON * longest;
+        let tangent = (b - a).try_normalize();
+        let (Some(normal), Some(tangent), true) = (cross.try_normalize(), tangent, has_area) else {
+            return Err(CurvatureError::DegenerateFace { face });
+        };
+        Ok(TangentPlane::new(face, point.position(self.mesh), normal, tangent))
+    }
+
+    /// The tangent plane of the disc: slope ≈ g·t in the least-squares sense gives the normal
+    /// n - g. `None` when the slopes do not determine g.
+    fn disc_plane(&self, plane: &TangentPlane, radius: f64) -> Option<TangentPlane> {
+        let mut matrix = DMat2::ZERO;
+        let mut right = DVec2::ZERO;
+        for direction in &self.directions {
+            let section = self.section(plane, direction, radius);
+            let weight = section.weight(radius);
+            let row = DVec2::new(direction.cos, direction.sin);
+            matrix += DMat2::from_cols(weight * row.x * row, weight * row.y * row);
+            right += weight * section_slope(&section) * row;
+        }
+        let trace = matrix.x_axis.x + matrix.y_axis.y;
+        let solvable = matrix.determinant() > 1e-9 * trace * trace;
+        let gradient = solvable.then(|| matrix.inverse() * right)?;
+        let [t0, t1] = plane.tangents;
+        let normal = (plane.normal - gradient.x * t0 - gradient.y * t1).try_normalize()?;
+        let tangent = (t0 - t0.dot(normal) * normal).try_normalize()?;
+        Some(TangentPlane::new(plane.face, plane.origin, normal, tangent))
+    }
+
+    fn section(&self, plane: &TangentPlane, direction: &Direction, radius: f64) -> Section {
+        let tangent = plane.tangent(direction.cos, direction.sin);
+        let section_plane = SectionPlane::new(plane.origin, plane.normal, tangent);
+        Section::measure(self.mesh, plane.face, &section_plane, plane.normal, radius)
+    }
+
+    /// The smallest and the largest section curvature, the first of equal ones.
+    fn signed_extremes<'d>(
+        &self,
+        sections: impl Iterator<Item = (&'d Direction, Section)>,
+    ) -> Option<Principal> {
+        let mut extremes: Option<[(f64, DVec2); 2]> = None;
+        for (direction, section) in sections {
+            let curvature = section_curvature(self.params.section, &section);
+            let here = (curvature, DVec2::new(direction.cos, direction.sin));
+            let [min, max] = extremes.get_or_insert([here; 2]);
+            if curvature < min.0 {
+                *min = here;
+            }
+            if curvature > max.0 {
+                *max = here;
+            }
+        }
+        extremes.map(|[min, max]| Principal::ordered(min, max))
+    }
+
+    /// Weighted least squares for κ(φ) = p + q cos 2φ + r sin 2φ. `None` when fewer than three
+    /// directions have both arcs.
+    fn euler_fit<'d>(
+        &self,
+        sections: impl Iterator<Item = (&'d Direction, Section)>,
+        radius: f64,
+    ) -> Option<Principal> {
+        let mut matrix = DMat3::ZERO;
+        let mut right = DVec3::ZERO;
+        let mut usable = 0;
+        for (direction, section) in sections {
+            let weight = section.weight(radius);
+            if weight > 0.0 {
+                usable += 1;
+            }
+            let row = DVec3::new(1.0, direction.cos_double, direction.sin_double);
+            let weighted = weight * row;
+            matrix += DMat3::from_cols(weighted, row.y * weighted, row.z * weighted);
+            right += section_curvature(self.params.section, &section) * weighted;
+        }
+        let solvable = usable >= 3 && matrix.determinant() > 1e-12 * matrix.x_axis.x.powi(3);
+        let fit = solvable.then(|| matrix.inverse() * right)?;
+        let amplitude = fit.y.hypot(fit.z);
+        // The angle of the smallest curvature; any will do where all directions are equal.
+        let angle = if amplitude > 0.0 { 0.5 * (-fit.z).atan2(-fit.y) } else { 0.0 };
+        let (sin, cos) = angle.sin_cos();
+        Some(Principal::ordered(
+            (fit.x - amplitude, DVec2::new(cos, sin)),
+            (fit.x + amplitude, DVec2::new(-sin, cos)),
+        ))
+    }
+}
+
+pub(crate) fn check_radius(radius: f64) -> Result<(), CurvatureError> {
+    if radius > 0.0 && radius.is_finite() {
+        return Ok(());
+    }
+    Err(CurvatureError::BadRadius { radius })
+}

@@ -1,0 +1,141 @@
+//! Covers as data for files: triangles with colours, records that make every patch again, splats.
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+
+use crate::cover::Cover;
+use crate::patch::{PatchData, Splat};
+use crate::probe::PatchErrors;
+use crate::shape::Shape;
+use crate::size::StopReason;
+use crate::tessellate::TessellationError;
+
+/// A cover as triangles: every patch with its own vertices, then the residual triangles with
+/// theirs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CoverMesh {
+    /// The vertices.
+    pub positions: Vec<DVec3>,
+    /// Their unit normals.
+    pub normals: Vec<DVec3>,
+    /// Their sRGB colours: one per patch, grey for residual triangles.
+    pub colors: Vec<[u8; 3]>,
+    /// Index triples, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// The patch of each triangle; none for residual ones.
+    pub patch_of_triangle: Vec<Option<u32>>,
+}
+
+/// A cover as plain data.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CoverRecord {
+    /// The tolerance, in model units.
+    pub tolerance: f64,
+    /// The patches.
+    pub patches: Vec<PatchRecord>,
+    /// The indices of the faces that no patch covers.
+    pub residual: Vec<u32>,
+}
+
+/// One patch of a cover as plain data.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PatchRecord {
+    /// The index of the base face.
+    pub face: u32,
+    /// The radius `r_g`.
+    pub radius: f64,
+    /// The shape.
+    pub shape: Shape,
+    /// Frame, curvatures, arcs and translation: `Patch::try_from` makes exactly this patch again.
+    pub patch: PatchData,
+    /// Why it is not larger.
+    pub stop: StopReason,
+    /// How far it is from the mesh, in model units.
+    pub errors: PatchErrors,
+    /// The indices of the faces it covers.
+    pub faces: Vec<u32>,
+}
+
+/// The colour of residual triangles.
+const RESIDUAL: [u8; 3] = [128, 128, 128];
+
+/// Export.
+impl Cover {
+    /// The cover as triangles: patches cut to a tolerance (model units), residual triangles as
+    /// they are.
+    ///
+    /// # Errors
+    /// A tolerance that is not positive or far too small; more vertices than 32 bits can index.
+    pub fn to_mesh(&self, mesh: &TriMesh, tolerance: f64) -> Result<CoverMesh, TessellationError> {
+        let mut out = CoverMesh::default();
+        for (patch, index) in self.patches.iter().zip(0_u32..) {
+            let part = patch.fit.patch.tessellate(tolerance)?;
+            let first = out.first_index(part.positions.len())?;
+            out.colors.resize(out.positions.len() + part.positions.len(), patch_color(index));
+            out.positions.extend(part.positions);
+            out.normals.extend(part.normals);
+            out.patch_of_triangle.resize(out.triangles.len() + part.triangles.len(), Some(index));
+            out.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+        }
+        for &face in &self.residual {
+            let first = out.first_index(3)?;
+            out.positions.extend(mesh.triangle(face));
+            out.normals.extend([mesh.face_normal(face); 3]);
+            out.colors.extend([RESIDUAL; 3]);
+            out.triangles.push([first, first + 1, first + 2]);
+            out.patch_of_triangle.push(None);
+        }
+        Ok(out)
+    }
+
+    /// The cover as plain data.
+    #[must_use]
+    pub fn record(&self) -> CoverRecord {
+        let patches = self.patches.iter().map(|patch| PatchRecord {
+            face: patch.fit.point.face().get(),
+            radius: patch.fit.curvature.radius,
+            shape: patch.fit.shape,
+            patch: patch.fit.patch.into(),
+            stop: patch.stop,
+            errors: patch.errors,
+            faces: patch.faces.iter().map(|face| face.get()).collect(),
+        });
+        CoverRecord {
+            tolerance: self.tolerance,
+            patches: patches.collect(),
+            residual: self.residual.iter().map(|face| face.get()).collect(),
+        }
+    }
+
+    /// The patches as oriented elliptical discs.
+    #[must_use]
+    pub fn splats(&self) -> Vec<Splat> {
+        self.patches.iter().map(|patch| patch.fit.patch.splat()).collect()
+    }
+}
+
+impl CoverMesh {
+    /// The index of the next vertex, when there is room for so many more.
+    fn first_index(&self, more: usize) -> Result<u32, TessellationError> {
+        let vertices = self.positions.len() + more;
+        match u32::try_from(vertices) {
+            Ok(_) => Ok(self.positions.len() as u32),
+            Err(_) => Err(TessellationError::TooManyVertices { vertices }),
+        }
+    }
+}
+
+/// A colour for a patch: hues by the golden ratio, so that any number of them stay apart, in three
+/// alternating shades.
+#[must_use]
+pub fn patch_color(patch: u32) -> [u8; 3] {
+    let hue = (f64::from(patch) * 0.618_033_988_749_895).fract();
+    let value = [0.95, 0.8, 0.65][patch as usize % 3];
+    [5.0, 3.0, 1.0].map(|offset| {
+        let k = (offset + 6.0 * hue) % 6.0;
+        let dip = k.min(4.0 - k).clamp(0.0, 1.0);
+        (255.0 * value * (1.0 - 0.6 * dip)).round() as u8
+    })
+}

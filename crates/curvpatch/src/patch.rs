@@ -1,0 +1,349 @@
+//! The trigonometric surface patch (SN10, section 2), in one form for all signs of curvature.
+
+use core::f64::consts::FRAC_PI_2;
+
+use glam::{DVec2, DVec3};
+
+use crate::arc::{reach, sagitta};
+use crate::curvature::DiscCurvature;
+use crate::shape::Shape;
+
+/// Why numbers do not describe a patch.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PatchError {
+    /// An arc is as long as a quarter of its circle, so the patch is no graph over its tangent
+    /// plane.
+    #[error(
+        "an arc of length {arc} with curvature {curvature} turns by a quarter circle or more; use a radius below {}", FRAC_PI_2 / curvature.abs()
+    )]
+    RadiusTooLarge {
+        /// The length of the arc.
+        arc: f64,
+        /// Its curvature.
+        curvature: f64,
+    },
+    /// An arc is not positive and finite.
+    #[error("an arc has length {arc}, but it must be positive and finite")]
+    BadArc {
+        /// Its length.
+        arc: f64,
+    },
+    /// A frame that is not orthonormal and right-handed, or a number that is not finite.
+    #[error("the frame is not orthonormal and right-handed, or some number is not finite")]
+    BadFrame,
+}
+
+/// What determines a patch: plain numbers, for storing it and making it again exactly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PatchData {
+    /// The point P of the mesh that the frame belongs to.
+    pub origin: [f64; 3],
+    /// e₁, e₂ and e₃: both principal directions and the normal.
+    pub frame: [[f64; 3]; 3],
+    /// κ₁ and κ₂, positive where convex.
+    pub curvatures: [f64; 2],
+    /// The lengths L₁ and L₂ of the arcs from the centre to the boundary.
+    pub arcs: [f64; 2],
+    /// The offset τ along e₃.
+    pub translation: f64,
+}
+
+/// A smooth patch spanned by the arcs of two osculating circles.
+///
+/// With u from 0 (centre) to 1 (boundary) and φ from 0 to 2π,
+///
+/// ```text
+/// q(u, φ) = P + A₁ cos φ e₁ + A₂ sin φ e₂ + (τ - H₁ cos² φ - H₂ sin² φ) e₃,
+/// Aᵢ = sin(κᵢ Lᵢ u) / κᵢ,   Hᵢ = (1 - cos(κᵢ Lᵢ u)) / κᵢ.
+/// ```
+///
+/// Both terms have limits for κ → 0, so straight arms and all combinations of signs are the same
+/// formula. The second fundamental form at the centre is exactly diag(κ₁, κ₂); for κ₁ = κ₂ the
+/// patch is a cap of a sphere. It is a graph over its tangent plane, over an ellipse with semi-axes
+/// A₁ and A₂ at u = 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "PatchData", into = "PatchData"))]
+pub struct Patch {
+    origin: DVec3,
+    frame: [DVec3; 3],
+    curvatures: [f64; 2],
+    arcs: [f64; 2],
+    translation: f64,
+    /// A₁ and A₂ at the boundary.
+    semi_axes: DVec2,
+}
+
+impl TryFrom<PatchData> for Patch {
+    type Error = PatchError;
+
+    fn try_from(data: PatchData) -> Result<Self, PatchError> {
+        let frame = data.frame.map(DVec3::from_array);
+        let origin = DVec3::from_array(data.origin);
+        let [e1, e2, e3] = frame;
+        let off_frame = (e1.cross(e2) - e3).length() + (e2.cross(e3) - e1).length();
+        if !(off_frame < 1e-6 && origin.is_finite() && data.translation.is_finite()) {
+            return Err(PatchError::BadFrame);
+        }
+        let patch = Self::new(origin, frame, data.curvatures, data.arcs)?;
+        Ok(patch.translated(data.translation))
+    }
+}
+
+impl From<Patch> for PatchData {
+    fn from(patch: Patch) -> Self {
+        Self {
+            origin: patch.origin.to_array(),
+            frame: patch.frame.map(|e| e.to_array()),
+            curvatures: patch.curvatures,
+            arcs: patch.arcs,
+            translation: patch.translation,
+        }
+    }
+}
+
+/// A disc that stands for a patch: what point-based renderers draw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Splat {
+    /// The centre.
+    pub center: [f64; 3],
+    /// The unit normal.
+    pub normal: [f64; 3],
+    /// The semi-axes of the ellipse, as vectors.
+    pub axes: [[f64; 3]; 2],
+}
+
+impl Patch {
+    /// The patch of a disc, not translated.
+    ///
+    /// # Errors
+    /// [`PatchError::RadiusTooLarge`] when an arc turns by a quarter circle or more.
+    pub fn from_curvature(disc: &DiscCurvature, shape: Shape) -> Result<Self, PatchError> {
+        let arcs = shape.arcs(disc.curvatures, disc.radius);
+        Self::new(disc.center, disc.frame, disc.curvatures, arcs)
+    }
+
+    fn new(
+        origin: DVec3,
+        frame: [DVec3; 3],
+        curvatures: [f64; 2],
+        arcs: [f64; 2],
+    ) -> Result<Self, PatchError> {
+        for (curvature, arc) in curvatures.into_iter().zip(arcs) {
+            if !(arc > 0.0 && arc.is_finite()) {
+                return Err(PatchError::BadArc { arc });
+            }
+            if !curvature.is_finite() {
+                return Err(PatchError::BadFrame);
+            }
+            if curvature.abs() * arc >= FRAC_PI_2 {
+                return Err(PatchError::RadiusTooLarge { arc, curvature });
+            }
+        }
+        let mut patch =
+            Self { origin, frame, curvatures, arcs, translation: 0.0, semi_axes: DVec2::ZERO };
+        patch.semi_axes = patch.reaches(1.0).0;
+        Ok(patch)
+    }
+
+    /// The same patch with the translation τ along its normal.
+    #[must_use]
+    pub fn translated(self, translation: f64) -> Self {
+        Self { translation, ..self }
+    }
+
+    /// The point P that the frame belongs to.
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// The centre: the origin with the translation.
+    #[must_use]
+    pub fn center(&self) -> DVec3 {
+        self.origin + self.translation * self.frame[2]
+    }
+
+    /// e₁, e₂ and e₃: both principal directions and the normal.
+    #[must_use]
+    pub fn frame(&self) -> [DVec3; 3] {
+        self.frame
+    }
+
+    /// κ₁ and κ₂, positive where convex.
+    #[must_use]
+    pub fn curvatures(&self) -> [f64; 2] {
+        self.curvatures
+    }
+
+    /// L₁ and L₂, the lengths of the arcs from the centre to the boundary.
+    #[must_use]
+    pub fn arcs(&self) -> [f64; 2] {
+        self.arcs
+    }
+
+    /// τ, the offset along the normal.
+    #[must_use]
+    pub fn translation(&self) -> f64 {
+        self.translation
+    }
+
+    /// The semi-axes of the footprint: the ellipse under the patch in its tangent plane.
+    #[must_use]
+    pub fn semi_axes(&self) -> [f64; 2] {
+        self.semi_axes.to_array()
+    }
+
+    /// The largest angle that an arc turns by, in radians.
+    #[must_use]
+    pub fn turn(&self) -> f64 {
+        (self.curvatures[0] * self.arcs[0]).abs().max((self.curvatures[1] * self.arcs[1]).abs())
+    }
+
+    /// A point of space in the coordinates of the frame, with P as origin.
+    #[must_use]
+    pub fn to_local(&self, point: DVec3) -> DVec3 {
+        let offset = point - self.origin;
+        DVec3::from_array(self.frame.map(|axis| axis.dot(offset)))
+    }
+
+    /// The point of space with these coordinates in the frame.
+    #[must_use]
+    pub fn to_world(&self, local: DVec3) -> DVec3 {
+        self.origin + self.turned(local)
+    }
+
+    fn turned(&self, local: DVec3) -> DVec3 {
+        let [e1, e2, e3] = self.frame;
+        local.x * e1 + local.y * e2 + local.z * e3
+    }
+
+    /// A₁ and A₂ with their derivatives by arc length.
+    fn reaches(&self, u: f64) -> (DVec2, DVec2) {
+        let (a1, c1) = reach(self.curvatures[0], self.arcs[0] * u);
+        let (a2, c2) = reach(self.curvatures[1], self.arcs[1] * u);
+        (DVec2::new(a1, a2), DVec2::new(c1, c2))
+    }
+
+    /// H₁ and H₂.
+    fn sagittas(&self, u: f64) -> DVec2 {
+        let arm = |i: usize| sagitta(self.curvatures[i], self.arcs[i] * u);
+        DVec2::new(arm(0), arm(1))
+    }
+
+    /// The point q(u, φ) of the patch in its own frame.
+    #[must_use]
+    pub fn local_point(&self, u: f64, phi: f64) -> DVec3 {
+        let (sin, cos) = phi.sin_cos();
+        let reach = self.reaches(u).0;
+        let depth = self.sagittas(u).dot(DVec2::new(cos * cos, sin * sin));
+        DVec3::new(reach.x * cos, reach.y * sin, self.translation - depth)
+    }
+
+    /// The point q(u, φ) of the patch.
+    #[must_use]
+    pub fn point(&self, u: f64, phi: f64) -> DVec3 {
+        self.to_world(self.local_point(u, phi))
+    }
+
+    /// The partial derivatives of q by u and by φ.
+    #[must_use]
+    pub fn partials(&self, u: f64, phi: f64) -> [DVec3; 2] {
+        let (sin, cos) = phi.sin_cos();
+        let (reach, slope) = self.reaches(u);
+        let [l1, l2] = self.arcs;
+        let [k1, k2] = self.curvatures;
+        let h = self.sagittas(u);
+        let fall1 = l1 * (k1 * l1 * u).sin() * cos * cos;
+        let fall2 = l2 * (k2 * l2 * u).sin() * sin * sin;
+        let by_u = DVec3::new(l1 * slope.x * cos, l2 * slope.y * sin, -fall1 - fall2);
+        let by_phi = DVec3::new(-reach.x * sin, reach.y * cos, 2.0 * (h.x - h.y) * sin * cos);
+        [self.turned(by_u), self.turned(by_phi)]
+    }
+
+    /// The unit normal at q(u, φ), on the side of e₃.
+    #[must_use]
+    pub fn normal(&self, u: f64, phi: f64) -> DVec3 {
+        let [by_u, by_phi] = self.partials(u, phi);
+        by_u.cross(by_phi).normalize_or(self.frame[2])
+    }
+
+    /// Whether the footprint has the point (x, y) of the tangent plane.
+    #[must_use]
+    pub fn contains(&self, x: f64, y: f64) -> bool {
+        (DVec2::new(x, y) / self.semi_axes).length_squared() <= 1.0
+    }
+
+    /// The parameters u and φ of the point over (x, y) of the tangent plane, on the patch (u ≤ 1)
+    /// or on its continuation up to where an arm turns by a quarter circle. `None` beyond.
+    ///
+    /// Solves (x / A₁(u))² + (y / A₂(u))² = 1 by Newton's method.
+    #[must_use]
+    pub fn parameters(&self, x: f64, y: f64) -> Option<[f64; 2]> {
+        let u = self.parameter_u(DVec2::new(x, y))?;
+        let reach = self.reaches(u).0;
+        let phi = if u == 0.0 { 0.0 } else { (y / reach.y).atan2(x / reach.x) };
+        Some([u, phi])
+    }
+
+    /// The height of the patch or its continuation over (x, y) of the tangent plane, translation
+    /// included; `None` where there is none. See [`Patch::parameters`].
+    #[must_use]
+    pub fn height(&self, x: f64, y: f64) -> Option<f64> {
+        self.parameter_u(DVec2::new(x, y)).map(|u| self.height_at(u, DVec2::new(x, y)))
+    }
+
+    /// z = τ - κ₁ x² / (1 + cos κ₁L₁u) - κ₂ y² / (1 + cos κ₂L₂u), which is the third coordinate of
+    /// q without its cancellation.
+    fn height_at(&self, u: f64, at: DVec2) -> f64 {
+        let slope = self.reaches(u).1;
+        let [k1, k2] = self.curvatures;
+        self.translation - k1 * at.x * at.x / (1.0 + slope.x) - k2 * at.y * at.y / (1.0 + slope.y)
+    }
+
+    /// Newton's method on 1 / ρ(u) = 1 with ρ = |(x / A₁, y / A₂)|. The left side is nearly linear
+    /// and concave, so the iteration comes from the left and stays in its bracket.
+    fn parameter_u(&self, at: DVec2) -> Option<f64> {
+        let arcs = DVec2::from_array(self.arcs);
+        let start = (at / arcs).length();
+        if start == 0.0 {
+            return Some(0.0);
+        }
+        let end = self.turn().recip() * FRAC_PI_2;
+        let end = end.min(start * FRAC_PI_2);
+        let rho = |u: f64| (at / self.reaches(u).0).length();
+        // Also refuses what is not finite.
+        if !(start <= end && rho(end) <= 1.0 + 1e-12) {
+            return None;
+        }
+        let mut u = start;
+        for _ in 0..40 {
+            let (reach, slope) = self.reaches(u);
+            let scaled = at / reach;
+            let rho = scaled.length();
+            let fall = (scaled * scaled * slope * arcs / reach).element_sum();
+            let step = rho * rho * (rho - 1.0) / fall;
+            let next = (u + step).clamp(start, end);
+            let settled = (next - u).abs() <= 1e-15 * u;
+            u = if next.is_nan() { end } else { next };
+            if settled {
+                break;
+            }
+        }
+        Some(u)
+    }
+
+    /// The patch as an oriented elliptical disc.
+    #[must_use]
+    pub fn splat(&self) -> Splat {
+        let [e1, e2, e3] = self.frame;
+        Splat {
+            center: self.center().to_array(),
+            normal: e3.to_array(),
+            axes: [(self.semi_axes.x * e1).to_array(), (self.semi_axes.y * e2).to_array()],
+        }
+    }
+}

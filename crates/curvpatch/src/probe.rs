@@ -1,0 +1,270 @@
+//! Measuring patches against the mesh: errors, and the faces that a patch may stand for.
+
+use core::f64::consts::{FRAC_PI_6, TAU};
+use core::ops::ControlFlow;
+
+use glam::DVec3;
+use mesh_core::{FaceId, TriMesh};
+
+use crate::closest::{Feature, closest_point};
+use crate::fit::PatchFit;
+use crate::patch::Patch;
+use crate::region::{Marks, Region};
+use crate::section::{SectionPlane, SectionWalk};
+
+/// How far a patch and the mesh are apart, in model units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct PatchErrors {
+    /// The largest distance of a test point of the patch from the mesh, over 16 angles halfway out
+    /// and on the boundary.
+    pub points: f64,
+    /// The largest height of a mesh vertex over or under the patch, measured along the patch's
+    /// normal, over the vertices in its footprint.
+    pub heights: f64,
+}
+
+impl PatchErrors {
+    /// The larger of the two.
+    #[must_use]
+    pub fn max(&self) -> f64 {
+        self.points.max(self.heights)
+    }
+}
+
+/// What a patch has to keep to be accepted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    pub(crate) tolerance: f64,
+    /// Whether test points that lie beyond the boundary of the mesh are ignored.
+    pub(crate) overhang: bool,
+    /// Whether only the ends of the two principal arcs are tested, and vertices are not.
+    pub(crate) ends_only: bool,
+}
+
+/// Angles of the full test.
+const TEST_ANGLES: u32 = 16;
+
+/// A test point and what is known about its distance from the mesh.
+#[derive(Clone, Copy, Debug)]
+struct TestPoint {
+    at: DVec3,
+    distance: f64,
+    nearest_on_boundary: bool,
+}
+
+impl TestPoint {
+    fn new(at: DVec3) -> Self {
+        Self { at, distance: f64::INFINITY, nearest_on_boundary: false }
+    }
+
+    fn error(&self, overhang: bool) -> f64 {
+        if overhang && self.nearest_on_boundary { 0.0 } else { self.distance }
+    }
+}
+
+/// Measures patches against a mesh. Holds memory for it, so make one and use it often.
+///
+/// Distances are taken from the *region* of a patch: the faces that can be reached from its base
+/// face without turning away from its normal and that come within its reach. A fold of the surface
+/// that happens to pass by does not count.
+#[derive(Clone, Debug)]
+pub struct PatchProbe<'a> {
+    mesh: &'a TriMesh,
+    region: Region,
+    /// The vertices in the footprint that are within tolerance.
+    fitted: Marks,
+    pending: Vec<TestPoint>,
+}
+
+impl<'a> PatchProbe<'a> {
+    /// A probe for patches of this mesh.
+    #[must_use]
+    pub fn new(mesh: &'a TriMesh) -> Self {
+        let fitted = Marks::new(mesh.topology().vertex_capacity());
+        Self { mesh, region: Region::new(mesh), fitted, pending: Vec::new() }
+    }
+
+    /// The distances of four boundary points from the mesh, at φ = 0°, 30°, 60° and 90°: the
+    /// errors that SN10 prints for its Fig. 10, there divided by the radius.
+    pub fn quarter_errors(&mut self, fit: &PatchFit) -> [f64; 4] {
+        let angles = [0.0, 1.0, 2.0, 3.0].map(|j| j * FRAC_PI_6);
+        let mut points = angles.map(|phi| TestPoint::new(fit.patch.point(1.0, phi)));
+        let [l1, l2] = fit.patch.arcs();
+        self.grow_whole(fit, 0.5 * l1.max(l2));
+        self.measure(&mut points);
+        points.map(|point| point.distance)
+    }
+
+    /// The full error of a patch: test points halfway out and on the boundary, and the heights of
+    /// the vertices in the footprint.
+    ///
+    /// The region reaches twice the `tolerance` (model units) farther from the centre than the
+    /// arcs: errors up to there are exact, and what lies beyond is another part of the surface.
+    /// With `overhang`, test points whose nearest point of the mesh is on its boundary are ignored.
+    pub fn full_error(&mut self, fit: &PatchFit, tolerance: f64, overhang: bool) -> PatchErrors {
+        let mut points: Vec<TestPoint> =
+            full_test(&fit.patch).map(|local| TestPoint::new(fit.patch.to_world(local))).collect();
+        let heights = self.grow_whole(fit, 2.0 * tolerance);
+        self.measure(&mut points);
+        let points = points.iter().map(|point| point.error(overhang)).fold(0.0, f64::max);
+        PatchErrors { points, heights }
+    }
+
+    /// Whether a patch keeps its limits; if so, [`PatchProbe::covered`] has its faces.
+    pub(crate) fn accepts(&mut self, fit: &PatchFit, limits: &Limits) -> bool {
+        self.test_over_sections(fit, limits);
+        if self.grow_within(fit, limits).is_break() {
+            return false;
+        }
+        let mut pending = core::mem::take(&mut self.pending);
+        self.measure(&mut pending);
+        let kept = pending.iter().all(|p| p.error(limits.overhang) <= limits.tolerance);
+        self.pending = pending;
+        kept
+    }
+
+    /// The faces whose vertices all lie in the footprint of the patch that was accepted last and
+    /// within tolerance of it. The footprint is convex, so it has the whole of these faces.
+    pub(crate) fn covered(&self) -> impl Iterator<Item = FaceId> + '_ {
+        let topology = self.mesh.topology();
+        let fitted = move |&face: &FaceId| {
+            topology.face_vertices(face).iter().all(|v| self.fitted.contains(v.index()))
+        };
+        self.region.faces().iter().copied().filter(fitted)
+    }
+
+    /// Leaves in `pending` the test points that are not within tolerance of the face that lies
+    /// straight under them, which the section in their direction leads to.
+    fn test_over_sections(&mut self, fit: &PatchFit, limits: &Limits) {
+        self.pending.clear();
+        let patch = &fit.patch;
+        let mut test = |local: DVec3| {
+            let at = patch.to_world(local);
+            let under = self.face_under(fit, local);
+            let near = under.is_some_and(|face| {
+                closest_point(at, self.mesh.triangle(face)).0.distance(at) <= limits.tolerance
+            });
+            if !near {
+                self.pending.push(TestPoint::new(at));
+            }
+        };
+        if limits.ends_only {
+            arc_ends(patch).for_each(&mut test);
+        } else {
+            full_test(patch).for_each(&mut test);
+        }
+    }
+
+    /// The face straight under a point of the patch, if the section leads there.
+    fn face_under(&self, fit: &PatchFit, local: DVec3) -> Option<FaceId> {
+        let [e1, e2, e3] = fit.patch.frame();
+        let distance = local.truncate().length();
+        let tangent = (local.x * e1 + local.y * e2) / distance;
+        let plane = SectionPlane::new(fit.patch.origin(), e3, tangent);
+        let [mut walk, _] = SectionWalk::both_ways(self.mesh, fit.point.face(), &plane)?;
+        let mut last = 0.0;
+        loop {
+            let ahead = walk.crossing().dot(tangent);
+            if ahead >= distance {
+                return Some(walk.face());
+            }
+            // Where the section turns back, the mesh folds over and nothing is straight under.
+            if ahead < last {
+                return None;
+            }
+            last = ahead;
+            walk.step().ok()?;
+        }
+    }
+
+    /// Grows the region and marks the vertices of the footprint; breaks at the first one that is
+    /// out of tolerance.
+    fn grow_within(&mut self, fit: &PatchFit, limits: &Limits) -> ControlFlow<()> {
+        let Self { mesh, region, fitted, .. } = self;
+        let patch = &fit.patch;
+        let [l1, l2] = patch.arcs();
+        let reach = l1.max(l2) + 2.0 * limits.tolerance;
+        fitted.clear();
+        region.grow(mesh, fit.point.face(), patch, reach, |vertex| {
+            match height_error(patch, mesh.position(vertex)) {
+                Some(error) if error <= limits.tolerance => {
+                    fitted.insert(vertex.index());
+                }
+                Some(_) if !limits.ends_only => return ControlFlow::Break(()),
+                _ => {}
+            }
+            ControlFlow::Continue(())
+        })
+    }
+
+    /// Grows the region and returns the largest height error.
+    fn grow_whole(&mut self, fit: &PatchFit, margin: f64) -> f64 {
+        let Self { mesh, region, .. } = self;
+        let patch = &fit.patch;
+        let [l1, l2] = patch.arcs();
+        let reach = l1.max(l2) + margin;
+        let mut heights = 0.0_f64;
+        let _ = region.grow(mesh, fit.point.face(), patch, reach, |vertex| {
+            heights = heights.max(height_error(patch, mesh.position(vertex)).unwrap_or(0.0));
+            ControlFlow::Continue(())
+        });
+        heights
+    }
+
+    /// The exact distances of points from the faces of the region.
+    fn measure(&self, points: &mut [TestPoint]) {
+        if points.is_empty() {
+            return;
+        }
+        for &face in self.region.faces() {
+            let corners = self.mesh.triangle(face);
+            let [a, b, c] = corners;
+            let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
+            for point in &mut *points {
+                let reach = point.distance + size;
+                if point.at.distance_squared(a) > reach * reach {
+                    continue;
+                }
+                let (closest, feature) = closest_point(point.at, corners);
+                let distance = closest.distance(point.at);
+                if distance < point.distance {
+                    point.distance = distance;
+                    point.nearest_on_boundary = self.is_on_boundary(face, feature);
+                }
+            }
+        }
+    }
+
+    fn is_on_boundary(&self, face: FaceId, feature: Feature) -> bool {
+        let topology = self.mesh.topology();
+        match feature {
+            Feature::Corner(i) => topology.is_boundary_vertex(topology.face_vertices(face)[i]),
+            Feature::Side(i) => topology.is_boundary_edge(topology.face_half_edges(face)[i].edge()),
+            Feature::Inside => false,
+        }
+    }
+}
+
+/// The height of a point over or under the patch; `None` outside the footprint.
+#[inline]
+fn height_error(patch: &Patch, point: DVec3) -> Option<f64> {
+    let local = patch.to_local(point);
+    if !patch.contains(local.x, local.y) {
+        return None;
+    }
+    // Inside the footprint there is always a height, but for rounding right on its border.
+    Some(patch.height(local.x, local.y).map_or(f64::INFINITY, |z| (local.z - z).abs()))
+}
+
+/// The points of the full test, in the frame of the patch.
+fn full_test(patch: &Patch) -> impl Iterator<Item = DVec3> + '_ {
+    let angle = |j: u32| TAU * f64::from(j) / f64::from(TEST_ANGLES);
+    let ring = move |u: f64| (0..TEST_ANGLES).map(move |j| patch.local_point(u, angle(j)));
+    ring(1.0).chain(ring(0.5))
+}
+
+/// The ends of both principal arcs, where SN10 measures the error that a size is chosen by.
+fn arc_ends(patch: &Patch) -> impl Iterator<Item = DVec3> + '_ {
+    (0..4).map(|j| patch.local_point(1.0, 0.25 * TAU * f64::from(j)))
+}

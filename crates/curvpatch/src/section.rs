@@ -1,0 +1,232 @@
+//! Walking along a normal section: the polygon in which a plane through a point cuts the mesh.
+//!
+//! Every vertex lies on one of two sides of the plane; one *in* the plane counts as above it. With
+//! that rule a triangle with vertices on both sides has exactly two crossed edges, whatever is hit
+//! exactly, so the walk needs no special cases: a vertex in the plane costs a few steps of length
+//! zero through its fan of triangles, and nothing else.
+
+use glam::DVec3;
+use mesh_core::{FaceId, HalfEdgeId, TriMesh, VertexId};
+
+/// A plane through a point, spanned by a normal and a tangent.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SectionPlane {
+    /// The point that the section starts from.
+    pub(crate) origin: DVec3,
+    /// The unit tangent of the half-section that is called forward.
+    pub(crate) tangent: DVec3,
+    /// The unit vector across the plane.
+    pub(crate) across: DVec3,
+}
+
+impl SectionPlane {
+    pub(crate) fn new(origin: DVec3, normal: DVec3, tangent: DVec3) -> Self {
+        Self { origin, tangent, across: normal.cross(tangent) }
+    }
+}
+
+/// Why a walk went no further.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WalkEnd {
+    /// It came to the boundary of the mesh.
+    Boundary,
+    /// It came back to the face that it started from.
+    Wrapped,
+}
+
+/// A vertex as seen from the plane.
+#[derive(Clone, Copy, Debug)]
+struct Sighting {
+    /// Position relative to the origin of the section.
+    at: DVec3,
+    /// Signed distance from the plane.
+    distance: f64,
+}
+
+impl Sighting {
+    fn is_above(&self) -> bool {
+        self.distance >= 0.0
+    }
+}
+
+/// A walker that stands in a face and looks at the edge through which the section leaves it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SectionWalk<'a> {
+    mesh: &'a TriMesh,
+    plane: SectionPlane,
+    start: FaceId,
+    face: FaceId,
+    /// The half-edge of `face` that the section leaves through.
+    exit: HalfEdgeId,
+    from: Sighting,
+    to: Sighting,
+    steps_left: usize,
+}
+
+impl<'a> SectionWalk<'a> {
+    /// Two walkers in the same face, one for each half of the section, forward first.
+    ///
+    /// `None` when rounding puts all three vertices on one side of the plane, which takes a
+    /// triangle of hardly any height.
+    pub(crate) fn both_ways(
+        mesh: &'a TriMesh,
+        start: FaceId,
+        plane: &SectionPlane,
+    ) -> Option<[Self; 2]> {
+        let topology = mesh.topology();
+        let half_edges = topology.face_half_edges(start);
+        let seen = half_edges.map(|h| sight(mesh, plane, topology.origin(h)));
+        let mut exits = (0..3).filter_map(|i| {
+            let (from, to) = (seen[i], seen[(i + 1) % 3]);
+            (from.is_above() != to.is_above()).then(|| Self {
+                mesh,
+                plane: *plane,
+                start,
+                face: start,
+                exit: half_edges[i],
+                from,
+                to,
+                // No section visits a face more than twice; the limit is for rounding alone.
+                steps_left: 2 * topology.face_count() + 16,
+            })
+        });
+        let (first, second) = (exits.next()?, exits.next()?);
+        let ahead = |walk: &Self| walk.crossing().dot(plane.tangent);
+        Some(if ahead(&first) >= ahead(&second) { [first, second] } else { [second, first] })
+    }
+
+    /// The face that the walker stands in.
+    pub(crate) fn face(&self) -> FaceId {
+        self.face
+    }
+
+    /// Where the section leaves the face, relative to the origin of the section.
+    #[inline]
+    pub(crate) fn crossing(&self) -> DVec3 {
+        let (from, to) = (&self.from, &self.to);
+        from.at + from.distance / (from.distance - to.distance) * (to.at - from.at)
+    }
+
+    /// Goes on to the next face.
+    #[inline]
+    pub(crate) fn step(&mut self) -> Result<(), WalkEnd> {
+        let topology = self.mesh.topology();
+        let entry = self.exit.twin();
+        let Some(face) = topology.face(entry) else { return Err(WalkEnd::Boundary) };
+        if face == self.start || self.steps_left == 0 {
+            return Err(WalkEnd::Wrapped);
+        }
+        self.steps_left -= 1;
+        self.face = face;
+        // Seen from the old face the edge runs `from` - `to`; the new face has it the other way
+        // round, followed by `from` - `apex` and `apex` - `to`.
+        let second = topology.next(entry);
+        let apex = sight(self.mesh, &self.plane, topology.target(second));
+        if apex.is_above() == self.from.is_above() {
+            self.exit = topology.next(second);
+            self.from = apex;
+        } else {
+            self.exit = second;
+            self.to = apex;
+        }
+        Ok(())
+    }
+
+    /// Follows the section for a length and says where it ends.
+    #[inline]
+    pub(crate) fn arc(mut self, length: f64) -> Arc {
+        let mut walked = 0.0;
+        let mut last = DVec3::ZERO;
+        loop {
+            let ahead = self.crossing() - last;
+            let step = ahead.length();
+            if walked + step >= length {
+                let end = last + (length - walked) / step * ahead;
+                return Arc { end, length, cut_short: None };
+            }
+            walked += step;
+            last += ahead;
+            if let Err(cause) = self.step() {
+                return Arc { end: last, length: walked, cut_short: Some(cause) };
+            }
+        }
+    }
+}
+
+#[inline]
+fn sight(mesh: &TriMesh, plane: &SectionPlane, vertex: VertexId) -> Sighting {
+    let at = mesh.position(vertex) - plane.origin;
+    Sighting { at, distance: plane.across.dot(at) }
+}
+
+/// One half of a section, from its origin on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Arc {
+    /// The end, relative to the origin of the section.
+    pub(crate) end: DVec3,
+    /// The length along the section.
+    pub(crate) length: f64,
+    /// Why the arc is shorter than asked for, if it is.
+    pub(crate) cut_short: Option<WalkEnd>,
+}
+
+impl Arc {
+    /// An arc that never left its origin.
+    pub(crate) const EMPTY: Self =
+        Self { end: DVec3::ZERO, length: 0.0, cut_short: Some(WalkEnd::Boundary) };
+}
+
+/// Both halves of a normal section, in the coordinates of its plane: x along the tangent, y along
+/// the normal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Section {
+    pub(crate) forward: PlaneArc,
+    pub(crate) backward: PlaneArc,
+    /// The distance of the two ends.
+    pub(crate) chord: f64,
+}
+
+/// The end of an arc in the coordinates of the section plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlaneArc {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
+    pub(crate) length: f64,
+    pub(crate) cut_short: Option<WalkEnd>,
+}
+
+impl Section {
+    /// Walks both ways for the length `radius`.
+    pub(crate) fn measure(
+        mesh: &TriMesh,
+        face: FaceId,
+        plane: &SectionPlane,
+        normal: DVec3,
+        radius: f64,
+    ) -> Self {
+        let arcs = SectionWalk::both_ways(mesh, face, plane)
+            .map_or([Arc::EMPTY; 2], |walks| walks.map(|walk| walk.arc(radius)));
+        let [forward, backward] = arcs.map(|arc| PlaneArc {
+            x: arc.end.dot(plane.tangent),
+            y: arc.end.dot(normal),
+            length: arc.length,
+            cut_short: arc.cut_short,
+        });
+        Self { forward, backward, chord: arcs[0].end.distance(arcs[1].end) }
+    }
+
+    /// The length of both arcs together.
+    pub(crate) fn length(&self) -> f64 {
+        self.forward.length + self.backward.length
+    }
+
+    /// Whether an arc ended for this reason.
+    pub(crate) fn ended_by(&self, cause: WalkEnd) -> bool {
+        self.forward.cut_short == Some(cause) || self.backward.cut_short == Some(cause)
+    }
+
+    /// How much of the disc the section has: 1 for two full arcs, 0 when one of them is empty.
+    pub(crate) fn weight(&self, radius: f64) -> f64 {
+        self.forward.length * self.backward.length / (radius * radius)
+    }
+}

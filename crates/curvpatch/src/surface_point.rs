@@ -1,0 +1,66 @@
+//! A point inside a face.
+
+use glam::DVec3;
+use mesh_core::{FaceId, TriMesh};
+
+use crate::curvature::CurvatureError;
+
+/// A point strictly inside a face, by its barycentric coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    face: FaceId,
+    barycentric: [f64; 3],
+}
+
+impl SurfacePoint {
+    /// The point of a face with these barycentric coordinates, in the order of its vertices. They
+    /// are divided by their sum.
+    ///
+    /// # Errors
+    /// [`CurvatureError::BadPoint`] unless all three are positive and finite.
+    pub fn new(face: FaceId, barycentric: [f64; 3]) -> Result<Self, CurvatureError> {
+        let sum: f64 = barycentric.iter().sum();
+        let barycentric_share = barycentric.map(|weight| weight / sum);
+        let inside = barycentric_share.iter().all(|&weight| weight > 0.0 && weight < 1.0);
+        if inside && sum > 0.0 && sum.is_finite() {
+            return Ok(Self { face, barycentric: barycentric_share });
+        }
+        Err(CurvatureError::BadPoint { face, barycentric })
+    }
+
+    /// The barycentre of a face: the centre that SN10 uses.
+    #[must_use]
+    pub fn barycentre(face: FaceId) -> Self {
+        Self { face, barycentric: [1.0 / 3.0; 3] }
+    }
+
+    /// The face.
+    #[must_use]
+    pub fn face(&self) -> FaceId {
+        self.face
+    }
+
+    /// The barycentric coordinates: positive, with sum 1.
+    #[must_use]
+    pub fn barycentric(&self) -> [f64; 3] {
+        self.barycentric
+    }
+
+    /// Where the point is.
+    ///
+    /// # Panics
+    /// When the face is not in the mesh.
+    #[must_use]
+    pub fn position(&self, mesh: &TriMesh) -> DVec3 {
+        let [a, b, c] = mesh.triangle(self.face);
+        let [_, v, w] = self.barycentric;
+        // From one corner, so that a triangle far from the origin loses no digits.
+        a + v * (b - a) + w * (c - a)
+    }
+}
+
+impl From<FaceId> for SurfacePoint {
+    fn from(face: FaceId) -> Self {
+        Self::barycentre(face)
+    }
+}

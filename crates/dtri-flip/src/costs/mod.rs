@@ -1,0 +1,14 @@
+//! The costs of the papers, and others for comparison.
+
+mod abs_mean;
+mod edge_sum;
+mod face_cost;
+mod vertex_cost;
+mod virtual_willmore;
+mod willmore;
+
+pub use abs_mean::AbsMean;
+pub use face_cost::{FaceCost, FaceFunction};
+pub use vertex_cost::{VertexCost, VertexCostCache, VertexFunction};
+pub use virtual_willmore::VirtualWillmore;
+pub use willmore::Willmore;

@@ -1,0 +1,289 @@
+//! Costs that are sums over the vertices of a function of their integrated curvatures: F1, F3, and
+//! the absolute Gaussian curvature.
+
+use dcurv::{VertexArea, corner_angle, corner_area, vertex_curvature};
+use glam::DVec3;
+use mesh_core::{EdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel};
+
+use super::abs_mean::AbsMean;
+use super::edge_sum::{EdgeTerm, edges};
+use crate::cost::{Change, FlipCost, Reach};
+use crate::fold::twice_vector_area;
+use crate::quad::Quad;
+
+/// A sum over the vertices of a function of the integral curvatures and the area of each.
+///
+/// Conventions are those of [`dcurv::Totals`]: at boundary vertices the Gaussian curvature is taken
+/// as 0, and a vertex without area adds nothing to F1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct VertexCost {
+    /// What is summed.
+    pub function: VertexFunction,
+    /// How the area of the faces is shared out. The absolute Gaussian curvature does not need it.
+    pub area: VertexArea,
+}
+
+/// What is summed over the vertices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum VertexFunction {
+    /// F1 of DHKL01: `|Hbar|² / S`, which is S times H². Without unit.
+    SquaredMean,
+    /// F3 of DHKL01: `2 |Hbar|` where `Kbar >= 0`, else `2 sqrt(|Hbar|² - S Kbar)`, which is S times
+    /// `|k1| + |k2|`. In model units.
+    AbsPrincipal,
+    /// `|Kbar|`, the angle defect without its sign, in radians. Alboul and van Damme 1996 minimise
+    /// a finer quantity that tells the convex from the concave part within the star of a vertex;
+    /// the two agree at convex vertices and at proper saddles.
+    AbsGaussian,
+}
+
+/// The integrals at a vertex that the functions take.
+#[derive(Clone, Copy, Debug, Default)]
+struct Integrals {
+    angle_defect: f64,
+    abs_mean: f64,
+    area: f64,
+    boundary: bool,
+}
+
+impl Integrals {
+    fn of(mesh: &TriMesh, vertex: VertexId, area: VertexArea) -> Self {
+        let curvature = vertex_curvature(mesh, vertex, area);
+        let integrals = curvature.integrals();
+        Self {
+            angle_defect: integrals.angle_defect.value(),
+            abs_mean: integrals.abs_mean.value(),
+            area: integrals.area.value(),
+            boundary: curvature.is_boundary(),
+        }
+    }
+}
+
+impl VertexFunction {
+    #[inline]
+    fn of(self, at: &Integrals) -> f64 {
+        let k = if at.boundary { 0.0 } else { at.angle_defect };
+        let h = at.abs_mean;
+        match self {
+            Self::SquaredMean if at.area > 0.0 => h * h / at.area,
+            Self::SquaredMean => 0.0,
+            // An area that a difference has made less than 0 must not make NaN.
+            Self::AbsPrincipal => 2.0 * (h * h - at.area.max(0.0) * k.min(0.0)).sqrt(),
+            Self::AbsGaussian => k.abs(),
+        }
+    }
+
+    fn needs_angles(self) -> bool {
+        self != Self::SquaredMean
+    }
+
+    fn needs_areas_and_means(self) -> bool {
+        self != Self::AbsGaussian
+    }
+}
+
+/// What is known of a mesh between flips.
+#[derive(Clone, Debug)]
+pub struct VertexCostCache {
+    integrals: VertexMap<Integrals>,
+    /// `1/2 |e| |beta|` of each edge.
+    edge_terms: EdgeMap<f64>,
+}
+
+impl FlipCost for VertexCost {
+    type Cache = VertexCostCache;
+
+    fn prepare(&self, mesh: &TriMesh) -> VertexCostCache {
+        VertexCostCache {
+            integrals: VertexMap::from_vec(parallel::collect(
+                mesh.topology().vertex_capacity(),
+                |index| self.integrals(mesh, index),
+            )),
+            edge_terms: AbsMean.all_terms(mesh),
+        }
+    }
+
+    fn update(&self, mesh: &TriMesh, cache: &mut VertexCostCache, flipped: &Quad) {
+        for vertex in flipped.corners {
+            cache.integrals[vertex] = Integrals::of(mesh, vertex, self.area);
+        }
+        AbsMean.update_terms(mesh, &mut cache.edge_terms, flipped);
+    }
+
+    fn total(&self, mesh: &TriMesh) -> f64 {
+        let count = mesh.topology().vertex_capacity();
+        parallel::sum(count, |index| self.function.of(&self.integrals(mesh, index)))
+    }
+
+    fn change(&self, mesh: &TriMesh, cache: &VertexCostCache, quad: &Quad) -> Change {
+        let means = self.means_after(mesh, cache, quad);
+        self.change_with_means(mesh, cache, quad, means)
+    }
+
+    fn change_if_lower(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        quad: &Quad,
+    ) -> Option<Change> {
+        let means = self.means_after(mesh, cache, quad);
+        if self.cannot_be_lower(mesh, cache, quad, means) {
+            return None;
+        }
+        Some(self.change_with_means(mesh, cache, quad, means))
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::CornerStars
+    }
+
+    fn length_exponent(&self) -> i32 {
+        i32::from(self.function == VertexFunction::AbsPrincipal)
+    }
+}
+
+/// The integrals at the four corners of a quadrilateral while they are brought to the state after
+/// the flip.
+struct Corners<'a> {
+    quad: &'a Quad,
+    integrals: [Integrals; 4],
+}
+
+impl Corners<'_> {
+    fn at(&mut self, vertex: VertexId) -> Option<&mut Integrals> {
+        let place = self.quad.corners.iter().position(|&v| v == vertex)?;
+        Some(&mut self.integrals[place])
+    }
+}
+
+impl VertexCost {
+    /// The integrals at the four corners are sums: those after the flip come from those before it
+    /// by taking away what the old triangles and edges give and adding what the new ones do.
+    fn change_with_means(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        quad: &Quad,
+        means: [f64; 4],
+    ) -> Change {
+        let before = quad.corners.map(|v| cache.integrals[v]);
+        let mut after = Corners { quad, integrals: before };
+        for (at, abs_mean) in after.integrals.iter_mut().zip(means) {
+            at.abs_mean = abs_mean;
+        }
+        if self.function.needs_angles() {
+            self.exchange_angles(mesh, &mut after);
+        }
+        if self.function.needs_areas_and_means() {
+            self.exchange_areas(mesh, &mut after);
+        }
+        let sum = |corners: [Integrals; 4]| corners.map(|at| self.function.of(&at)).iter().sum();
+        Change { before: sum(before), after: sum(after.integrals) }
+    }
+
+    /// The absolute mean curvatures at the four corners after the flip.
+    fn means_after(&self, mesh: &TriMesh, cache: &VertexCostCache, quad: &Quad) -> [f64; 4] {
+        let mut means = quad.corners.map(|v| cache.integrals[v].abs_mean);
+        if self.function.needs_areas_and_means() {
+            exchange_means(mesh, &cache.edge_terms, quad, &mut means);
+        }
+        means
+    }
+
+    /// Whether the means alone tell that the cost would not be lower: F3 is at least twice their
+    /// sum, and F1, for any shares of the area, at least `(sum of |Hbar|)² / (sum of S)`.
+    fn cannot_be_lower(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        quad: &Quad,
+        means: [f64; 4],
+    ) -> bool {
+        let before = quad.corners.map(|v| cache.integrals[v]);
+        let cost: f64 = before.map(|at| self.function.of(&at)).iter().sum();
+        let mean: f64 = means.iter().sum();
+        match self.function {
+            VertexFunction::AbsGaussian => false,
+            VertexFunction::AbsPrincipal => 2.0 * mean > cost * (1.0 + MARGIN),
+            VertexFunction::SquaredMean => {
+                let area = |triangles: [[VertexId; 3]; 2]| -> f64 {
+                    triangles.map(|t| 0.5 * twice_vector_area(mesh, t).length()).iter().sum()
+                };
+                let areas = before.map(|at| at.area).iter().sum::<f64>()
+                    + area(quad.flipped_triangles())
+                    - area(quad.triangles());
+                mean * mean > cost * areas * (1.0 + MARGIN)
+            }
+        }
+    }
+
+    fn integrals(&self, mesh: &TriMesh, index: usize) -> Integrals {
+        let vertex = VertexId::from_index(index);
+        if mesh.topology().contains_vertex(vertex) {
+            Integrals::of(mesh, vertex, self.area)
+        } else {
+            Integrals::default()
+        }
+    }
+
+    fn exchange_angles(&self, mesh: &TriMesh, after: &mut Corners<'_>) {
+        exchange_faces(
+            after,
+            |corner, next, last| {
+                let [p, q, r] = [corner, next, last].map(|v| mesh.position(v));
+                corner_angle(p, q, r)
+            },
+            |at, angle| at.angle_defect -= angle,
+        );
+    }
+
+    fn exchange_areas(&self, mesh: &TriMesh, after: &mut Corners<'_>) {
+        exchange_faces(
+            after,
+            |corner, next, last| {
+                let [p, q, r] = [corner, next, last].map(|v| mesh.position(v));
+                corner_area(self.area, p, q, r).value()
+            },
+            |at, area| at.area += area,
+        );
+    }
+}
+
+/// Takes away what the corners of the old triangles give and adds what those of the new ones do.
+fn exchange_faces(
+    after: &mut Corners<'_>,
+    share: impl Fn(VertexId, VertexId, VertexId) -> f64,
+    add: impl Fn(&mut Integrals, f64),
+) {
+    let quad = after.quad;
+    for (triangles, sign) in [(quad.triangles(), -1.0), (quad.flipped_triangles(), 1.0)] {
+        for [p, q, r] in triangles {
+            for [corner, next, last] in [[p, q, r], [q, r, p], [r, p, q]] {
+                let share = share(corner, next, last);
+                if let Some(at) = after.at(corner) {
+                    add(at, sign * share);
+                }
+            }
+        }
+    }
+}
+
+/// Half of an edge's term goes to each end.
+fn exchange_means(mesh: &TriMesh, terms: &EdgeMap<f64>, quad: &Quad, means: &mut [f64; 4]) {
+    let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
+    let [diagonal, bc, ca, ad, db] = edges(quad).map(|edge| terms[edge]);
+    let side =
+        |i: usize, ends: [DVec3; 2], inner: DVec3| AbsMean.side(mesh, quad.sides[i], ends, inner);
+    let turned = AbsMean.term(c, d, b, a);
+    let bc = side(0, [b, c], d) - bc;
+    let ca = side(1, [c, a], d) - ca;
+    let ad = side(2, [a, d], c) - ad;
+    let db = side(3, [d, b], c) - db;
+    means[0] += 0.5 * (ca + ad - diagonal);
+    means[1] += 0.5 * (bc + db - diagonal);
+    means[2] += 0.5 * (bc + ca + turned);
+    means[3] += 0.5 * (ad + db + turned);
+}
+
+/// Keeps rounding from dropping a flip that the exact comparison would take.
+const MARGIN: f64 = 1e-9;

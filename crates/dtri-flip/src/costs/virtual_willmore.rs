@@ -1,0 +1,74 @@
+//! The virtual Willmore energy of BAR06.
+
+use dcurv::{intersection_angle, total_willmore_energy};
+use glam::DVec3;
+use mesh_core::{TriMesh, VertexId};
+
+use crate::cost::{Change, FlipCost, Reach};
+use crate::quad::Quad;
+
+/// The cost reduction of BAR06 sec. 3: the Willmore energy with the edge split at its midpoint,
+/// less that with the flipped edge split at *its* midpoint.
+///
+/// It is not the difference of one energy, so a run may go in circles. It ends by
+/// [`FlipOptions::max_flips_per_edge`](crate::FlipOptions::max_flips_per_edge), and the report says
+/// so with [`Stop::CycleGuard`](crate::Stop::CycleGuard). The cost that is reported is the plain
+/// Willmore energy of the mesh, without virtual points; it may rise. For a true potential, see
+/// [`Willmore`](crate::Willmore).
+///
+/// Boundary sides of a quadrilateral have no intersection angle and add nothing. Without unit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct VirtualWillmore;
+
+impl FlipCost for VirtualWillmore {
+    type Cache = ();
+
+    fn prepare(&self, _: &TriMesh) {}
+
+    fn total(&self, mesh: &TriMesh) -> f64 {
+        total_willmore_energy(mesh)
+    }
+
+    fn change(&self, mesh: &TriMesh, _: &(), quad: &Quad) -> Change {
+        let [a, b, c, d] = quad.corners;
+        let outer = quad.sides.map(|side| mesh.topology().apex(side.twin()));
+        let [bc, ca, ad, db] = outer;
+        // The flipped edge runs from d to c, with a to its left.
+        Change {
+            before: split_energy(mesh, [a, b, c, d], [bc, ca, ad, db]),
+            after: split_energy(mesh, [d, c, a, b], [ca, ad, db, bc]),
+        }
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::AdjacentTriangles
+    }
+
+    fn length_exponent(&self) -> i32 {
+        0
+    }
+
+    fn is_potential(&self) -> bool {
+        false
+    }
+}
+
+/// The part of the Willmore energy at the four inner and four outer edges of the quadrilateral
+/// when the edge from a to b is split at its midpoint; `outer` are the apexes beyond bc, ca, ad, db.
+fn split_energy(mesh: &TriMesh, corners: [VertexId; 4], outer: [Option<VertexId>; 4]) -> f64 {
+    let [a, b, c, d] = corners.map(|v| mesh.position(v));
+    let middle = 0.5 * (a + b);
+    let inner = intersection_angle(a, middle, c, d)
+        + intersection_angle(middle, b, c, d)
+        + intersection_angle(c, middle, a, b)
+        + intersection_angle(d, middle, b, a);
+    let side = |from: DVec3, to: DVec3, apex: Option<VertexId>| {
+        apex.map_or(0.0, |v| intersection_angle(from, to, middle, mesh.position(v)))
+    };
+    // Every edge counts at both ends.
+    2.0 * (inner
+        + side(b, c, outer[0])
+        + side(c, a, outer[1])
+        + side(a, d, outer[2])
+        + side(d, b, outer[3]))
+}

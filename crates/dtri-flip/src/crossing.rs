@@ -1,0 +1,149 @@
+//! Whether two triangles of a mesh cross, decided exactly.
+//!
+//! Every decision is the sign of a determinant, computed by adaptive exact arithmetic (Shewchuk
+//! 1997), so that no tolerance is needed.
+
+use glam::DVec3;
+use mesh_core::VertexId;
+use robust::{Coord, Coord3D, orient2d, orient3d};
+
+/// A triangle of a mesh: its vertices and where they are.
+type Triangle = ([VertexId; 3], [DVec3; 3]);
+
+/// Whether two triangles have a point in common that is not in their common vertex or edge.
+///
+/// Triangles that touch do cross. Two triangles with a common edge cross when they lie in one plane
+/// on the same side of it; two with the same three vertices always do. A triangle without area does
+/// not cross anything: it has no points beyond its edges, and those belong to its neighbours, too.
+#[must_use]
+pub fn triangles_cross(first: Triangle, second: Triangle) -> bool {
+    if is_degenerate(first.1) || is_degenerate(second.1) {
+        return false;
+    }
+    // Rotate each so that the common vertices come first.
+    let shared = |v: &VertexId| second.0.contains(v);
+    match first.0.iter().filter(|v| shared(v)).count() {
+        0 => {
+            sides(first.1).any(|side| segment_meets_triangle(side, second.1))
+                || sides(second.1).any(|side| segment_meets_triangle(side, first.1))
+        }
+        1 => cross_at_vertex(first, second),
+        2 => cross_at_edge(first, second),
+        _ => true,
+    }
+}
+
+/// With one common vertex, what else is common reaches the side opposite to it in one of them.
+fn cross_at_vertex(first: Triangle, second: Triangle) -> bool {
+    let opposite = |of: Triangle, other: Triangle| {
+        let common = (0..3).find(|&i| other.0.contains(&of.0[i])).unwrap_or(0);
+        [of.1[(common + 1) % 3], of.1[(common + 2) % 3]]
+    };
+    segment_meets_triangle(opposite(first, second), second.1)
+        || segment_meets_triangle(opposite(second, first), first.1)
+}
+
+fn cross_at_edge(first: Triangle, second: Triangle) -> bool {
+    let apex =
+        |of: Triangle, other: Triangle| (0..3).find(|&i| !other.0.contains(&of.0[i])).unwrap_or(0);
+    let i = apex(first, second);
+    let (a, s, t) = (first.1[i], first.1[(i + 1) % 3], first.1[(i + 2) % 3]);
+    let b = second.1[apex(second, first)];
+    if orientation(s, t, a, b) != 0.0 {
+        return false;
+    }
+    let plane = Projection::of([s, t, a]);
+    plane.orientation(s, t, a).signum() == plane.orientation(s, t, b).signum()
+        && plane.orientation(s, t, b) != 0.0
+}
+
+fn sides([a, b, c]: [DVec3; 3]) -> impl Iterator<Item = [DVec3; 2]> {
+    [[a, b], [b, c], [c, a]].into_iter()
+}
+
+/// Whether a segment and a triangle with area have a point in common.
+fn segment_meets_triangle([p, q]: [DVec3; 2], triangle: [DVec3; 3]) -> bool {
+    let [a, b, c] = triangle;
+    let (above_p, above_q) = (orientation(a, b, c, p), orientation(a, b, c, q));
+    if above_p == 0.0 && above_q == 0.0 {
+        return segment_meets_triangle_in_plane([p, q], triangle);
+    }
+    if (above_p > 0.0 && above_q > 0.0) || (above_p < 0.0 && above_q < 0.0) {
+        return false;
+    }
+    // The line meets the plane in one point: it passes all sides the same way round.
+    let passes = [orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a)];
+    passes.iter().all(|&o| o >= 0.0) || passes.iter().all(|&o| o <= 0.0)
+}
+
+fn segment_meets_triangle_in_plane(segment: [DVec3; 2], triangle: [DVec3; 3]) -> bool {
+    let plane = Projection::of(triangle);
+    plane.contains(triangle, segment[0])
+        || plane.contains(triangle, segment[1])
+        || sides(triangle).any(|side| plane.segments_meet(segment, side))
+}
+
+fn is_degenerate([a, b, c]: [DVec3; 3]) -> bool {
+    Projection::ALL.iter().all(|plane| plane.orientation(a, b, c) == 0.0)
+}
+
+fn orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
+    let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
+    orient3d(a, b, c, d)
+}
+
+/// A projection along a coordinate axis.
+#[derive(Clone, Copy)]
+enum Projection {
+    AlongX,
+    AlongY,
+    AlongZ,
+}
+
+impl Projection {
+    const ALL: [Self; 3] = [Self::AlongX, Self::AlongY, Self::AlongZ];
+
+    /// One that does not flatten the triangle.
+    fn of([a, b, c]: [DVec3; 3]) -> Self {
+        let good = Self::ALL.into_iter().find(|plane| plane.orientation(a, b, c) != 0.0);
+        good.unwrap_or(Self::AlongZ)
+    }
+
+    fn point(self, p: DVec3) -> Coord<f64> {
+        match self {
+            Self::AlongX => Coord { x: p.y, y: p.z },
+            Self::AlongY => Coord { x: p.z, y: p.x },
+            Self::AlongZ => Coord { x: p.x, y: p.y },
+        }
+    }
+
+    fn orientation(self, a: DVec3, b: DVec3, c: DVec3) -> f64 {
+        orient2d(self.point(a), self.point(b), self.point(c))
+    }
+
+    fn contains(self, [a, b, c]: [DVec3; 3], p: DVec3) -> bool {
+        let turns =
+            [self.orientation(a, b, p), self.orientation(b, c, p), self.orientation(c, a, p)];
+        turns.iter().all(|&o| o >= 0.0) || turns.iter().all(|&o| o <= 0.0)
+    }
+
+    fn segments_meet(self, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
+        let (r_side, s_side) = (self.orientation(p, q, r), self.orientation(p, q, s));
+        let (p_side, q_side) = (self.orientation(r, s, p), self.orientation(r, s, q));
+        let apart = |u: f64, v: f64| (u > 0.0 && v > 0.0) || (u < 0.0 && v < 0.0);
+        if apart(r_side, s_side) || apart(p_side, q_side) {
+            return false;
+        }
+        if r_side == 0.0 && s_side == 0.0 && p_side == 0.0 && q_side == 0.0 {
+            return self.ranges_meet([p, q], [r, s]);
+        }
+        true
+    }
+
+    /// For segments on one line.
+    fn ranges_meet(self, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
+        let [p, q, r, s] = [p, q, r, s].map(|point| self.point(point));
+        let meet = |p: f64, q: f64, r: f64, s: f64| p.min(q) <= r.max(s) && r.min(s) <= p.max(q);
+        meet(p.x, q.x, r.x, s.x) && meet(p.y, q.y, r.y, s.y)
+    }
+}

@@ -1,0 +1,200 @@
+//! The greedy run of DHKL01 sec. 3: the flip with the largest gain, while there is one.
+
+use mesh_core::shapes::SplitMix64;
+use mesh_core::{EdgeId, Handle, parallel};
+
+use crate::cost::{Change, FlipCost, Reach};
+use crate::look_ahead;
+use crate::options::{Ties, Update};
+use crate::quad::Quad;
+use crate::queue::IndexedQueue;
+use crate::region::Region;
+use crate::report::Stop;
+use crate::run::Run;
+use crate::waiting::{Refusal, Waiting};
+use crate::watch::{Phase, Progress, Watch};
+
+/// Flips until nothing helps or the watch says stop. On return the mesh is in a valid state whose
+/// cost is no higher than at the beginning.
+pub(crate) fn run<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
+    let cycles_before = run.refused.cycle;
+    let mut greedy = Greedy::new(run);
+    loop {
+        let now = || Progress {
+            phase: Phase::Greedy,
+            flips: run.log.len() as u64,
+            cost: run.running_cost,
+            waiting: greedy.queue.len() as u64,
+        };
+        if greedy.queue.len() > 0
+            && let Some(stop) = watch.stop(now, run.log.len())
+        {
+            return stop;
+        }
+        let Some(edge) = greedy.pop() else { break };
+        greedy.take(run, edge, watch.flips_left(run.log.len()));
+    }
+    if run.refused.cycle > cycles_before { Stop::CycleGuard } else { Stop::LocalMinimum }
+}
+
+/// The queue of edges by gain, and what keeps it exact.
+struct Greedy {
+    queue: IndexedQueue,
+    order: TieOrder,
+    region: Region,
+    waiting: Waiting,
+    outdated: Vec<EdgeId>,
+    reach: Reach,
+    /// How many flips are looked ahead beyond the first.
+    steps_ahead: usize,
+}
+
+impl Greedy {
+    fn new<C: FlipCost>(run: &mut Run<'_, C>) -> Self {
+        let topology = run.mesh.topology();
+        let edges = topology.edge_capacity();
+        let order = TieOrder::new(run.options.ties, edges);
+        let (reach, steps_ahead) = match run.options.update {
+            Update::Exact => (run.cost.reach(), run.options.look_ahead.saturating_sub(1)),
+            Update::TwoNeighbourhood => (Reach::AdjacentTriangles, 0),
+        };
+        let region = Region::new(topology);
+        let waiting = Waiting::new(topology);
+        let changes = {
+            let run = &*run;
+            parallel::collect(edges, |i| run.gainful_change(EdgeId::from_index(i)))
+        };
+        let keys: Vec<Option<f64>> = (0..edges)
+            .map(|item| {
+                let edge = order.edge(item as u32);
+                let single = changes[edge.index()];
+                single.or_else(|| look_ahead::best_change(run, edge)).map(key)
+            })
+            .collect();
+        let queue = IndexedQueue::new(keys.into_iter());
+        Self { queue, order, region, waiting, outdated: Vec::new(), reach, steps_ahead }
+    }
+
+    fn pop(&mut self) -> Option<EdgeId> {
+        self.queue.pop().map(|item| self.order.edge(item))
+    }
+
+    /// Flips an edge whose turn has come, alone or as the first of a row, or refuses it.
+    fn take<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, flips_left: usize) {
+        match run.gainful_change(edge) {
+            Some(change) => match run.allow(edge) {
+                Ok(flip) => {
+                    if let Some(quad) = run.flip_if_real(flip, change) {
+                        self.refresh(run, &[quad]);
+                    }
+                }
+                Err(refusal) => self.refuse(run, edge, refusal),
+            },
+            None => self.take_row(run, edge, flips_left),
+        }
+    }
+
+    /// Does the best row of flips that begins with this edge.
+    fn take_row<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, flips_left: usize) {
+        let Some(row) = look_ahead::best_row(run, edge) else {
+            run.refused.stale += 1;
+            return;
+        };
+        if row.len() > flips_left {
+            return;
+        }
+        let mut quads = Vec::with_capacity(row.len());
+        for (edge, change) in row {
+            if let Ok(flip) = run.allow(edge) {
+                quads.extend(run.flip(flip, change));
+            }
+        }
+        self.refresh(run, &quads);
+    }
+
+    /// Leaves an edge out until the reason has gone away.
+    fn refuse<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, refusal: Refusal) {
+        let refused = &mut run.refused;
+        match refusal {
+            Refusal::ValenceThree(_) => refused.valence_three += 1,
+            Refusal::DiagonalExists(_) => refused.diagonal_exists += 1,
+            Refusal::Flat => refused.flat += 1,
+            Refusal::Fold => refused.fold += 1,
+            Refusal::Intersection(_) => refused.intersection += 1,
+            Refusal::Cycle => refused.cycle += 1,
+            Refusal::Never => {}
+        }
+        self.waiting.add(edge, refusal);
+        // The row that begins with another edge may still lead past the obstacle; one that begins
+        // with this edge cannot.
+    }
+
+    /// Computes the gains again that may differ after these flips.
+    fn refresh<C: FlipCost>(&mut self, run: &mut Run<'_, C>, flipped: &[Quad]) {
+        self.outdated.clear();
+        for quad in flipped {
+            let topology = run.mesh.topology();
+            let affected = self.region.affected(topology, quad, self.reach, self.steps_ahead);
+            self.outdated.extend_from_slice(affected);
+            self.waiting.wake(topology, quad.edge, &mut self.outdated);
+        }
+        if flipped.len() > 1 {
+            self.outdated.sort_unstable();
+            self.outdated.dedup();
+        }
+        for &edge in &self.outdated {
+            self.queue.set(self.order.item(edge), best_change(run, edge).map(key));
+        }
+    }
+}
+
+/// The change of an edge's flip, or of the best row that begins with it, when that is a gain.
+#[inline]
+fn best_change<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId) -> Option<Change> {
+    let single = run.gainful_change(edge);
+    single.or_else(|| look_ahead::best_change(run, edge))
+}
+
+/// The gain, rounded to 34 binary digits: gains that are equal but for rounding become ties.
+#[inline]
+fn key(change: Change) -> f64 {
+    const DROPPED: u32 = 52 - 34;
+    let half = 1_u64 << (DROPPED - 1);
+    let bits = change.gain().to_bits();
+    f64::from_bits((bits.saturating_add(half) >> DROPPED) << DROPPED).min(f64::MAX)
+}
+
+/// The order of edges with the same gain: the queue's items are places in it.
+struct TieOrder(Option<Permutation>);
+
+struct Permutation {
+    edge_of_item: Vec<u32>,
+    item_of_edge: Vec<u32>,
+}
+
+impl TieOrder {
+    fn new(ties: Ties, edges: usize) -> Self {
+        let Ties::Seeded(seed) = ties else { return Self(None) };
+        let mut random = SplitMix64::new(seed);
+        let mut edge_of_item: Vec<u32> = (0..edges as u32).collect();
+        for last in (1..edges).rev() {
+            let other = (random.uniform() * (last + 1) as f64) as usize;
+            edge_of_item.swap(last, other.min(last));
+        }
+        let mut item_of_edge = vec![0; edges];
+        for (item, &edge) in edge_of_item.iter().enumerate() {
+            item_of_edge[edge as usize] = item as u32;
+        }
+        Self(Some(Permutation { edge_of_item, item_of_edge }))
+    }
+
+    #[inline]
+    fn edge(&self, item: u32) -> EdgeId {
+        EdgeId::new(self.0.as_ref().map_or(item, |p| p.edge_of_item[item as usize]))
+    }
+
+    #[inline]
+    fn item(&self, edge: EdgeId) -> u32 {
+        self.0.as_ref().map_or(edge.get(), |p| p.item_of_edge[edge.index()])
+    }
+}

@@ -1,0 +1,101 @@
+//! What a run may be told.
+
+use core::time::Duration;
+
+use mesh_core::EdgeMap;
+
+use crate::anneal::Anneal;
+use crate::error::FlipError;
+
+/// How to run; the default is the plain greedy run of DHKL01 with an exact queue.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlipOptions {
+    /// How many flips in a row are tried where no single one lowers the cost. 1 is the plain greedy
+    /// run, 2 the look-ahead of DHKL01; the effort grows about sixfold with each step.
+    pub look_ahead: usize,
+    /// Simulated annealing after the greedy run; the result is never worse than without.
+    pub anneal: Option<Anneal>,
+    /// Edges between faces whose normals differ by more than this, in radians, are feature edges
+    /// and never flip.
+    pub feature_angle: Option<f64>,
+    /// Edges marked here never flip.
+    pub locked: Option<EdgeMap<bool>>,
+    /// The largest angle, in radians, that a new face may make with the quadrilateral it is half
+    /// of, unless the old faces made a larger one. The quadrilateral's direction is its vector
+    /// area, which a flip does not change. Below a right angle, no face can be folded back.
+    pub max_fold: Option<f64>,
+    /// Refuse flips whose new triangles would cross or touch other triangles of the mesh. Exact,
+    /// whatever the coordinates.
+    pub forbid_intersections: bool,
+    /// Which of the flips with the same gain comes first.
+    pub ties: Ties,
+    /// Which gains are computed again after a flip.
+    pub update: Update,
+    /// Stop after this many flips.
+    pub max_flips: Option<u64>,
+    /// Stop after this time. The only option that makes results depend on the machine.
+    pub time_limit: Option<Duration>,
+    /// An edge that has flipped this often rests, which guarantees that every run ends. By default
+    /// 100 times for potentials, which hardly ever get there, and 8 times for other costs, which
+    /// may go in circles.
+    pub max_flips_per_edge: Option<u32>,
+}
+
+impl Default for FlipOptions {
+    fn default() -> Self {
+        Self {
+            look_ahead: 1,
+            anneal: None,
+            feature_angle: None,
+            locked: None,
+            max_fold: None,
+            forbid_intersections: false,
+            ties: Ties::EdgeId,
+            update: Update::Exact,
+            max_flips: None,
+            time_limit: None,
+            max_flips_per_edge: None,
+        }
+    }
+}
+
+impl FlipOptions {
+    /// Checks the options against the size of a mesh.
+    pub(crate) fn check(&self, edges: usize) -> Result<(), FlipError> {
+        FlipError::check_angle("feature_angle", self.feature_angle)?;
+        FlipError::check_angle("max_fold", self.max_fold)?;
+        if let Some(anneal) = &self.anneal {
+            anneal.check()?;
+        }
+        match &self.locked {
+            Some(map) if map.len() != edges => {
+                Err(FlipError::LockedLength { given: map.len(), edges })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Which of the flips with the same gain comes first. Gains that agree in about ten digits count as
+/// the same, so that rounding does not decide.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Ties {
+    /// That of the edge with the smaller id.
+    #[default]
+    EdgeId,
+    /// That of the edge which comes first in a random order of all edges, made from this seed.
+    Seeded(u64),
+}
+
+/// Which gains are computed again after a flip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Update {
+    /// All that the flip affects, by the [reach](crate::Reach) of the cost.
+    #[default]
+    Exact,
+    /// The 2-neighbourhood of the edge, as DHKL01 do. Gains of costs with a longer reach get
+    /// stale: the order of flips is the paper's, but a flip that would not lower the cost any more
+    /// when its turn comes is refused. For reproduction only; with look-ahead it counts for the
+    /// first step.
+    TwoNeighbourhood,
+}

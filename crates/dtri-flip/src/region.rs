@@ -1,0 +1,101 @@
+//! The edges whose flips look at the triangles that a flip has changed.
+
+use mesh_core::{EdgeId, FaceId, Topology};
+
+use crate::cost::Reach;
+use crate::quad::Quad;
+
+/// Collects edges without repetition; keeps its arrays between calls.
+#[derive(Debug)]
+pub(crate) struct Region {
+    faces: Vec<FaceId>,
+    edges: Vec<EdgeId>,
+    face_stamp: Vec<u32>,
+    edge_stamp: Vec<u32>,
+    stamp: u32,
+}
+
+impl Region {
+    pub(crate) fn new(topology: &Topology) -> Self {
+        Self {
+            faces: Vec::new(),
+            edges: Vec::new(),
+            face_stamp: vec![0; topology.face_capacity()],
+            edge_stamp: vec![0; topology.edge_capacity()],
+            stamp: 0,
+        }
+    }
+
+    /// The edges whose change may differ now that `quad` has been flipped, when a change looks as
+    /// far as `reach` and `steps` more flips, each at a side of the one before, are looked ahead.
+    ///
+    /// A change sees a triangle when the triangle is within `reach` of its own two. Seen from the
+    /// flip, these are the edges of the triangles within `reach` of the flipped quadrilateral.
+    pub(crate) fn affected(
+        &mut self,
+        topology: &Topology,
+        quad: &Quad,
+        reach: Reach,
+        steps: usize,
+    ) -> &[EdgeId] {
+        self.start_over();
+        for face in topology.edge_faces(quad.edge).into_iter().flatten() {
+            self.add_face(face);
+        }
+        let adjacent_steps = match reach {
+            Reach::Triangles => steps,
+            Reach::AdjacentTriangles => steps + 1,
+            Reach::CornerStars => {
+                for face in quad.corners.into_iter().flat_map(|v| topology.faces_of_vertex(v)) {
+                    self.add_face(face);
+                }
+                steps
+            }
+        };
+        for _ in 0..adjacent_steps {
+            self.grow(topology);
+        }
+        self.collect_edges(topology);
+        &self.edges
+    }
+
+    fn start_over(&mut self) {
+        self.faces.clear();
+        self.edges.clear();
+        self.stamp = self.stamp.wrapping_add(1);
+        if self.stamp == 0 {
+            self.face_stamp.fill(0);
+            self.edge_stamp.fill(0);
+            self.stamp = 1;
+        }
+    }
+
+    #[inline]
+    fn add_face(&mut self, face: FaceId) {
+        if core::mem::replace(&mut self.face_stamp[face.index()], self.stamp) != self.stamp {
+            self.faces.push(face);
+        }
+    }
+
+    /// Adds the triangles that share an edge with those found so far.
+    fn grow(&mut self, topology: &Topology) {
+        for i in 0..self.faces.len() {
+            for h in topology.face_half_edges(self.faces[i]) {
+                if let Some(face) = topology.face(h.twin()) {
+                    self.add_face(face);
+                }
+            }
+        }
+    }
+
+    fn collect_edges(&mut self, topology: &Topology) {
+        for &face in &self.faces {
+            for h in topology.face_half_edges(face) {
+                let stamp = &mut self.edge_stamp[h.edge().index()];
+                if core::mem::replace(stamp, self.stamp) != self.stamp {
+                    self.edges.push(h.edge());
+                }
+            }
+        }
+    }
+}

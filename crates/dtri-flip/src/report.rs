@@ -1,0 +1,72 @@
+//! What a run did.
+
+/// The result of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlipReport {
+    /// The cost of the mesh as it was given.
+    pub cost_before: f64,
+    /// The cost of the mesh as it is now, computed afresh.
+    pub cost_after: f64,
+    /// The number of flips that lead from one to the other.
+    pub flips: u64,
+    /// How many of them come from the last annealing round that was kept, and the greedy run after
+    /// it. 0: annealing found nothing better than the greedy run.
+    pub annealed_flips: u64,
+    /// The number of feature and locked edges, which were never considered.
+    pub locked_edges: usize,
+    /// How often the flip that would have come next was refused, by reason.
+    pub refused: Refused,
+    /// Why the run ended.
+    pub stop: Stop,
+}
+
+/// Counts of flips that would have lowered the cost but were refused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Refused {
+    /// An end of the edge has three edges only.
+    pub valence_three: u64,
+    /// The other diagonal is an edge already.
+    pub diagonal_exists: u64,
+    /// A new face would have had no area.
+    pub flat: u64,
+    /// A face would have turned too far; see [`FlipOptions::max_fold`](crate::FlipOptions).
+    pub fold: u64,
+    /// A new triangle would have crossed another one.
+    pub intersection: u64,
+    /// The edge had flipped too often;
+    /// see [`FlipOptions::max_flips_per_edge`](crate::FlipOptions).
+    pub cycle: u64,
+    /// The flip back would have been a gain, too: both were rounding.
+    pub rounding: u64,
+    /// The gain was not what the queue said and the flip did not lower the cost any more. Only
+    /// with [`Update::TwoNeighbourhood`](crate::Update).
+    pub stale: u64,
+}
+
+/// Why a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Stop {
+    /// No allowed flip, or row of flips looked ahead, lowers the cost.
+    LocalMinimum,
+    /// As `LocalMinimum`, but some edges rest only because they had flipped too often.
+    CycleGuard,
+    /// The largest number of flips was reached.
+    FlipLimit,
+    /// The time was over.
+    TimeLimit,
+    /// The caller said so.
+    Cancelled,
+}
+
+impl core::fmt::Display for Stop {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::LocalMinimum => "local-minimum",
+            Self::CycleGuard => "cycle-guard",
+            Self::FlipLimit => "flip-limit",
+            Self::TimeLimit => "time-limit",
+            Self::Cancelled => "cancelled",
+        })
+    }
+}

@@ -1,0 +1,100 @@
+//! Taking a surface apart where it is not a 2-manifold.
+//!
+//! The corners at a vertex are linked through the edges along which exactly two faces meet, in
+//! opposite directions; a maximal chain of linked corners is a *fan*. Every fan beyond the first at
+//! a vertex gets its own copy of the vertex, which also cuts the surface along all other edges of
+//! several faces.
+//!
+//! Why the result is a 2-manifold: a chain that does not close has two ends, one cut side that
+//! leaves the vertex and one that enters it. So of the cut sides of an edge `uv`, at most one runs
+//! from a given copy of `u` to a given copy of `v` and at most one runs back. Two such sides meet
+//! again as one proper edge, which closes the fan at both copies: surfaces that touch along an edge
+//! come apart closed, without a slit of zero width. All other cut sides end up on the boundary.
+//! Every vertex has one fan, and no two edges have the same ends.
+
+use crate::build::edges::{EdgeTable, NONE, next, previous, proper_pair};
+
+/// The fans of corners round the vertices.
+pub(crate) struct Fans {
+    /// Per corner, its fan.
+    of_corner: Vec<u32>,
+    /// Per fan, the vertex it lies at. Fans come in order of their first corner.
+    vertex: Vec<u32>,
+}
+
+impl Fans {
+    pub(crate) fn new(triangles: &[[u32; 3]], edges: &EdgeTable) -> Self {
+        let mut mate = vec![NONE; 3 * triangles.len()];
+        for [a, b] in edges.iter().filter_map(|edge| proper_pair(triangles, edge)) {
+            mate[a as usize] = b;
+            mate[b as usize] = a;
+        }
+        let mut fans = Self { of_corner: vec![NONE; mate.len()], vertex: Vec::new() };
+        for (corner, &vertex) in triangles.as_flattened().iter().enumerate() {
+            if fans.of_corner[corner] == NONE {
+                fans.collect(corner as u32, vertex, &mate);
+            }
+        }
+        fans
+    }
+
+    /// Collects the fan of a corner: first counter-clockwise, through the sides that enter the
+    /// vertex, then, unless that led back, clockwise through the sides that leave it.
+    fn collect(&mut self, first: u32, vertex: u32, mate: &[u32]) {
+        let fan = self.vertex.len() as u32;
+        self.vertex.push(vertex);
+        let mut corner = first;
+        while corner != NONE {
+            self.of_corner[corner as usize] = fan;
+            corner = mate[previous(corner) as usize];
+            if corner == first {
+                return;
+            }
+        }
+        let mut neighbour = mate[first as usize];
+        while neighbour != NONE {
+            let corner = next(neighbour);
+            self.of_corner[corner as usize] = fan;
+            neighbour = mate[corner as usize];
+        }
+    }
+
+    /// The vertices with more than one fan and the number of fans at each, ascending.
+    pub(crate) fn pinched(&self) -> Vec<(u32, usize)> {
+        let mut vertices = self.vertex.clone();
+        vertices.sort_unstable();
+        vertices
+            .chunk_by(|a, b| a == b)
+            .filter(|fans| fans.len() > 1)
+            .map(|fans| (fans[0], fans.len()))
+            .collect()
+    }
+}
+
+/// Gives every fan beyond the first at a vertex its own copy of the vertex, appended after the
+/// given ones. Returns the vertex that each copy is a copy of.
+pub(crate) fn cut_apart(
+    vertex_count: usize,
+    triangles: &mut [[u32; 3]],
+    edges: &EdgeTable,
+) -> Vec<u32> {
+    let fans = Fans::new(triangles, edges);
+    let mut taken = vec![false; vertex_count];
+    let mut copies = Vec::new();
+    let vertex_of_fan: Vec<u32> = fans
+        .vertex
+        .iter()
+        .map(|&vertex| {
+            if core::mem::replace(&mut taken[vertex as usize], true) {
+                copies.push(vertex);
+                (vertex_count + copies.len() - 1) as u32
+            } else {
+                vertex
+            }
+        })
+        .collect();
+    for (corner, &fan) in triangles.as_flattened_mut().iter_mut().zip(&fans.of_corner) {
+        *corner = vertex_of_fan[fan as usize];
+    }
+    copies
+}

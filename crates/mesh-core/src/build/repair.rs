@@ -1,0 +1,68 @@
+//! Which repairs a build may make.
+
+/// Which vertices count as one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Weld {
+    /// Vertices stay as they are, even where positions coincide.
+    #[default]
+    None,
+    /// Vertices with equal coordinates become one (`-0.0` equals `0.0`).
+    Exact,
+    /// In order of their index, each vertex merges into the first earlier vertex within this
+    /// distance that did not itself merge, in model units. See [`crate::build::weld_within`].
+    Distance(f64),
+}
+
+/// Which repairs [`crate::build()`] may make, each of them off by default.
+///
+/// Whatever a repair does is in the [`BuildReport`](crate::build::BuildReport). Two things are
+/// never repaired: coordinates that are not finite, and meshes too large for 32-bit indices.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Repair {
+    /// Which vertices to merge, before anything else is looked at.
+    pub weld: Weld,
+    /// Drop faces that refer to vertices that are not there.
+    pub drop_out_of_range: bool,
+    /// Drop faces with fewer than three corners, and triangles that use a vertex twice. Triangles
+    /// of zero area with three distinct vertices stay: dropping them would open cracks.
+    pub drop_degenerate: bool,
+    /// Of all triangles with the same three vertices, in whichever order, keep only the first. A
+    /// sheet given once for each of its sides keeps one side.
+    pub drop_duplicates: bool,
+    /// Reverse faces until neighbours agree. Each part that hangs together through edges of two
+    /// faces keeps the orientation of the majority of its faces, or that of its first face if both
+    /// are as many. Nothing decides between inside and outside.
+    pub reorient: bool,
+    /// Cut the surface along edges of more than two faces and along those where no orientation
+    /// makes two faces agree, and take pinched vertices apart, by duplicating vertices.
+    pub cut_non_manifold: bool,
+    /// Drop vertices that no face uses.
+    pub drop_unreferenced: bool,
+}
+
+impl Repair {
+    /// No repair: input that is not an oriented 2-manifold is refused. The same as
+    /// [`Repair::default`].
+    #[must_use]
+    pub fn strict() -> Self {
+        Self::default()
+    }
+
+    /// Every repair, with an exact weld: builds a mesh from any soup whose coordinates are finite.
+    ///
+    /// The weld is exact because equal coordinates are how files store one vertex several times
+    /// (STL always; other formats at texture seams); a distance would depend on the model's scale.
+    #[must_use]
+    pub fn lenient() -> Self {
+        Self {
+            weld: Weld::Exact,
+            drop_out_of_range: true,
+            drop_degenerate: true,
+            drop_duplicates: true,
+            reorient: true,
+            cut_non_manifold: true,
+            drop_unreferenced: true,
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! What a build did to its input.
+
+use core::fmt;
+
+use crate::build::{Sample, VertexPair};
+
+/// What [`crate::build()`] did. Faces and vertices are those of the soup, counted from zero.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct BuildReport {
+    /// Vertices of the soup.
+    pub vertices_in: usize,
+    /// Faces of the soup, of any number of corners.
+    pub faces_in: usize,
+    /// Vertices of the mesh.
+    pub vertices_out: usize,
+    /// Triangles of the mesh.
+    pub faces_out: usize,
+    /// Faces of more than three corners that were cut into triangles.
+    pub triangulated: usize,
+    /// Those among them that are not simple polygons, so that their triangles may overlap.
+    pub triangulated_badly: Sample<u32>,
+    /// Vertices merged into an earlier one.
+    pub welded_vertices: Sample<u32>,
+    /// Faces dropped because they refer to vertices that are not there.
+    pub dropped_out_of_range: Sample<u32>,
+    /// Faces that lost a triangle that uses a vertex twice (or that had fewer than three corners),
+    /// once for each triangle.
+    pub dropped_degenerate: Sample<u32>,
+    /// Faces that lost a triangle because an earlier one has the same vertices, once for each
+    /// triangle.
+    pub dropped_duplicates: Sample<u32>,
+    /// Faces reversed to agree with their neighbours, once for each triangle.
+    pub flipped_faces: Sample<u32>,
+    /// Edges along which the surface was cut.
+    pub cut_edges: Sample<VertexPair>,
+    /// Vertices that were duplicated, once for each copy.
+    pub split_vertices: Sample<u32>,
+    /// Vertices dropped because no face of the mesh uses them.
+    pub dropped_vertices: Sample<u32>,
+    /// Faces whose triangles have exactly zero area although their vertices are distinct, once for
+    /// each triangle. They are kept.
+    pub zero_area_faces: Sample<u32>,
+}
+
+impl BuildReport {
+    /// Whether no repair was made. Cutting polygons into triangles is not a repair.
+    #[must_use]
+    pub fn is_unchanged(&self) -> bool {
+        self.welded_vertices.is_empty()
+            && self.dropped_out_of_range.is_empty()
+            && self.dropped_degenerate.is_empty()
+            && self.dropped_duplicates.is_empty()
+            && self.flipped_faces.is_empty()
+            && self.cut_edges.is_empty()
+            && self.split_vertices.is_empty()
+            && self.dropped_vertices.is_empty()
+    }
+
+    /// What was done, as pairs of a description and the elements, leaving out what did not happen.
+    fn lines(&self) -> impl Iterator<Item = (&'static str, &dyn fmt::Display)> {
+        let lines: [(_, usize, &dyn fmt::Display); 11] = [
+            ("merged vertices", self.welded_vertices.count(), &self.welded_vertices),
+            (
+                "dropped faces with indices out of range",
+                self.dropped_out_of_range.count(),
+                &self.dropped_out_of_range,
+            ),
+            ("polygons cut into triangles", self.triangulated, &self.triangulated),
+            (
+                "polygons that are not simple, cut as well as possible",
+                self.triangulated_badly.count(),
+                &self.triangulated_badly,
+            ),
+            (
+                "dropped degenerate triangles of faces",
+                self.dropped_degenerate.count(),
+                &self.dropped_degenerate,
+            ),
+            (
+                "dropped duplicate triangles of faces",
+                self.dropped_duplicates.count(),
+                &self.dropped_duplicates,
+            ),
+            ("reversed triangles of faces", self.flipped_faces.count(), &self.flipped_faces),
+            ("cut along edges", self.cut_edges.count(), &self.cut_edges),
+            ("duplicated vertices", self.split_vertices.count(), &self.split_vertices),
+            ("dropped unused vertices", self.dropped_vertices.count(), &self.dropped_vertices),
+            (
+                "kept triangles of zero area of faces",
+                self.zero_area_faces.count(),
+                &self.zero_area_faces,
+            ),
+        ];
+        lines.into_iter().filter(|line| line.1 > 0).map(|(what, _, elements)| (what, elements))
+    }
+}
+
+/// One line with the sizes, and one for everything that was done.
+impl fmt::Display for BuildReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} vertices and {} faces became {} vertices and {} triangles",
+            self.vertices_in, self.faces_in, self.vertices_out, self.faces_out
+        )?;
+        for (what, elements) in self.lines() {
+            write!(f, "\n{what}: {elements}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+//! How many elements something happened to, and which the first ones were.
+
+use core::fmt;
+
+/// A count of elements together with the first few of them.
+///
+/// Errors and reports use it, so that a mesh with a million defects does not make a report with a
+/// million lines.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sample<T> {
+    first: Vec<T>,
+    count: usize,
+}
+
+impl<T> Sample<T> {
+    /// At most so many elements are kept; further ones are only counted.
+    pub const CAPACITY: usize = 8;
+
+    /// How many elements there are in all.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// The first of them, at most [`Sample::CAPACITY`].
+    #[must_use]
+    pub fn first(&self) -> &[T] {
+        &self.first
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    pub(crate) fn push(&mut self, element: T) {
+        if self.first.len() < Self::CAPACITY {
+            self.first.push(element);
+        }
+        self.count += 1;
+    }
+}
+
+impl<T> Default for Sample<T> {
+    fn default() -> Self {
+        Self { first: Vec::new(), count: 0 }
+    }
+}
+
+impl<T> Extend<T> for Sample<T> {
+    fn extend<I: IntoIterator<Item = T>>(&mut self, elements: I) {
+        for element in elements {
+            self.push(element);
+        }
+    }
+}
+
+impl<T> FromIterator<T> for Sample<T> {
+    fn from_iter<I: IntoIterator<Item = T>>(elements: I) -> Self {
+        let mut sample = Self::default();
+        sample.extend(elements);
+        sample
+    }
+}
+
+/// `3 (4, 8, 15)`, with an ellipsis where elements were only counted.
+impl<T: fmt::Display> fmt::Display for Sample<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.count)?;
+        for (i, element) in self.first.iter().enumerate() {
+            write!(f, "{}{element}", if i == 0 { " (" } else { ", " })?;
+        }
+        match self.count {
+            0 => Ok(()),
+            n if n > self.first.len() => f.write_str(", ...)"),
+            _ => f.write_str(")"),
+        }
+    }
+}
+
+/// An edge of a polygon soup, named by its two vertices with the smaller index first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct VertexPair(pub u32, pub u32);
+
+impl fmt::Display for VertexPair {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}-{}", self.0, self.1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keeps_the_first_and_counts_all() {
+        let sample: Sample<u32> = (0..20).collect();
+        assert_eq!((sample.count(), sample.first()), (20, &[0, 1, 2, 3, 4, 5, 6, 7][..]));
+        assert_eq!(sample.to_string(), "20 (0, 1, 2, 3, 4, 5, 6, 7, ...)");
+        assert_eq!(Sample::<u32>::default().to_string(), "0");
+        assert_eq!(Sample::from_iter([VertexPair(3, 9)]).to_string(), "1 (3-9)");
+    }
+}

@@ -1,0 +1,95 @@
+//! What is refused before anything is built: sizes, indices and coordinates.
+
+use crate::build::{BuildError, BuildReport, Repair, Sample};
+use crate::handle::{HalfEdgeId, Handle, VertexId};
+use crate::soup::PolygonSoup;
+
+/// Leaves room for two half-edges per side of a triangle and for a copy of a vertex per corner: a
+/// polygon has fewer triangles than corners.
+pub(crate) fn check_sizes(soup: &PolygonSoup) -> Result<(), BuildError> {
+    let (count, limit) = (soup.corners().len(), HalfEdgeId::LIMIT / 6);
+    if count > limit {
+        return Err(BuildError::TooManyElements { what: "corners", count, limit });
+    }
+    let (count, limit) = (soup.vertex_count(), VertexId::LIMIT / 2);
+    if count > limit {
+        return Err(BuildError::TooManyElements { what: "vertices", count, limit });
+    }
+    Ok(())
+}
+
+/// Refuses faces with indices out of range or fewer than three corners, or returns those to leave
+/// out, ascending.
+pub(crate) fn check_faces(
+    soup: &PolygonSoup,
+    repair: &Repair,
+    report: &mut BuildReport,
+) -> Result<Vec<u32>, BuildError> {
+    let vertex_count = soup.vertex_count();
+    let is_outside = |&index: &u32| index as usize >= vertex_count;
+    let all_inside = !soup.corners().iter().any(is_outside);
+    if all_inside && soup.faces().all(|face| face.len() >= 3) {
+        return Ok(Vec::new());
+    }
+    let mut first_outside = None;
+    let mut first_small = None;
+    let mut outside = Sample::default();
+    let mut small = Sample::default();
+    let mut left_out = Vec::new();
+    for (id, face) in soup.faces().enumerate() {
+        let id = id as u32;
+        if let Some(&index) = face.iter().find(|index| is_outside(index)) {
+            first_outside.get_or_insert((id, index));
+            outside.push(id);
+        } else if face.len() < 3 {
+            first_small.get_or_insert((id, face.len()));
+            small.push(id);
+        } else {
+            continue;
+        }
+        left_out.push(id);
+    }
+    match first_outside {
+        Some((face, index)) if !repair.drop_out_of_range => {
+            return Err(BuildError::IndexOutOfRange { face, index, vertex_count, faces: outside });
+        }
+        _ => report.dropped_out_of_range = outside,
+    }
+    match first_small {
+        Some((face, corners)) if !repair.drop_degenerate => {
+            return Err(BuildError::TooFewCorners { face, corners, faces: small });
+        }
+        _ => report.dropped_degenerate = small,
+    }
+    Ok(left_out)
+}
+
+/// Refuses coordinates that are not finite, except of vertices that will be dropped as unused.
+pub(crate) fn check_coordinates(
+    soup: &PolygonSoup,
+    repair: &Repair,
+    left_out: &[u32],
+) -> Result<(), BuildError> {
+    if soup.positions().iter().all(|position| position.is_finite()) {
+        return Ok(());
+    }
+    let mut matters = vec![!repair.drop_unreferenced; soup.vertex_count()];
+    let mut left_out = left_out.iter().peekable();
+    for (id, face) in soup.faces().enumerate() {
+        if left_out.next_if_eq(&&(id as u32)).is_none() {
+            face.iter().for_each(|&vertex| matters[vertex as usize] = true);
+        }
+    }
+    let positions = soup.positions().iter().zip(matters).enumerate();
+    let vertices: Sample<u32> = positions
+        .filter(|(_, (position, matters))| *matters && !position.is_finite())
+        .map(|(vertex, _)| vertex as u32)
+        .collect();
+    match vertices.first().first() {
+        Some(&vertex) => {
+            let position = soup.positions()[vertex as usize].to_array();
+            Err(BuildError::NonFiniteCoordinate { vertex, position, vertices })
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,296 @@
+//! Building meshes from soups: what is refused, and what repairs make of it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use mesh_core::build::{Sample, VertexPair};
+use mesh_core::{BuildError, Built, PolygonSoup, Repair, Weld, build};
+use proptest::prelude::*;
+
+fn soup(positions: &[[f64; 3]], faces: &[&[u32]]) -> PolygonSoup {
+    let mut soup = PolygonSoup::new();
+    positions.iter().for_each(|&position| soup.push_vertex(position));
+    faces.iter().for_each(|face| soup.push_face(face).unwrap());
+    soup
+}
+
+/// Vertices on a space curve, no four in a plane.
+fn moment_curve(count: usize) -> Vec<[f64; 3]> {
+    (0..count).map(|i| i as f64).map(|t| [t, t * t, t * t * t]).collect()
+}
+
+fn refuse(positions: &[[f64; 3]], faces: &[&[u32]], repair: &Repair) -> BuildError {
+    build(&soup(positions, faces), repair).unwrap_err()
+}
+
+fn strict(faces: &[&[u32]]) -> BuildError {
+    refuse(&moment_curve(8), faces, &Repair::strict())
+}
+
+fn lenient(faces: &[&[u32]]) -> Built {
+    let built = build(&soup(&moment_curve(8), faces), &Repair::lenient()).unwrap();
+    built.mesh.topology().validate().unwrap();
+    built
+}
+
+/// Trap 3: coordinates that are not finite are a typed error, with and without repairs.
+#[test]
+fn coordinates_that_are_not_finite_are_refused() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut positions = moment_curve(4);
+        positions[2][1] = bad;
+        for repair in [Repair::strict(), Repair::lenient(), {
+            let mut repair = Repair::lenient();
+            repair.weld = Weld::Distance(0.5);
+            repair
+        }] {
+            match refuse(&positions, &[&[0, 1, 2], &[0, 2, 3]], &repair) {
+                BuildError::NonFiniteCoordinate { vertex: 2, vertices, .. } => {
+                    assert_eq!(vertices.first(), [2]);
+                }
+                other => panic!("{other}"),
+            }
+        }
+        // Not in use and to be dropped: no reason to refuse.
+        let built = build(&soup(&positions, &[&[0, 1, 3]]), &Repair::lenient()).unwrap();
+        assert_eq!(built.report.dropped_vertices.first(), [2]);
+    }
+}
+
+/// Trap 14: each kind of defect is its own error and names the elements.
+#[test]
+fn a_pinched_vertex_is_refused_by_name() {
+    // Two tetrahedra that share vertex 3.
+    let faces: [&[u32]; 8] = [
+        &[0, 2, 1],
+        &[0, 1, 3],
+        &[1, 2, 3],
+        &[2, 0, 3],
+        &[4, 6, 5],
+        &[4, 5, 3],
+        &[5, 6, 3],
+        &[6, 4, 3],
+    ];
+    assert_eq!(
+        strict(&faces),
+        BuildError::PinchedVertex { vertex: 3, fans: 2, vertices: Sample::from_iter([3]) }
+    );
+    let built = lenient(&faces);
+    assert_eq!(built.report.split_vertices.first(), [3]);
+    assert_eq!(built.mesh.topology().components().count, 2);
+    assert_eq!(built.mesh.topology().boundary_loops().len(), 0);
+    assert_eq!(built.provenance.vertex_source, [0, 1, 2, 3, 4, 5, 6, 3]);
+}
+
+#[test]
+fn a_bow_tie_is_refused_by_name() {
+    let faces: [&[u32]; 2] = [&[0, 1, 2], &[2, 3, 4]];
+    assert_eq!(
+        strict(&faces),
+        BuildError::PinchedVertex { vertex: 2, fans: 2, vertices: Sample::from_iter([2]) }
+    );
+    assert_eq!(lenient(&faces).report.vertices_out, 6);
+}
+
+#[test]
+fn a_moebius_strip_is_refused_by_name() {
+    let faces: [&[u32]; 5] = [&[0, 1, 2], &[1, 3, 2], &[2, 3, 4], &[3, 0, 4], &[4, 0, 1]];
+    let mut reorient = Repair::strict();
+    reorient.reorient = true;
+    for repair in [Repair::strict(), reorient] {
+        match refuse(&moment_curve(5), &faces, &repair) {
+            BuildError::NonOrientable { edge, faces: [a, b], edges } => {
+                assert_eq!(edges.first()[0], edge);
+                for face in [a, b] {
+                    let face = faces[face as usize];
+                    assert!(face.contains(&edge.0) && face.contains(&edge.1));
+                }
+            }
+            other => panic!("{other}"),
+        }
+    }
+    let built = lenient(&faces);
+    assert_eq!(built.mesh.topology().face_count(), 5);
+    assert_eq!(built.report.cut_edges.count(), 1);
+    assert_eq!(built.mesh.topology().euler_characteristic(), 1);
+}
+
+#[test]
+fn a_duplicate_face_is_refused_by_name() {
+    let expected =
+        BuildError::DuplicateFace { face: 2, original: 0, duplicates: Sample::from_iter([2]) };
+    let faces: [&[u32]; 3] = [&[0, 1, 2], &[2, 1, 3], &[1, 2, 0]];
+    assert_eq!(strict(&faces), expected);
+    assert_eq!(lenient(&faces).report.dropped_duplicates.first(), [2]);
+    // The other way round, and although nothing else is wrong with it.
+    let pillow: [&[u32]; 2] = [&[0, 1, 2], &[2, 1, 0]];
+    assert!(matches!(strict(&pillow), BuildError::DuplicateFace { face: 1, original: 0, .. }));
+    assert_eq!(lenient(&pillow).report.faces_out, 1);
+}
+
+#[test]
+fn an_edge_with_three_faces_is_refused_by_name() {
+    let faces: [&[u32]; 3] = [&[0, 1, 2], &[1, 0, 3], &[0, 1, 4]];
+    assert_eq!(
+        strict(&faces),
+        BuildError::NonManifoldEdge {
+            edge: VertexPair(0, 1),
+            faces: Sample::from_iter([0, 1, 2]),
+            edges: Sample::from_iter([VertexPair(0, 1)]),
+        }
+    );
+    let built = lenient(&faces);
+    assert_eq!(built.report.cut_edges.first(), [VertexPair(0, 1)]);
+    assert_eq!(built.report.faces_out, 3);
+}
+
+#[test]
+fn disagreeing_neighbours_are_refused_by_name() {
+    let faces: [&[u32]; 3] = [&[0, 1, 2], &[1, 2, 3], &[0, 3, 1]];
+    match strict(&faces) {
+        BuildError::InconsistentOrientation { edge, faces, edges } => {
+            assert_eq!((edge, faces, edges.count()), (VertexPair(1, 2), [0, 1], 2));
+        }
+        other => panic!("{other}"),
+    }
+    let closed: [&[u32]; 4] = [&[0, 1, 2], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]];
+    let built = lenient(&closed);
+    assert_eq!(built.report.flipped_faces.count(), 1);
+    assert_eq!(built.report.flipped_faces.first(), [0]);
+    assert_eq!(built.provenance.corner_source[0], [0, 2, 1]);
+}
+
+#[test]
+fn malformed_faces_are_refused_by_name() {
+    assert!(matches!(
+        strict(&[&[0, 1, 2], &[3, 9, 4]]),
+        BuildError::IndexOutOfRange { face: 1, index: 9, vertex_count: 8, .. }
+    ));
+    assert!(matches!(
+        strict(&[&[0, 1, 2], &[3, 4]]),
+        BuildError::TooFewCorners { face: 1, corners: 2, .. }
+    ));
+    assert!(matches!(
+        strict(&[&[0, 1, 2], &[3, 4, 3]]),
+        BuildError::RepeatedVertex { face: 1, vertex: 3, .. }
+    ));
+    let built = lenient(&[&[0, 1, 2], &[3, 9, 4], &[3, 4], &[3, 4, 3], &[]]);
+    assert_eq!(built.report.dropped_out_of_range.first(), [1]);
+    assert_eq!(built.report.dropped_degenerate.first(), [2, 4, 3]);
+    assert_eq!(built.provenance.face_source, [0]);
+    let mut repair = Repair::strict();
+    repair.weld = Weld::Distance(f64::NAN);
+    let error = refuse(&moment_curve(3), &[&[0, 1, 2]], &repair);
+    assert!(matches!(error, BuildError::InvalidWeldDistance { .. }));
+}
+
+/// Two closed surfaces that touch along an edge come apart closed, without a slit.
+#[test]
+fn solids_that_touch_along_an_edge_come_apart_closed() {
+    let faces: [&[u32]; 8] = [
+        &[0, 2, 1],
+        &[0, 1, 3],
+        &[1, 2, 3],
+        &[2, 0, 3],
+        &[0, 5, 1],
+        &[0, 1, 4],
+        &[1, 5, 4],
+        &[5, 0, 4],
+    ];
+    assert!(matches!(strict(&faces), BuildError::NonManifoldEdge { .. }));
+    let built = lenient(&faces);
+    let topology = built.mesh.topology();
+    assert_eq!((topology.components().count, topology.boundary_loops().len()), (2, 0));
+    assert_eq!((topology.vertex_count(), topology.edge_count()), (8, 12));
+    assert_eq!(built.report.split_vertices.first(), [0, 1]);
+}
+
+#[test]
+fn an_empty_soup_is_an_empty_mesh() {
+    for repair in [Repair::strict(), Repair::lenient()] {
+        let built = build(&PolygonSoup::new(), &repair).unwrap();
+        assert_eq!(built.mesh.topology().face_count(), 0);
+        assert!(built.report.is_unchanged());
+    }
+}
+
+#[test]
+fn seams_are_welded_only_when_asked() {
+    let mut positions = moment_curve(3);
+    positions.extend([positions[1], positions[2], [5.0, 0.0, 0.0]]);
+    let soup = soup(&positions, &[&[0, 1, 2], &[4, 3, 5]]);
+    let apart = build(&soup, &Repair::strict()).unwrap();
+    assert!(apart.report.is_unchanged());
+    assert_eq!(apart.mesh.topology().edge_count(), 6);
+    let mut repair = Repair::strict();
+    repair.weld = Weld::Exact;
+    let welded = build(&soup, &repair).unwrap();
+    assert_eq!(welded.mesh.topology().edge_count(), 5);
+    assert_eq!(welded.report.welded_vertices.first(), [3, 4]);
+    assert_eq!(welded.provenance.vertex_source, [0, 1, 2, 5]);
+    assert_eq!(welded.provenance.corner_source, [[0, 1, 2], [3, 4, 5]]);
+}
+
+/// What the parts of a build promise each other, for any soup that it accepts.
+fn check_promises(soup: &PolygonSoup, built: &Built) {
+    let topology = built.mesh.topology();
+    topology.validate().unwrap();
+    let provenance = &built.provenance;
+    assert_eq!(provenance.face_source.len(), topology.face_count());
+    assert_eq!(provenance.vertex_source.len(), topology.vertex_count());
+    for face in topology.faces() {
+        let corners = provenance.corner_source[face.index()];
+        let range = soup.corner_range(provenance.face_source[face.index()] as usize);
+        for (vertex, corner) in topology.face_vertices(face).into_iter().zip(corners) {
+            assert!(range.contains(&(corner as usize)));
+            let source = provenance.vertex_source[vertex.index()] as usize;
+            assert_eq!(built.mesh.positions()[vertex.index()], soup.positions()[source]);
+            let given = soup.corners()[corner as usize] as usize;
+            assert_eq!(soup.positions()[source], soup.positions()[given]);
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Whatever the triangles, the lenient build succeeds and loses only what it says.
+    #[test]
+    fn lenient_builds_any_triangles(
+        vertices in 3_usize..12,
+        faces in prop::collection::vec([0_u32..12, 0_u32..12, 0_u32..12], 0..40),
+    ) {
+        let faces: Vec<[u32; 3]> =
+            faces.into_iter().map(|face| face.map(|v| v % vertices as u32)).collect();
+        let soup = PolygonSoup::from_triangles(&moment_curve(vertices), &faces).unwrap();
+        let built = build(&soup, &Repair::lenient()).unwrap();
+        check_promises(&soup, &built);
+        let mut kept: Vec<[u32; 3]> = faces
+            .iter()
+            .filter(|[a, b, c]| a != b && b != c && c != a)
+            .map(|face| { let mut face = *face; face.sort_unstable(); face })
+            .collect();
+        kept.sort_unstable();
+        kept.dedup();
+        prop_assert_eq!(kept.len(), built.mesh.topology().face_count());
+        if let Ok(strict) = build(&soup, &Repair::strict()) {
+            prop_assert_eq!(strict.mesh.topology().face_count(), faces.len());
+            prop_assert!(strict.report.is_unchanged());
+            prop_assert_eq!(built.report.dropped_vertices.is_empty(), built.report.is_unchanged());
+        }
+    }
+
+    /// Polygons of any shape, on few vertices of which some coincide.
+    #[test]
+    fn lenient_builds_any_polygons(
+        positions in prop::collection::vec([0_u8..3, 0_u8..3, 0_u8..2], 1..10),
+        faces in prop::collection::vec(prop::collection::vec(0_u32..11, 0..9), 0..12),
+    ) {
+        let positions: Vec<[f64; 3]> =
+            positions.into_iter().map(|p| p.map(f64::from)).collect();
+        let faces: Vec<&[u32]> = faces.iter().map(Vec::as_slice).collect();
+        let soup = soup(&positions, &faces);
+        check_promises(&soup, &build(&soup, &Repair::lenient()).unwrap());
+        if let Ok(strict) = build(&soup, &Repair::strict()) {
+            check_promises(&soup, &strict);
+        }
+    }
+}

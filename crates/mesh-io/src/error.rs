@@ -1,0 +1,207 @@
+//! What can go wrong while reading and writing, and where.
+
+use crate::{Format, ModelError};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Why a file could not be read.
+#[derive(Debug, thiserror::Error)]
+#[error("{}{kind}", prefix(path.as_deref()))]
+pub struct ReadError {
+    /// The file, when reading from one.
+    pub path: Option<PathBuf>,
+    /// What is wrong with it.
+    pub kind: ReadErrorKind,
+}
+
+impl ReadError {
+    pub(crate) fn at_path(mut self, path: &Path) -> Self {
+        self.path.get_or_insert_with(|| path.to_owned());
+        self
+    }
+
+    /// Where in the file the fault is, when it is in a particular place.
+    #[must_use]
+    pub fn location(&self) -> Option<&Location> {
+        match &self.kind {
+            ReadErrorKind::Malformed { at, .. }
+            | ReadErrorKind::Unsupported { at, .. }
+            | ReadErrorKind::MissingResource { at, .. } => Some(at),
+            _ => None,
+        }
+    }
+}
+
+impl From<ReadErrorKind> for ReadError {
+    fn from(kind: ReadErrorKind) -> Self {
+        Self { path: None, kind }
+    }
+}
+
+fn prefix(path: Option<&Path>) -> String {
+    path.map(|path| format!("{}: ", path.display())).unwrap_or_default()
+}
+
+/// What is wrong with a file.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadErrorKind {
+    /// The file could not be opened or read.
+    #[error("{0}")]
+    Io(#[from] std::io::Error),
+    /// Neither the content nor the extension is that of a known format.
+    #[error(
+        "not a known mesh format: the content starts with {found}; expected OBJ, PLY, STL, OFF, glTF or GLB (name the format if the file is one of these)"
+    )]
+    UnknownFormat {
+        /// How the content starts.
+        found: String,
+    },
+    /// The format is known, but this build of the crate leaves it out.
+    #[error(
+        "this build cannot read or write {0}: enable the cargo feature of that name in mesh-io"
+    )]
+    FormatDisabled(Format),
+    /// The content breaks the rules of its format.
+    #[error("{at}: expected {expected}, found {found}")]
+    Malformed {
+        /// Where.
+        at: Location,
+        /// What the format wants there.
+        expected: String,
+        /// What is there instead.
+        found: String,
+    },
+    /// The content is legal, but uses something that this crate does not read.
+    #[error("{at}: {what} is not supported; {cure}")]
+    Unsupported {
+        /// Where.
+        at: Location,
+        /// The feature.
+        what: String,
+        /// What the owner of the file can do.
+        cure: &'static str,
+    },
+    /// A file that this one refers to cannot be read.
+    #[error("{at}: cannot read the file it refers to, {uri:?}: {reason}")]
+    MissingResource {
+        /// Where the reference is.
+        at: Location,
+        /// The reference.
+        uri: String,
+        /// Why it cannot be read.
+        reason: String,
+    },
+    /// The mesh is larger than 32-bit indices can address.
+    #[error(transparent)]
+    TooManyCorners(#[from] mesh_core::soup::TooManyCorners),
+}
+
+impl ReadErrorKind {
+    pub(crate) fn malformed(
+        at: Location,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Self {
+        Self::Malformed { at, expected: expected.into(), found: found.into() }
+    }
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Location {
+    /// A line of a text file, counted from one.
+    Line(u64),
+    /// An offset into a binary file, counted from zero.
+    Byte(u64),
+    /// A value of a glTF document, such as `meshes[0].primitives[1].indices`.
+    Json(String),
+}
+
+impl fmt::Display for Location {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Byte(byte) => write!(f, "byte {byte}"),
+            Self::Json(path) => f.write_str(path),
+        }
+    }
+}
+
+/// A few words of the file for an error message, shortened and made printable.
+pub(crate) fn quote(bytes: &[u8]) -> String {
+    const LONGEST: usize = 40;
+    if bytes.is_empty() {
+        return "nothing".to_owned();
+    }
+    let shown = &bytes[..bytes.len().min(LONGEST)];
+    let dots = if bytes.len() > LONGEST { "..." } else { "" };
+    format!("\"{}{dots}\"", shown.escape_ascii())
+}
+
+/// Why a model could not be written. The target is then as it was before.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The target or its folder cannot be written.
+    #[error("{}{source}", prefix(path.as_deref()))]
+    Io {
+        /// The file, when writing to one.
+        path: Option<PathBuf>,
+        /// The cause.
+        source: std::io::Error,
+    },
+    /// The target exists and is write-protected.
+    #[error("{}: the file is read-only; make it writable or choose another target", .0.display())]
+    ReadOnly(PathBuf),
+    /// The extension is not that of a known format.
+    #[error(
+        "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or name the format",
+        .0.display()
+    )]
+    UnknownExtension(PathBuf),
+    /// The format is known, but this build of the crate leaves it out.
+    #[error("this build cannot write {0}: enable the cargo feature of that name in mesh-io")]
+    FormatDisabled(Format),
+    /// The format has no such encoding.
+    #[error("{format} cannot be written as {encoding}; leave the encoding to the format")]
+    NoSuchEncoding {
+        /// The format.
+        format: Format,
+        /// The encoding asked for.
+        encoding: &'static str,
+    },
+    /// The format cannot hold a coordinate that is not a finite number.
+    #[error(
+        "vertex {vertex} has the coordinate {value}, which {format} cannot hold; remove the vertex, or write OBJ or PLY"
+    )]
+    NotFinite {
+        /// The format.
+        format: Format,
+        /// The vertex.
+        vertex: usize,
+        /// Its coordinate.
+        value: f64,
+    },
+    /// The format's size fields are too small for the model.
+    #[error("{format} can hold no more than {limit} {what}, the model has {found}")]
+    TooLarge {
+        /// The format.
+        format: Format,
+        /// What there is too much of.
+        what: &'static str,
+        /// How much the format holds.
+        limit: u64,
+        /// How much there is.
+        found: u64,
+    },
+    /// The model contradicts itself.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+impl From<std::io::Error> for WriteError {
+    fn from(source: std::io::Error) -> Self {
+        Self::Io { path: None, source }
+    }
+}

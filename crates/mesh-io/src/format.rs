@@ -1,0 +1,143 @@
+//! Which format a file has: by its content first, by its extension second.
+
+use std::fmt;
+use std::path::Path;
+
+/// A mesh file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Wavefront OBJ.
+    Obj,
+    /// Stanford PLY.
+    Ply,
+    /// Stereolithography, binary or text.
+    Stl,
+    /// Geomview OFF in all its variants.
+    Off,
+    /// glTF 2.0 as JSON, its buffers embedded or beside it.
+    Gltf,
+    /// glTF 2.0 in its binary container.
+    Glb,
+}
+
+impl fmt::Display for Format {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+            Self::Stl => "STL",
+            Self::Off => "OFF",
+            Self::Gltf => "glTF",
+            Self::Glb => "GLB",
+        })
+    }
+}
+
+impl Format {
+    /// All formats.
+    pub const ALL: [Self; 6] = [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb];
+
+    /// The usual extension, without the dot.
+    #[must_use]
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Ply => "ply",
+            Self::Stl => "stl",
+            Self::Off => "off",
+            Self::Gltf => "gltf",
+            Self::Glb => "glb",
+        }
+    }
+
+    /// The format that an extension names, in any case: `coff` and the like are OFF, `stla` and
+    /// `stlb` are STL.
+    #[must_use]
+    pub fn from_extension(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
+        match extension.as_str() {
+            "stla" | "stlb" => Some(Self::Stl),
+            "coff" | "noff" | "cnoff" | "stoff" => Some(Self::Off),
+            other => Self::ALL.into_iter().find(|format| format.extension() == other),
+        }
+    }
+
+    /// The format of a file whose first bytes are `head`; a few hundred are enough.
+    ///
+    /// The content decides where it can; `path` (only its extension) decides where the content
+    /// says nothing, as for an OFF file without its header word. `size` is the length of the whole
+    /// file and tells a binary STL whose header starts with `solid` from a text one.
+    #[must_use]
+    pub fn detect(head: &[u8], size: Option<u64>, path: Option<&Path>) -> Option<Self> {
+        Self::from_content(head, size).or_else(|| path.and_then(Self::from_extension))
+    }
+
+    fn from_content(head: &[u8], size: Option<u64>) -> Option<Self> {
+        if head.starts_with(b"glTF") {
+            return Some(Self::Glb);
+        }
+        if is_binary_stl(head, size) {
+            return Some(Self::Stl);
+        }
+        let text = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head).trim_ascii_start();
+        if text.first() == Some(&b'{') {
+            return Some(Self::Gltf);
+        }
+        let word_end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
+        let word = &text[..word_end];
+        if word == b"ply" {
+            Some(Self::Ply)
+        } else if word.eq_ignore_ascii_case(b"solid") {
+            Some(Self::Stl)
+        } else if is_off_word(word) {
+            Some(Self::Off)
+        } else {
+            first_words(text).find_map(off_or_obj)
+        }
+    }
+}
+
+/// `4nCOFF` and the like.
+pub(crate) fn is_off_word(word: &[u8]) -> bool {
+    word.strip_suffix(b"OFF").is_some_and(|prefix| {
+        let prefix = prefix.strip_prefix(b"ST").unwrap_or(prefix);
+        let prefix = prefix.strip_prefix(b"C").unwrap_or(prefix);
+        let prefix = prefix.strip_prefix(b"N").unwrap_or(prefix);
+        let prefix = prefix.strip_prefix(b"4").unwrap_or(prefix);
+        prefix.is_empty() || prefix == b"n"
+    })
+}
+
+/// A binary STL: its length fits the count in its header, or it says `solid` and goes on with
+/// bytes that no text has.
+pub(crate) fn is_binary_stl(head: &[u8], size: Option<u64>) -> bool {
+    let Some(&count) = head.get(80..84).and_then(<[u8]>::first_chunk::<4>) else { return false };
+    let expected = 84 + 50 * u64::from(u32::from_le_bytes(count));
+    if size == Some(expected) {
+        return true;
+    }
+    head.len() >= 5
+        && head[..5].eq_ignore_ascii_case(b"solid")
+        && head.iter().take(512).any(|&byte| byte == 0 || byte >= 0xF8)
+}
+
+/// The first word of every line that is not empty or a comment.
+fn first_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
+    text.split(|&byte| byte == b'\n').filter_map(|line| {
+        let line = line.trim_ascii();
+        let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+        line.first().is_some_and(|&byte| byte != b'#').then(|| &line[..end])
+    })
+}
+
+/// The format whose keyword this is.
+fn off_or_obj(word: &[u8]) -> Option<Format> {
+    const OBJ: [&[u8]; 9] = [b"v", b"vt", b"vn", b"f", b"g", b"o", b"mtllib", b"usemtl", b"s"];
+    if is_off_word(word) {
+        Some(Format::Off)
+    } else if OBJ.contains(&word) {
+        Some(Format::Obj)
+    } else {
+        None
+    }
+}

@@ -1,0 +1,311 @@
+//! A window that slides over a stream, and knows where in the file it is.
+
+use crate::error::{Location, ReadErrorKind, quote};
+use std::io::Read;
+use std::ops::Range;
+
+/// Bytes fetched at a time.
+const WINDOW: usize = 1 << 16;
+/// No line of a text file may be longer; what is longer is no text.
+const LONGEST_LINE: usize = 1 << 24;
+/// Entries reserved ahead when the length of the stream is unknown.
+const BLIND_RESERVE: u64 = 1 << 16;
+
+/// A stream read line by line or byte by byte, never held as a whole.
+pub(crate) struct Input<'a> {
+    source: &'a mut dyn Read,
+    window: Vec<u8>,
+    /// `window[start..]` has been fetched and not yet consumed.
+    start: usize,
+    /// The offset of `window[start]` in the file.
+    offset: u64,
+    /// The number of the line last returned.
+    line: u64,
+    /// The length of the file, when known.
+    size: Option<u64>,
+}
+
+/// A line of text without its line break.
+#[derive(Clone, Copy)]
+pub(crate) struct Line<'a> {
+    /// Counted from one.
+    pub number: u64,
+    pub text: &'a [u8],
+}
+
+impl<'a> Input<'a> {
+    pub(crate) fn new(source: &'a mut dyn Read, size: Option<u64>) -> Self {
+        Self { source, window: Vec::new(), start: 0, offset: 0, line: 0, size }
+    }
+
+    /// How many bytes have been consumed.
+    pub(crate) fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// The place of the next byte.
+    pub(crate) fn here(&self) -> Location {
+        Location::Byte(self.offset)
+    }
+
+    /// The number of the line last returned, at least one.
+    pub(crate) fn line_number(&self) -> u64 {
+        self.line.max(1)
+    }
+
+    /// The bytes that are fetched and not yet consumed.
+    pub(crate) fn window(&self) -> &[u8] {
+        &self.window[self.start..]
+    }
+
+    /// Marks fetched bytes as consumed.
+    pub(crate) fn consume(&mut self, count: usize) {
+        let count = count.min(self.window.len() - self.start);
+        self.start += count;
+        self.offset += count as u64;
+    }
+
+    /// Fetches until `wanted` bytes are in the window or the stream ends; the window then.
+    pub(crate) fn peek(&mut self, wanted: usize) -> Result<&[u8], ReadErrorKind> {
+        while self.window.len() - self.start < wanted && self.fetch()? {}
+        Ok(&self.window[self.start..])
+    }
+
+    /// Fetches more bytes; false at the end of the stream.
+    fn fetch(&mut self) -> Result<bool, ReadErrorKind> {
+        self.window.drain(..self.start);
+        self.start = 0;
+        let before = self.window.len();
+        self.window.resize(before + WINDOW, 0);
+        let read = loop {
+            match self.source.read(&mut self.window[before..]) {
+                Ok(read) => break read,
+                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+                Err(error) => {
+                    self.window.truncate(before);
+                    return Err(error.into());
+                }
+            }
+        };
+        self.window.truncate(before + read);
+        Ok(read > 0)
+    }
+
+    /// The next line, without `\n`, `\r\n` or a byte-order mark; nothing at the end.
+    pub(crate) fn line(&mut self) -> Result<Option<Line<'_>>, ReadErrorKind> {
+        Ok(self.advance_line()?.map(|range| Line { number: self.line, text: &self.window[range] }))
+    }
+
+    /// The next line that is neither empty nor a comment; at the end of the stream, an error that
+    /// says what was expected.
+    pub(crate) fn data_line(&mut self, expected: &str) -> Result<Line<'_>, ReadErrorKind> {
+        while let Some(range) = self.advance_line()? {
+            if self.window[range.clone()].trim_ascii_start().first().is_some_and(|&b| b != b'#') {
+                return Ok(Line { number: self.line, text: &self.window[range] });
+            }
+        }
+        Err(ReadErrorKind::malformed(
+            Location::Line(self.line_number()),
+            expected,
+            "the end of the file",
+        ))
+    }
+
+    /// Consumes a line; where in the window it is.
+    fn advance_line(&mut self) -> Result<Option<Range<usize>>, ReadErrorKind> {
+        let mut searched = 0;
+        let length = loop {
+            let window = &self.window[self.start..];
+            if let Some(found) = window[searched..].iter().position(|&byte| byte == b'\n') {
+                break searched + found;
+            }
+            searched = window.len();
+            if searched > LONGEST_LINE {
+                return Err(ReadErrorKind::malformed(
+                    Location::Line(self.line + 1),
+                    "a line of text",
+                    format!("{LONGEST_LINE} bytes without a line break"),
+                ));
+            }
+            if !self.fetch()? {
+                break searched;
+            }
+        };
+        if length == 0 && self.start == self.window.len() {
+            return Ok(None);
+        }
+        let mut range = self.start..self.start + length;
+        self.line += 1;
+        self.consume(length + 1);
+        if self.line == 1 && self.window[range.clone()].starts_with(b"\xEF\xBB\xBF") {
+            range.start += 3;
+        }
+        if self.window[range.clone()].last() == Some(&b'\r') {
+            range.end -= 1;
+        }
+        Ok(Some(range))
+    }
+
+    /// The next `N` bytes of `what`.
+    pub(crate) fn array<const N: usize>(&mut self, what: &str) -> Result<[u8; N], ReadErrorKind> {
+        if let Some(&bytes) = self.window[self.start..].first_chunk::<N>() {
+            self.consume(N);
+            return Ok(bytes);
+        }
+        match self.peek(N)?.first_chunk::<N>().copied() {
+            Some(bytes) => {
+                self.consume(N);
+                Ok(bytes)
+            }
+            None => Err(self.too_short(what, N as u64)),
+        }
+    }
+
+    /// Consumes `count` bytes of `what`.
+    pub(crate) fn skip(&mut self, mut count: u64, what: &str) -> Result<(), ReadErrorKind> {
+        while count > 0 {
+            let there = self.peek(1)?.len();
+            if there == 0 {
+                return Err(self.too_short(what, count));
+            }
+            let step = count.min(there as u64) as usize;
+            self.consume(step);
+            count -= step as u64;
+        }
+        Ok(())
+    }
+
+    /// The error for a file that ends within `what`, of which `wanted` bytes are missing.
+    pub(crate) fn too_short(&self, what: &str, wanted: u64) -> ReadErrorKind {
+        ReadErrorKind::malformed(
+            self.here(),
+            format!("{wanted} bytes of {what}"),
+            format!("the end of the file after {} bytes", self.window().len()),
+        )
+    }
+
+    /// How many of `count` records of at least `bytes` bytes each to reserve room for: all of
+    /// them when the rest of the file can hold them, few when its length is unknown.
+    ///
+    /// A header that promises more than the file can hold is an error before any allocation.
+    pub(crate) fn plausible(
+        &self,
+        count: u64,
+        bytes: u64,
+        at: Location,
+        what: &str,
+    ) -> Result<usize, ReadErrorKind> {
+        let Some(size) = self.size else { return Ok(count.min(BLIND_RESERVE) as usize) };
+        // A file that grows while it is read may be further than its size.
+        let rest = size.saturating_sub(self.offset);
+        // The last line of a text may lack its line break.
+        if count.saturating_mul(bytes.max(1)) > rest + 1 {
+            return Err(ReadErrorKind::malformed(
+                at,
+                format!("room for {count} {what} of at least {bytes} bytes each"),
+                format!("{rest} bytes before the end of the file"),
+            ));
+        }
+        Ok(count as usize)
+    }
+
+    /// The next `length` bytes as one block; memory grows only as the bytes arrive.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn block(&mut self, length: u64, what: &str) -> Result<Vec<u8>, ReadErrorKind> {
+        let mut block =
+            Vec::with_capacity(self.plausible(length, 1, self.here(), what)?.min(1 << 26));
+        while (block.len() as u64) < length {
+            let missing = length - block.len() as u64;
+            let there = self.peek(1)?;
+            if there.is_empty() {
+                return Err(self.too_short(what, missing));
+            }
+            let step = missing.min(there.len() as u64) as usize;
+            block.extend_from_slice(&there[..step]);
+            self.consume(step);
+        }
+        Ok(block)
+    }
+
+    /// Everything up to the end of the stream.
+    #[cfg(feature = "gltf")]
+    pub(crate) fn rest(&mut self) -> Result<Vec<u8>, ReadErrorKind> {
+        let mut rest = Vec::new();
+        while !self.peek(1)?.is_empty() {
+            rest.extend_from_slice(self.window());
+            self.consume(usize::MAX);
+        }
+        Ok(rest)
+    }
+}
+
+impl<'a> Line<'a> {
+    pub(crate) fn location(&self) -> Location {
+        Location::Line(self.number)
+    }
+
+    /// The words of the line, up to a comment.
+    pub(crate) fn words(&self) -> Words<'a> {
+        Words { rest: self.text }
+    }
+
+    /// The error that this line holds something else than `expected`.
+    pub(crate) fn unexpected(&self, expected: impl Into<String>, found: &[u8]) -> ReadErrorKind {
+        let found = if found.is_empty() { "the end of the line".to_owned() } else { quote(found) };
+        ReadErrorKind::malformed(self.location(), expected, found)
+    }
+}
+
+/// The words of a line, separated by white space; a word that starts with `#` ends the line.
+#[derive(Clone)]
+pub(crate) struct Words<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Words<'a> {
+    /// What follows the words taken so far, without white space around it.
+    pub(crate) fn remainder(&self) -> &'a [u8] {
+        self.rest.trim_ascii()
+    }
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let rest = self.rest.trim_ascii_start();
+        if rest.first().is_none_or(|&byte| byte == b'#') {
+            self.rest = &[];
+            return None;
+        }
+        let end = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        let (word, after) = rest.split_at(end);
+        self.rest = after;
+        Some(word)
+    }
+}
+
+/// A number as any of the text formats writes it, including what C runtimes print for values
+/// that are not finite.
+pub(crate) fn number(word: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(word).ok()?;
+    text.parse().ok().or_else(|| {
+        let (sign, text) = match text.strip_prefix('-') {
+            Some(rest) => (-1.0, rest),
+            None => (1.0, text.strip_prefix('+').unwrap_or(text)),
+        };
+        let text = text.to_ascii_lowercase();
+        if text.starts_with("nan") || text.starts_with("1.#qnan") || text.starts_with("1.#ind") {
+            Some(f64::NAN)
+        } else if text.starts_with("1.#inf") {
+            Some(sign * f64::INFINITY)
+        } else {
+            None
+        }
+    })
+}
+
+/// A whole number.
+pub(crate) fn integer<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
+    std::str::from_utf8(word).ok()?.parse().ok()
+}

@@ -1,0 +1,53 @@
+//! Meshes in and out: OBJ, PLY, STL, OFF and glTF/GLB.
+//!
+//! [`read`] finds out the format from the content and returns a [`Model`]: a
+//! [`mesh_core::PolygonSoup`] with whatever else the file says about its vertices, faces and
+//! corners. [`write()`] puts a model into a file of any of these formats; the file at the target is
+//! replaced only once the new one is whole.
+//!
+//! ```
+//! let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+//! let model = mesh_io::read_from(&mut &text[..], &mesh_io::ReadOptions::default())?;
+//! assert_eq!(model.soup.face_count(), 1);
+//!
+//! let mut ply = Vec::new();
+//! mesh_io::write_to(&mut ply, &model, mesh_io::Format::Ply, &mesh_io::WriteOptions::default())?;
+//! assert!(ply.starts_with(b"ply\n"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Nothing is welded, dropped or reoriented: that is for [`mesh_core`] to do, on demand. The one
+//! exception is STL, whose facets name no vertices: equal positions become one vertex.
+//!
+//! | | positions | vertices | faces | corners | parts |
+//! |---|---|---|---|---|---|
+//! | OBJ | exact | colours | n-gons | UVs, normals | groups, materials by name |
+//! | PLY | exact | normals, colours, scalars | n-gons, colours, scalars | UVs | |
+//! | STL | 32 bits | | triangles | | one name |
+//! | OFF | exact (text) | normals, colours | n-gons, colours | UVs | |
+//! | glTF | 32 bits and an offset | colours, scalars | triangles | UVs, normals | materials, textures |
+//!
+//! A reader never holds the file as a whole, save for the buffers of glTF, and never reserves
+//! memory that the length of the file does not justify.
+
+mod atomic;
+mod decimal;
+mod error;
+mod format;
+#[cfg(feature = "gltf")]
+mod gltf;
+mod input;
+mod model;
+#[cfg(feature = "obj")]
+mod obj;
+mod off;
+mod ply;
+mod read;
+mod stl;
+mod write;
+
+pub use error::{Location, ReadError, ReadErrorKind, WriteError};
+pub use format::Format;
+pub use model::{Alpha, Group, Image, ImageData, Material, Model, ModelError, Scalars};
+pub use read::{ReadOptions, read, read_from, read_with};
+pub use write::{Encoding, Precision, WriteOptions, WriteReport, write, write_to};

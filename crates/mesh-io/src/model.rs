@@ -1,0 +1,328 @@
+//! What a mesh file holds, in one shape for all formats.
+
+use glam::DVec3;
+use mesh_core::PolygonSoup;
+
+/// The content of a mesh file: a polygon soup and whatever the file says about its vertices,
+/// faces and corners.
+///
+/// A *corner* is a vertex of a face, numbered as in [`PolygonSoup::corners`]; data that may differ
+/// between the faces at a vertex (texture coordinates, normals across a crease) is kept per corner.
+/// Every attribute is optional, and as long as what it describes; [`Model::check`] tells.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Model {
+    /// Positions and faces.
+    pub soup: PolygonSoup,
+    /// One normal per vertex, as the file gives it: not necessarily of unit length.
+    pub vertex_normals: Option<Vec<[f32; 3]>>,
+    /// One colour per vertex: red, green, blue, opacity from 0 to 1, in whatever colour space the
+    /// file uses. Eight-bit colours survive exactly.
+    pub vertex_colors: Option<Vec<[f32; 4]>>,
+    /// Named numbers, one per vertex.
+    pub vertex_scalars: Vec<Scalars>,
+    /// One normal per corner; NaN where the file gives none.
+    pub corner_normals: Option<Vec<[f32; 3]>>,
+    /// One texture coordinate per corner, the origin at the lower left; NaN where the file gives
+    /// none.
+    pub corner_uvs: Option<Vec<[f32; 2]>>,
+    /// One colour per face, as `vertex_colors`; NaN where the file gives none.
+    pub face_colors: Option<Vec<[f32; 4]>>,
+    /// Named numbers, one per face.
+    pub face_scalars: Vec<Scalars>,
+    /// The group of every face, an index into `groups` or [`Model::NONE`].
+    pub face_groups: Option<Vec<u32>>,
+    /// The groups.
+    pub groups: Vec<Group>,
+    /// The material of every face, an index into `materials` or [`Model::NONE`].
+    pub face_materials: Option<Vec<u32>>,
+    /// The materials.
+    pub materials: Vec<Material>,
+    /// The images that the materials refer to.
+    pub images: Vec<Image>,
+    /// The material libraries that an OBJ file names.
+    pub material_libraries: Vec<String>,
+    /// What the reader passed over, in words: for people, not for programs.
+    pub notes: Vec<String>,
+}
+
+/// A number per vertex or per face under a name, such as PLY's `quality`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scalars {
+    /// The name.
+    pub name: String,
+    /// The numbers.
+    pub values: Vec<f64>,
+}
+
+/// A named part of a mesh.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Group {
+    /// The object (`o` in OBJ, a node in glTF), or empty.
+    pub object: String,
+    /// The group within it (`g` in OBJ, a solid in STL), or empty.
+    pub name: String,
+}
+
+/// How a surface looks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name, or empty.
+    pub name: String,
+    /// Red, green, blue, opacity from 0 to 1, multiplied with the texture.
+    pub base_color: [f32; 4],
+    /// The texture of the base colour, an index into [`Model::images`].
+    pub base_color_image: Option<u32>,
+    /// From 0 (dielectric) to 1 (metal).
+    pub metallic: f32,
+    /// From 0 (mirror) to 1 (matt).
+    pub roughness: f32,
+    /// Emitted light.
+    pub emissive: [f32; 3],
+    /// Whether the back of the faces is to be drawn.
+    pub double_sided: bool,
+    /// What the opacity means.
+    pub alpha: Alpha,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: [1.0; 4],
+            base_color_image: None,
+            metallic: 0.0,
+            roughness: 1.0,
+            emissive: [0.0; 3],
+            double_sided: false,
+            alpha: Alpha::Opaque,
+        }
+    }
+}
+
+/// What the opacity of a material means.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Alpha {
+    /// Nothing: the surface is opaque.
+    #[default]
+    Opaque,
+    /// The surface is invisible where its opacity is below this.
+    Mask(f32),
+    /// The surface is blended with what is behind.
+    Blend,
+}
+
+/// An image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// The name, or empty.
+    pub name: String,
+    /// The media type, such as `image/png`, or empty when the file does not say.
+    pub media_type: String,
+    /// The image itself.
+    pub data: ImageData,
+}
+
+/// Where an image is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ImageData {
+    /// Embedded: the bytes of an encoded image file.
+    Bytes(Vec<u8>),
+    /// In a file, named relative to the file that refers to it.
+    Uri(String),
+}
+
+/// How a model contradicts itself.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// An attribute is longer or shorter than what it describes.
+    #[error("{attribute} has {found} entries, but the model has {expected} {of}")]
+    Length {
+        /// The attribute.
+        attribute: String,
+        /// How many entries it has.
+        found: usize,
+        /// What it describes.
+        of: &'static str,
+        /// How many of those there are.
+        expected: usize,
+    },
+    /// An index names something that is not there.
+    #[error("{of} {index} refers to {what} {value}, but there are only {count}")]
+    Index {
+        /// What holds the index.
+        of: &'static str,
+        /// Which of those.
+        index: usize,
+        /// What the index refers to.
+        what: &'static str,
+        /// The index.
+        value: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A face has fewer than three corners.
+    #[error("face {face} has {corners} corners; a face needs three")]
+    TooFewCorners {
+        /// The face.
+        face: usize,
+        /// How many corners it has.
+        corners: usize,
+    },
+    /// A rebuilt mesh is larger than 32-bit indices can address.
+    #[error(transparent)]
+    TooManyCorners(#[from] mesh_core::soup::TooManyCorners),
+}
+
+impl Model {
+    /// The group or material of a face that has none.
+    pub const NONE: u32 = u32::MAX;
+
+    /// Whether every attribute is as long as what it describes and every index is in range.
+    ///
+    /// # Errors
+    /// The first contradiction found.
+    pub fn check(&self) -> Result<(), ModelError> {
+        let (vertices, faces, corners) =
+            (self.soup.vertex_count(), self.soup.face_count(), self.soup.corners().len());
+        same_length("vertex_normals", self.vertex_normals.as_deref(), "vertices", vertices)?;
+        same_length("vertex_colors", self.vertex_colors.as_deref(), "vertices", vertices)?;
+        same_length("corner_normals", self.corner_normals.as_deref(), "corners", corners)?;
+        same_length("corner_uvs", self.corner_uvs.as_deref(), "corners", corners)?;
+        same_length("face_colors", self.face_colors.as_deref(), "faces", faces)?;
+        same_length("face_groups", self.face_groups.as_deref(), "faces", faces)?;
+        same_length("face_materials", self.face_materials.as_deref(), "faces", faces)?;
+        for scalars in &self.vertex_scalars {
+            same_length(&scalars.name, Some(&scalars.values), "vertices", vertices)?;
+        }
+        for scalars in &self.face_scalars {
+            same_length(&scalars.name, Some(&scalars.values), "faces", faces)?;
+        }
+        in_range("corner", self.soup.corners(), "vertex", vertices, None)?;
+        let none = Some(Self::NONE);
+        in_range(
+            "face",
+            self.face_groups.as_deref().unwrap_or_default(),
+            "group",
+            self.groups.len(),
+            none,
+        )?;
+        let materials = self.face_materials.as_deref().unwrap_or_default();
+        in_range("face", materials, "material", self.materials.len(), none)?;
+        for (index, material) in self.materials.iter().enumerate() {
+            let image = material.base_color_image.as_slice();
+            in_range("material", image, "image", self.images.len(), None).map_err(|error| {
+                match error {
+                    ModelError::Index { of, what, value, count, .. } => {
+                        ModelError::Index { of, index, what, value, count }
+                    }
+                    other => other,
+                }
+            })?;
+        }
+        match self.soup.faces().enumerate().find(|(_, face)| face.len() < 3) {
+            Some((face, vertices)) => {
+                Err(ModelError::TooFewCorners { face, corners: vertices.len() })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The model of a mesh that was rebuilt from this one, its attributes carried over.
+    ///
+    /// `vertex_source` holds for every new position the vertex of this model that it came from;
+    /// `face_source` and `corner_source` hold for every new triangle the face that it came from,
+    /// and the corners (as numbered by [`PolygonSoup::corners`]) that its corners came from.
+    ///
+    /// # Errors
+    /// When a source is not there in this model, when the sources are not as many as the
+    /// positions and triangles, and when the result is too large for 32-bit indices.
+    pub fn reindexed(
+        &self,
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+        vertex_source: &[u32],
+        face_source: &[u32],
+        corner_source: &[[u32; 3]],
+    ) -> Result<Self, ModelError> {
+        same_length("vertex_source", Some(vertex_source), "vertices", positions.len())?;
+        same_length("face_source", Some(face_source), "triangles", triangles.len())?;
+        same_length("corner_source", Some(corner_source), "triangles", triangles.len())?;
+        self.check()?;
+        let corner_source = corner_source.as_flattened();
+        let (vertices, faces) = (self.soup.vertex_count(), self.soup.face_count());
+        in_range("new vertex", vertex_source, "vertex", vertices, None)?;
+        in_range("new triangle", face_source, "face", faces, None)?;
+        in_range("new corner", corner_source, "corner", self.soup.corners().len(), None)?;
+        let model = Self {
+            soup: PolygonSoup::from_triangles(positions, triangles)?,
+            vertex_normals: gather(self.vertex_normals.as_deref(), vertex_source),
+            vertex_colors: gather(self.vertex_colors.as_deref(), vertex_source),
+            vertex_scalars: gather_scalars(&self.vertex_scalars, vertex_source),
+            corner_normals: gather(self.corner_normals.as_deref(), corner_source),
+            corner_uvs: gather(self.corner_uvs.as_deref(), corner_source),
+            face_colors: gather(self.face_colors.as_deref(), face_source),
+            face_scalars: gather_scalars(&self.face_scalars, face_source),
+            face_groups: gather(self.face_groups.as_deref(), face_source),
+            groups: self.groups.clone(),
+            face_materials: gather(self.face_materials.as_deref(), face_source),
+            materials: self.materials.clone(),
+            images: self.images.clone(),
+            material_libraries: self.material_libraries.clone(),
+            notes: self.notes.clone(),
+        };
+        in_range("new corner", model.soup.corners(), "vertex", positions.len(), None)?;
+        Ok(model)
+    }
+}
+
+impl From<PolygonSoup> for Model {
+    fn from(soup: PolygonSoup) -> Self {
+        Self { soup, ..Self::default() }
+    }
+}
+
+fn same_length<T>(
+    attribute: &str,
+    values: Option<&[T]>,
+    of: &'static str,
+    expected: usize,
+) -> Result<(), ModelError> {
+    match values {
+        Some(values) if values.len() != expected => Err(ModelError::Length {
+            attribute: attribute.to_owned(),
+            found: values.len(),
+            of,
+            expected,
+        }),
+        _ => Ok(()),
+    }
+}
+
+fn in_range(
+    of: &'static str,
+    values: &[u32],
+    what: &'static str,
+    count: usize,
+    none: Option<u32>,
+) -> Result<(), ModelError> {
+    match values.iter().position(|&value| value as usize >= count && Some(value) != none) {
+        Some(index) => Err(ModelError::Index { of, index, what, value: values[index], count }),
+        None => Ok(()),
+    }
+}
+
+/// The values at `source`, whose range has been checked.
+fn gather<T: Copy>(values: Option<&[T]>, source: &[u32]) -> Option<Vec<T>> {
+    values.map(|values| source.iter().map(|&index| values[index as usize]).collect())
+}
+
+fn gather_scalars(scalars: &[Scalars], source: &[u32]) -> Vec<Scalars> {
+    scalars
+        .iter()
+        .map(|Scalars { name, values }| Scalars {
+            name: name.clone(),
+            values: source.iter().map(|&index| values[index as usize]).collect(),
+        })
+        .collect()
+}

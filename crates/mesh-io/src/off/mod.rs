@@ -1,0 +1,7 @@
+//! Geomview's OFF: `[ST][C][N][4][n]OFF`, as text or big-endian binary.
+
+mod read;
+mod write;
+
+pub(crate) use read::read;
+pub(crate) use write::{write_binary, write_text};

@@ -1,0 +1,213 @@
+//! The header of a PLY file.
+
+use crate::error::{Location, ReadErrorKind, quote};
+use crate::input::{Input, Line, integer};
+
+/// How the values are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Storage {
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+/// The type of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Type {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Type {
+    fn parse(word: &[u8]) -> Option<Self> {
+        Some(match word {
+            b"char" | b"int8" => Self::I8,
+            b"uchar" | b"uint8" => Self::U8,
+            b"short" | b"int16" => Self::I16,
+            b"ushort" | b"uint16" => Self::U16,
+            b"int" | b"int32" => Self::I32,
+            b"uint" | b"uint32" => Self::U32,
+            b"float" | b"float32" => Self::F32,
+            b"double" | b"float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    pub(super) fn bytes(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    /// The value that stands for one in a colour of this type.
+    pub(super) fn full_intensity(self) -> f64 {
+        match self {
+            Self::I8 => f64::from(i8::MAX),
+            Self::U8 => f64::from(u8::MAX),
+            Self::I16 => f64::from(i16::MAX),
+            Self::U16 => f64::from(u16::MAX),
+            Self::I32 => f64::from(i32::MAX),
+            Self::U32 => f64::from(u32::MAX),
+            Self::F32 | Self::F64 => 1.0,
+        }
+    }
+
+    pub(super) fn is_integer(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+/// A property of an element: one value, or a list of values behind their number.
+#[derive(Clone, Debug)]
+pub(super) struct Property {
+    pub name: String,
+    pub value: Type,
+    /// The type of the number of values, for a list.
+    pub count: Option<Type>,
+}
+
+/// A kind of records.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    pub name: String,
+    pub count: u64,
+    pub properties: Vec<Property>,
+    /// The line of the header that declares it.
+    pub line: u64,
+}
+
+impl Element {
+    /// The bytes of a record whose lists are all empty.
+    pub(super) fn least_bytes(&self, storage: Storage) -> u64 {
+        match storage {
+            // A digit and a separator.
+            Storage::Text => 2 * self.properties.len() as u64,
+            _ => self.properties.iter().map(|p| p.count.unwrap_or(p.value).bytes() as u64).sum(),
+        }
+    }
+
+    pub(super) fn has_lists(&self) -> bool {
+        self.properties.iter().any(|property| property.count.is_some())
+    }
+}
+
+pub(super) struct Header {
+    pub storage: Storage,
+    pub elements: Vec<Element>,
+}
+
+/// Reads up to and including `end_header`.
+pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
+    let mut storage = None;
+    let mut elements: Vec<Element> = Vec::new();
+    let mut first = true;
+    loop {
+        let number = input.line_number() + u64::from(!first);
+        let Some(line) = input.line()? else {
+            return Err(ReadErrorKind::malformed(
+                Location::Line(number),
+                "end_header",
+                "the end of the file",
+            ));
+        };
+        let mut words = line.words();
+        let keyword = words.next().unwrap_or_default();
+        if std::mem::take(&mut first) {
+            if keyword != b"ply" {
+                return Err(line.unexpected("the word ply", keyword));
+            }
+            continue;
+        }
+        match keyword {
+            b"" | b"comment" | b"obj_info" => {}
+            b"format" => storage = Some(read_format(line)?),
+            b"element" => elements.push(read_element(line)?),
+            b"property" => {
+                let property = read_property(line)?;
+                let element = elements.last_mut().ok_or_else(|| {
+                    line.unexpected("an element before its properties", line.text)
+                })?;
+                element.properties.push(property);
+            }
+            b"end_header" => {
+                let storage = storage
+                    .ok_or_else(|| line.unexpected("a format line before", b"end_header"))?;
+                return Ok(Header { storage, elements });
+            }
+            other => {
+                let expected = "one of format, element, property, comment, obj_info, end_header";
+                return Err(line.unexpected(expected, other));
+            }
+        }
+    }
+}
+
+fn read_format(line: Line<'_>) -> Result<Storage, ReadErrorKind> {
+    let mut words = line.words().skip(1);
+    let storage = match words.next().unwrap_or_default() {
+        b"ascii" => Storage::Text,
+        b"binary_little_endian" => Storage::LittleEndian,
+        b"binary_big_endian" => Storage::BigEndian,
+        other => {
+            let expected = "ascii, binary_little_endian or binary_big_endian";
+            return Err(line.unexpected(expected, other));
+        }
+    };
+    match words.next().unwrap_or(b"1.0") {
+        b"1.0" => Ok(storage),
+        other => Err(line.unexpected("version 1.0", other)),
+    }
+}
+
+fn read_element(line: Line<'_>) -> Result<Element, ReadErrorKind> {
+    let mut words = line.words().skip(1);
+    let name = words.next().ok_or_else(|| line.unexpected("the name of an element", b""))?;
+    let count = words.next().unwrap_or_default();
+    Ok(Element {
+        name: String::from_utf8_lossy(name).into_owned(),
+        count: integer(count).ok_or_else(|| line.unexpected("how many of them", count))?,
+        properties: Vec::new(),
+        line: line.number,
+    })
+}
+
+fn read_property(line: Line<'_>) -> Result<Property, ReadErrorKind> {
+    let mut words = line.words().skip(1);
+    let read_type = |word: &[u8]| {
+        Type::parse(word).ok_or_else(|| {
+            line.unexpected("a type (char to uint, int8 to uint32, float, double)", word)
+        })
+    };
+    let first = words.next().unwrap_or_default();
+    let (count, value) = if first == b"list" {
+        let count = words.next().unwrap_or_default();
+        let count_type = read_type(count)?;
+        if !count_type.is_integer() {
+            return Err(line.unexpected("an integer type for the length of a list", count));
+        }
+        (Some(count_type), read_type(words.next().unwrap_or_default())?)
+    } else {
+        (None, read_type(first)?)
+    };
+    let name = words.next().ok_or_else(|| line.unexpected("the name of a property", b""))?;
+    Ok(Property { name: String::from_utf8_lossy(name).into_owned(), value, count })
+}
+
+/// The error for a vertex element without positions.
+pub(super) fn no_positions(element: &Element) -> ReadErrorKind {
+    let names: Vec<&str> = element.properties.iter().map(|p| p.name.as_str()).collect();
+    ReadErrorKind::malformed(
+        Location::Line(element.line),
+        "properties x, y and z of the vertices",
+        quote(names.join(" ").as_bytes()),
+    )
+}

@@ -1,0 +1,11 @@
+//! Stanford PLY: a text header that describes elements with named properties, then their values
+//! as text or binary.
+
+mod columns;
+mod header;
+mod read;
+mod records;
+mod write;
+
+pub(crate) use read::read;
+pub(crate) use write::write;

@@ -1,0 +1,288 @@
+//! Writing PLY.
+
+use crate::decimal::Decimal;
+use crate::write::{as_bytes, rounding, vertex_uvs};
+use crate::{Encoding, Model, Precision, WriteError, WriteOptions, WriteReport};
+use glam::DVec3;
+use std::io::Write;
+
+pub(crate) fn write(
+    writer: &mut dyn Write,
+    model: &Model,
+    options: &WriteOptions,
+) -> Result<WriteReport, WriteError> {
+    let plan = Plan::new(model, options.precision);
+    let storage = match options.encoding {
+        Encoding::Text => "ascii",
+        Encoding::Usual | Encoding::LittleEndian => "binary_little_endian",
+        Encoding::BigEndian => "binary_big_endian",
+    };
+    plan.header(writer, storage)?;
+    match options.encoding {
+        Encoding::Text => plan.body(&mut Text { writer, first: true })?,
+        Encoding::BigEndian => plan.body(&mut Binary { writer, big_endian: true })?,
+        _ => plan.body(&mut Binary { writer, big_endian: false })?,
+    }
+    let rounding = if plan.wide_positions { 0.0 } else { rounding(model.soup.positions()) };
+    Ok(WriteReport { rounding, ..WriteReport::default() })
+}
+
+/// Where texture coordinates go.
+enum Uvs<'m> {
+    None,
+    /// One per vertex: all corners at a vertex agree.
+    Vertex(Vec<[f32; 2]>),
+    /// In a list per face.
+    Corner(&'m [[f32; 2]]),
+}
+
+/// What to write, and how wide.
+struct Plan<'m> {
+    model: &'m Model,
+    wide_positions: bool,
+    /// For every vertex scalar, then for every face scalar.
+    wide_vertex_scalars: Vec<bool>,
+    wide_face_scalars: Vec<bool>,
+    vertex_colors: Colors<'m>,
+    face_colors: Colors<'m>,
+    uvs: Uvs<'m>,
+    /// Some face has more corners than a byte can count.
+    long_lists: bool,
+}
+
+enum Colors<'m> {
+    None,
+    Bytes(Vec<[u8; 4]>),
+    Floats(&'m [[f32; 4]]),
+}
+
+impl<'m> Colors<'m> {
+    fn new(colors: Option<&'m [[f32; 4]]>) -> Self {
+        match colors {
+            None => Self::None,
+            Some(colors) => as_bytes(colors).map_or(Self::Floats(colors), Self::Bytes),
+        }
+    }
+
+    fn header(&self, writer: &mut dyn Write) -> std::io::Result<()> {
+        let kind = match self {
+            Self::None => return Ok(()),
+            Self::Bytes(_) => "uchar",
+            Self::Floats(_) => "float",
+        };
+        for channel in ["red", "green", "blue", "alpha"] {
+            writeln!(writer, "property {kind} {channel}")?;
+        }
+        Ok(())
+    }
+
+    fn put(&self, index: usize, values: &mut impl Values) -> std::io::Result<()> {
+        match self {
+            Self::None => Ok(()),
+            Self::Bytes(colors) => colors[index].into_iter().try_for_each(|c| values.u8(c)),
+            Self::Floats(colors) => colors[index].into_iter().try_for_each(|c| values.f32(c)),
+        }
+    }
+}
+
+impl<'m> Plan<'m> {
+    fn new(model: &'m Model, precision: Precision) -> Self {
+        let scalars = |scalars: &[crate::Scalars]| {
+            scalars.iter().map(|s| is_wide(s.values.iter().copied(), precision)).collect()
+        };
+        let positions = model.soup.positions().iter().flat_map(DVec3::to_array);
+        Self {
+            model,
+            wide_positions: is_wide(positions, precision),
+            wide_vertex_scalars: scalars(&model.vertex_scalars),
+            wide_face_scalars: scalars(&model.face_scalars),
+            vertex_colors: Colors::new(model.vertex_colors.as_deref()),
+            face_colors: Colors::new(model.face_colors.as_deref()),
+            uvs: plan_uvs(model),
+            long_lists: model.soup.faces().any(|face| face.len() > 127),
+        }
+    }
+
+    fn header(&self, writer: &mut dyn Write, storage: &str) -> std::io::Result<()> {
+        let float = |wide: bool| if wide { "double" } else { "float" };
+        let model = self.model;
+        writeln!(writer, "ply\nformat {storage} 1.0")?;
+        writeln!(writer, "element vertex {}", model.soup.vertex_count())?;
+        for axis in ["x", "y", "z"] {
+            writeln!(writer, "property {} {axis}", float(self.wide_positions))?;
+        }
+        if model.vertex_normals.is_some() {
+            writeln!(writer, "property float nx\nproperty float ny\nproperty float nz")?;
+        }
+        self.vertex_colors.header(writer)?;
+        if matches!(self.uvs, Uvs::Vertex(_)) {
+            writeln!(writer, "property float s\nproperty float t")?;
+        }
+        for (scalars, &wide) in model.vertex_scalars.iter().zip(&self.wide_vertex_scalars) {
+            writeln!(writer, "property {} {}", float(wide), one_word(&scalars.name))?;
+        }
+        let count = if self.long_lists { "uint" } else { "uchar" };
+        writeln!(writer, "element face {}", model.soup.face_count())?;
+        writeln!(writer, "property list {count} int vertex_indices")?;
+        if matches!(self.uvs, Uvs::Corner(_)) {
+            writeln!(writer, "property list {count} float texcoord")?;
+        }
+        self.face_colors.header(writer)?;
+        for (scalars, &wide) in model.face_scalars.iter().zip(&self.wide_face_scalars) {
+            writeln!(writer, "property {} {}", float(wide), one_word(&scalars.name))?;
+        }
+        writeln!(writer, "end_header")
+    }
+
+    fn body(&self, values: &mut impl Values) -> std::io::Result<()> {
+        for vertex in 0..self.model.soup.vertex_count() {
+            self.vertex(vertex, values)?;
+            values.end()?;
+        }
+        for face in 0..self.model.soup.face_count() {
+            self.face(face, values)?;
+            values.end()?;
+        }
+        Ok(())
+    }
+
+    fn vertex(&self, vertex: usize, values: &mut impl Values) -> std::io::Result<()> {
+        let model = self.model;
+        for value in model.soup.positions()[vertex].to_array() {
+            values.float(value, self.wide_positions)?;
+        }
+        if let Some(normals) = &model.vertex_normals {
+            normals[vertex].into_iter().try_for_each(|value| values.f32(value))?;
+        }
+        self.vertex_colors.put(vertex, values)?;
+        if let Uvs::Vertex(uvs) = &self.uvs {
+            uvs[vertex].into_iter().try_for_each(|value| values.f32(value))?;
+        }
+        for (scalars, &wide) in model.vertex_scalars.iter().zip(&self.wide_vertex_scalars) {
+            values.float(scalars.values[vertex], wide)?;
+        }
+        Ok(())
+    }
+
+    fn face(&self, face: usize, values: &mut impl Values) -> std::io::Result<()> {
+        let model = self.model;
+        let corners = model.soup.face(face);
+        self.count(corners.len(), values)?;
+        corners.iter().try_for_each(|&vertex| values.u32(vertex))?;
+        if let Uvs::Corner(uvs) = &self.uvs {
+            self.count(2 * corners.len(), values)?;
+            let uvs = uvs[model.soup.corner_range(face)].as_flattened();
+            uvs.iter().try_for_each(|&value| values.f32(value))?;
+        }
+        self.face_colors.put(face, values)?;
+        for (scalars, &wide) in model.face_scalars.iter().zip(&self.wide_face_scalars) {
+            values.float(scalars.values[face], wide)?;
+        }
+        Ok(())
+    }
+
+    fn count(&self, count: usize, values: &mut impl Values) -> std::io::Result<()> {
+        if self.long_lists { values.u32(count as u32) } else { values.u8(count as u8) }
+    }
+}
+
+fn plan_uvs(model: &Model) -> Uvs<'_> {
+    match (vertex_uvs(model), model.corner_uvs.as_deref()) {
+        (Some(uvs), _) => Uvs::Vertex(uvs),
+        (None, Some(uvs)) => Uvs::Corner(uvs),
+        (None, None) => Uvs::None,
+    }
+}
+
+/// Whether to write these numbers in 64 bits.
+fn is_wide(mut values: impl Iterator<Item = f64>, precision: Precision) -> bool {
+    match precision {
+        Precision::Single => false,
+        Precision::Double => true,
+        Precision::Exact => values.any(|value| f64::from(value as f32) != value && !value.is_nan()),
+    }
+}
+
+/// A name without white space, of which PLY has no notion.
+fn one_word(name: &str) -> String {
+    let word: String =
+        name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
+    if word.is_empty() { "_".to_owned() } else { word }
+}
+
+/// Where values go, one after another.
+trait Values {
+    fn u8(&mut self, value: u8) -> std::io::Result<()>;
+    fn u32(&mut self, value: u32) -> std::io::Result<()>;
+    fn f32(&mut self, value: f32) -> std::io::Result<()>;
+    fn float(&mut self, value: f64, wide: bool) -> std::io::Result<()>;
+    /// Ends a record.
+    fn end(&mut self) -> std::io::Result<()>;
+}
+
+struct Text<'w> {
+    writer: &'w mut dyn Write,
+    first: bool,
+}
+
+impl Text<'_> {
+    fn word(&mut self, word: impl std::fmt::Display) -> std::io::Result<()> {
+        let separator = if std::mem::take(&mut self.first) { "" } else { " " };
+        write!(self.writer, "{separator}{word}")
+    }
+}
+
+impl Values for Text<'_> {
+    fn u8(&mut self, value: u8) -> std::io::Result<()> {
+        self.word(value)
+    }
+
+    fn u32(&mut self, value: u32) -> std::io::Result<()> {
+        self.word(value)
+    }
+
+    fn f32(&mut self, value: f32) -> std::io::Result<()> {
+        self.word(Decimal(value))
+    }
+
+    fn float(&mut self, value: f64, wide: bool) -> std::io::Result<()> {
+        if wide { self.word(Decimal(value)) } else { self.word(Decimal(value as f32)) }
+    }
+
+    fn end(&mut self) -> std::io::Result<()> {
+        self.first = true;
+        self.writer.write_all(b"\n")
+    }
+}
+
+struct Binary<'w> {
+    writer: &'w mut dyn Write,
+    big_endian: bool,
+}
+
+impl Values for Binary<'_> {
+    fn u8(&mut self, value: u8) -> std::io::Result<()> {
+        self.writer.write_all(&[value])
+    }
+
+    fn u32(&mut self, value: u32) -> std::io::Result<()> {
+        let bytes = if self.big_endian { value.to_be_bytes() } else { value.to_le_bytes() };
+        self.writer.write_all(&bytes)
+    }
+
+    fn f32(&mut self, value: f32) -> std::io::Result<()> {
+        self.u32(value.to_bits())
+    }
+
+    fn float(&mut self, value: f64, wide: bool) -> std::io::Result<()> {
+        if !wide {
+            return self.f32(value as f32);
+        }
+        let bytes = if self.big_endian { value.to_be_bytes() } else { value.to_le_bytes() };
+        self.writer.write_all(&bytes)
+    }
+
+    fn end(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}

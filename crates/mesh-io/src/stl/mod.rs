@@ -1,0 +1,11 @@
+//! Stereolithography: triangles without shared vertices, as text or binary.
+//!
+//! A facet repeats the positions of its corners. Reading makes equal positions one vertex (0 and
+//! -0 are equal), for without that the file says nothing about which triangles are neighbours.
+//! The normals in the file are ignored; writing computes them.
+
+mod read;
+mod write;
+
+pub(crate) use read::read;
+pub(crate) use write::{write_binary, write_text};

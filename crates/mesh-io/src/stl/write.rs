@@ -1,0 +1,84 @@
+//! Writing STL.
+
+use crate::decimal::Decimal;
+use crate::write::{fan, normal, rounding};
+use crate::{Format, Model, WriteError, WriteReport};
+use glam::DVec3;
+use std::io::Write;
+
+/// The triangles of a model, with the face that each comes from.
+fn triangles(model: &Model) -> impl Iterator<Item = (usize, [DVec3; 3])> + '_ {
+    let positions = model.soup.positions();
+    model.soup.faces().enumerate().flat_map(move |(index, face)| {
+        fan(face.len())
+            .map(move |corners| (index, corners.map(|corner| positions[face[corner] as usize])))
+    })
+}
+
+pub(crate) fn write_binary(
+    writer: &mut dyn Write,
+    model: &Model,
+) -> Result<WriteReport, WriteError> {
+    let count: u64 = model.soup.faces().map(|face| face.len() as u64 - 2).sum();
+    let count = u32::try_from(count).map_err(|_| WriteError::TooLarge {
+        format: Format::Stl,
+        what: "triangles",
+        limit: u64::from(u32::MAX),
+        found: count,
+    })?;
+    // Not "solid", which begins a text file.
+    let mut header = [0; 80];
+    let name = b"binary STL";
+    header[..name.len()].copy_from_slice(name);
+    writer.write_all(&header)?;
+    writer.write_all(&count.to_le_bytes())?;
+    for (_, triangle) in triangles(model) {
+        let mut facet = [0; 50];
+        let [a, b, c] = triangle.map(DVec3::as_vec3);
+        let rows = [normal(triangle).as_vec3(), a, b, c].map(|row| row.to_array());
+        for (bytes, value) in facet.as_chunks_mut().0.iter_mut().zip(rows.as_flattened()) {
+            *bytes = value.to_le_bytes();
+        }
+        writer.write_all(&facet)?;
+    }
+    Ok(report(model))
+}
+
+/// A solid for every run of faces of the same group.
+pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteReport, WriteError> {
+    let group = |face: usize| model.face_groups.as_ref().map_or(Model::NONE, |g| g[face]);
+    let name = |group: u32| match model.groups.get(group as usize) {
+        Some(group) if group.name.is_empty() => one_line(&group.object),
+        Some(group) => one_line(&group.name),
+        None => String::new(),
+    };
+    let first = model.face_groups.as_ref().and_then(|groups| groups.first());
+    let mut current = first.copied().unwrap_or(Model::NONE);
+    writeln!(writer, "solid {}", name(current))?;
+    for (face, triangle) in triangles(model) {
+        if group(face) != current {
+            writeln!(writer, "endsolid {}", name(current))?;
+            current = group(face);
+            writeln!(writer, "solid {}", name(current))?;
+        }
+        let line = |v: DVec3| {
+            let [x, y, z] = v.as_vec3().to_array().map(Decimal);
+            format!("{x} {y} {z}")
+        };
+        writeln!(writer, "facet normal {}\n  outer loop", line(normal(triangle)))?;
+        for corner in triangle {
+            writeln!(writer, "    vertex {}", line(corner))?;
+        }
+        writeln!(writer, "  endloop\nendfacet")?;
+    }
+    writeln!(writer, "endsolid {}", name(current))?;
+    Ok(report(model))
+}
+
+fn one_line(name: &str) -> String {
+    name.replace(char::is_control, " ").trim().to_owned()
+}
+
+fn report(model: &Model) -> WriteReport {
+    WriteReport { rounding: rounding(model.soup.positions()), ..WriteReport::default() }
+}

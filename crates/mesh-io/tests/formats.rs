@@ -1,0 +1,184 @@
+//! What each format holds, in small files written by hand.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use mesh_io::{Encoding, Format, Location, Model, ReadOptions, WriteOptions, read_from, write_to};
+
+fn parse(bytes: &[u8]) -> Result<Model, mesh_io::ReadError> {
+    let size = Some(bytes.len() as u64);
+    read_from(&mut &bytes[..], &ReadOptions { size, ..ReadOptions::default() })
+}
+
+fn again(model: &Model, format: Format, encoding: Encoding) -> Model {
+    let mut bytes = Vec::new();
+    let options = WriteOptions { encoding, ..WriteOptions::default() };
+    write_to(&mut bytes, model, format, &options).unwrap();
+    parse(&bytes).unwrap_or_else(|error| panic!("{format}: {error}"))
+}
+
+#[test]
+fn trap_13_two_materials_one_mesh() {
+    let text = b"mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n\
+        usemtl a\nf 1 3 2\nf 1 2 4\nusemtl b\nf 2 3 4\nf -4 -1 -2\n";
+    let model = parse(text).unwrap();
+    assert_eq!(model.soup.vertex_count(), 4);
+    assert_eq!(model.soup.corners(), [0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2]);
+    assert_eq!(model.face_materials.as_deref(), Some(&[0, 0, 1, 1][..]));
+    // Watertight: every edge is used once in each direction.
+    let mut edges: Vec<(u32, u32)> =
+        model.soup.faces().flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])]).collect();
+    edges.sort_unstable();
+    assert!(edges.windows(2).all(|pair| pair[0] != pair[1]));
+    assert!(edges.iter().all(|&(a, b)| edges.binary_search(&(b, a)).is_ok()));
+    let back = again(&model, Format::Obj, Encoding::Text);
+    assert_eq!(back.face_materials, model.face_materials);
+    assert_eq!(back.material_libraries, ["gone.mtl"]);
+}
+
+#[test]
+fn obj_corners_without_coordinates_stay_without() {
+    let text = b"v 0 0 0\nv 1 0 0\nv 0 1 \\\n 0\nv 1 1 0\nvt 0.25 1\nvn 0 0 1\nf 1/1 2/1 3/1\nf 2//1 4//1 3//1\n";
+    let model = parse(text).unwrap();
+    let uvs = model.corner_uvs.clone().unwrap();
+    assert_eq!(uvs[0], [0.25, 1.0]);
+    assert!(uvs[3][0].is_nan());
+    let normals = model.corner_normals.clone().unwrap();
+    assert!(normals[0][0].is_nan());
+    assert_eq!(normals[3], [0.0, 0.0, 1.0]);
+    let back = again(&model, Format::Obj, Encoding::Text);
+    assert_eq!(format!("{:?}", back.corner_uvs), format!("{:?}", model.corner_uvs));
+    assert_eq!(format!("{:?}", back.corner_normals), format!("{:?}", model.corner_normals));
+}
+
+#[test]
+fn obj_errors_name_the_line() {
+    for (text, line) in [
+        (&b"v 0 0 0\nv 1 0\n"[..], 2),
+        (b"v 0 0 0\n\nv 1 0 x\n", 3),
+        (b"v 0 0 0\nf 1 1 0\n", 2),
+        (b"v 0 0 0\nf 1 1 -2\n", 2),
+        (b"v 0 0 0\nf 1/1 1 1\n", 2),
+        (b"v 0 0 0\nf 1 1 1/9223372036854775807\n", 2),
+        (b"v 0 0 0\n# c\nvt\n", 3),
+    ] {
+        let error = parse(text).unwrap_err();
+        assert_eq!(error.location(), Some(&Location::Line(line)), "{error}");
+    }
+}
+
+#[test]
+fn obj_keeps_the_numbering_of_a_mesh_larger_than_a_batch() {
+    let mut text = String::new();
+    for i in 0..20_000 {
+        text += &format!("v {i} 0.5 {}\n", i * i);
+    }
+    for i in (1..19_990).rev() {
+        text += &format!("f {} {} {}\n", i, i + 3, i + 7);
+    }
+    let model = parse(text.as_bytes()).unwrap();
+    assert_eq!(model.soup.face_count(), 19_989);
+    assert_eq!(model.soup.face(0), [19_988, 19_991, 19_995]);
+    assert_eq!(model.soup.face(19_988), [0, 3, 7]);
+    assert_eq!(model.soup.positions()[19_999].z, 19_999.0 * 19_999.0);
+}
+
+#[test]
+fn off_headers() {
+    let body = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 255 0 0\n";
+    for header in [
+        "OFF\n3 1 0\n",
+        "OFF 3 1 0\n",
+        "# c\nOFF # c\n# d\n\n3 1 0\n",
+        "nOFF\n3\n3 1 0\n",
+        "nOFF 3\n3 1 3\n",
+    ] {
+        let model = parse(format!("{header}{body}").as_bytes()).expect(header);
+        assert_eq!(model.soup.corners(), [0, 1, 2], "{header}");
+        assert_eq!(model.face_colors, Some(vec![[1.0, 0.0, 0.0, 1.0]]), "{header}");
+    }
+    let bare = format!("3 1 0\n{body}");
+    let options = ReadOptions { format: Some(Format::Off), ..ReadOptions::default() };
+    assert_eq!(read_from(&mut bare.as_bytes(), &options).unwrap().soup.face_count(), 1);
+    let all = "STCNOFF\n3 1 0\n0 0 0 0 0 1 255 0 0 255 0.5 1\n1 0 0 0 0 1 0 255 0 255 0 0\n0 1 0 0 0 1 0 0 51 255 1 1\n3 0 1 2\n";
+    let model = parse(all.as_bytes()).unwrap();
+    assert_eq!(model.vertex_normals.as_ref().unwrap()[0], [0.0, 0.0, 1.0]);
+    assert_eq!(model.corner_uvs.as_ref().unwrap()[0], [0.5, 1.0]);
+    let weighted = parse(b"4OFF\n1 0 0\n2 4 6 2\n").unwrap();
+    assert_eq!(weighted.soup.positions()[0], glam::DVec3::new(1.0, 2.0, 3.0));
+    assert!(parse(b"nOFF\n4\n1 0 0\n2 4 6 2\n").is_err());
+}
+
+#[test]
+fn stl_text_and_binary() {
+    let text = b"SOLID one two\n FACET normal nan nan nan\n outer loop\nvertex 0 -0.0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex -1 0 0\nendloop\nendfacet\nendsolid\nsolid\nendsolid\n";
+    let model = parse(text).unwrap();
+    assert_eq!(model.soup.vertex_count(), 4);
+    assert_eq!(model.groups[0].name, "one two");
+    let back = again(&model, Format::Stl, Encoding::LittleEndian);
+    assert_eq!(back.soup.corners(), model.soup.corners());
+    let mut bytes = Vec::new();
+    write_to(&mut bytes, &model, Format::Stl, &WriteOptions::default()).unwrap();
+    bytes[..6].copy_from_slice(b"solid ");
+    assert_eq!(parse(&bytes).unwrap().soup.corners(), model.soup.corners());
+    bytes.truncate(130);
+    let error = parse(&bytes).unwrap_err();
+    assert!(matches!(error.location(), Some(Location::Byte(_))), "{error}");
+}
+
+#[test]
+fn ply_strips_lists_and_unknown_elements() {
+    let text = b"ply\r\nformat ascii 1.0\r\ncomment c\r\nelement vertex 4\r\nproperty uchar red\r\nproperty double z\r\nproperty float y\r\nproperty float x\r\nproperty uchar green\r\nproperty uchar blue\r\nproperty float quality\r\nelement other 1\r\nproperty list int float a\r\nelement tristrips 1\r\nproperty list int int vertex_indices\r\nend_header\r\n255 0 0 0 0 0 7\r\n0 0 0 1 0 0 8\r\n0 0 1 0 0 0 9\r\n0 0.1 1 1 0 0 10\r\n2 1 2\r\n8 0 1 2 3 -1 0 1 2\r\n";
+    let model = parse(text).unwrap();
+    assert_eq!(model.soup.corners(), [0, 1, 2, 2, 1, 3, 0, 1, 2]);
+    assert_eq!(model.soup.positions()[3], glam::DVec3::new(1.0, 1.0, 0.1));
+    assert_eq!(model.vertex_colors.as_ref().unwrap()[0], [1.0, 0.0, 0.0, 1.0]);
+    assert_eq!(model.vertex_scalars[0].values, [7.0, 8.0, 9.0, 10.0]);
+    for encoding in [Encoding::Text, Encoding::LittleEndian, Encoding::BigEndian] {
+        let back = again(&model, Format::Ply, encoding);
+        assert_eq!(back.soup, model.soup);
+        assert_eq!(back.vertex_colors, model.vertex_colors);
+        assert_eq!(back.vertex_scalars, model.vertex_scalars);
+    }
+    let short = b"ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n0.25 0 0\n1.125 0\n";
+    assert_eq!(parse(short).unwrap_err().location(), Some(&Location::Line(9)));
+}
+
+#[test]
+fn georeferenced_coordinates_survive_gltf() {
+    let text = b"v 2678000.125 1243000.5 400.1\nv 2678010.375 1243000.5 401.7\nv 2678000.125 1243010.3 402.3\nf 1 2 3\n";
+    let model = parse(text).unwrap();
+    for format in [Format::Gltf, Format::Glb] {
+        let back = again(&model, format, Encoding::Usual);
+        for (a, b) in back.soup.positions().iter().zip(model.soup.positions()) {
+            assert!((*a - *b).abs().max_element() < 1e-4, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn seams_materials_and_scalars_survive_glb() {
+    let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0.5\nvt 1 1\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 2/1 4/2 3/3\n";
+    let mut model = parse(text).unwrap();
+    model
+        .vertex_scalars
+        .push(mesh_io::Scalars { name: "h".into(), values: vec![1.0, 2.0, 3.0, 4.0] });
+    let back = again(&model, Format::Glb, Encoding::Usual);
+    // Vertex 2 has one coordinate in both faces, vertex 1 has two.
+    assert_eq!(back.soup.vertex_count(), 5);
+    assert_eq!(back.corner_uvs, model.corner_uvs);
+    assert_eq!(back.face_materials, model.face_materials);
+    assert_eq!(back.materials[1].name, "b");
+    assert_eq!(back.vertex_scalars[0].values, [1.0, 2.0, 3.0, 4.0, 2.0]);
+    let twice = again(&back, Format::Glb, Encoding::Usual);
+    assert_eq!(twice.soup, back.soup);
+}
+
+#[test]
+fn reindexing_carries_attributes() {
+    let model = parse(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\ng quad\nf 1/1 2/2 3/3 4/4\n").unwrap();
+    let p = model.soup.positions();
+    let built =
+        model.reindexed(&[p[3], p[2], p[0]], &[[2, 1, 0]], &[3, 2, 0], &[0], &[[0, 2, 3]]).unwrap();
+    assert_eq!(built.corner_uvs, Some(vec![[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]));
+    assert_eq!(built.face_groups, Some(vec![0]));
+    assert!(model.reindexed(p, &[[0, 1, 2]], &[0, 1, 2, 9], &[0], &[[0, 1, 2]]).is_err());
+}

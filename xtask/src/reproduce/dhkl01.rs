@@ -1,0 +1,103 @@
+//! Dyn, Hormann, Kim, Levin 2001: the torus of Table 1 and Fig. 5.
+
+use std::path::{Path, PathBuf};
+
+use dcurv::VertexArea;
+use dtri_flip::{CostName, FlipOptions, lattice_error};
+use glam::DVec3;
+use mesh_core::shapes::{SignedDistance, Torus};
+use mesh_core::{PolygonSoup, Repair, TriMesh, build};
+use mesh_io::{Model, WriteOptions};
+
+use super::Step;
+use super::item::{Figure, Item, Row};
+use super::published::Paper;
+use crate::failure::Failure;
+use crate::render::{Style, View, render};
+
+pub(super) const STEPS: [Step; 1] = [("Table 1", table_1)];
+
+/// The paper's torus: m = 12, n = 6, R = 5, r = 2.
+const TORUS: Torus = Torus { major: 5.0, minor: 2.0 };
+/// Steps of the lattice on each side of a triangle, recovered from the initial row of the table.
+const SUBDIVISIONS: u32 = 100;
+
+/// One row of Table 1 and the setting that gives it.
+struct Setting {
+    row: &'static str,
+    /// `None` leaves the initial triangulation.
+    cost: Option<CostName>,
+    area: VertexArea,
+    how: &'static str,
+}
+
+const SETTINGS: [Setting; 2] = [
+    Setting { row: "initial", cost: None, area: VertexArea::Voronoi, how: "as given" },
+    Setting {
+        row: "F2",
+        cost: Some(CostName::F2),
+        area: VertexArea::Voronoi,
+        how: "F2, greedy: integral of |H|",
+    },
+];
+
+/// Table 1 and Fig. 5: the distance to the torus before and after optimisation.
+fn table_1(paper: &Paper, out: &Path) -> Result<Item, Failure> {
+    let mut rows = Vec::new();
+    let mut figures = Vec::new();
+    for setting in &SETTINGS {
+        let mesh = optimised(setting)?;
+        let error = lattice_error(&mesh, SUBDIVISIONS, |p| TORUS.signed_distance(p));
+        for (norm, value) in [("L1", error.mean), ("L2", error.rms), ("Linf", error.max)] {
+            rows.push(Row::new(paper, "Table 1", &format!("{}, {norm}", setting.row), value));
+        }
+        figures.push(figure(&mesh, setting, out)?);
+    }
+    Ok(Item {
+        paper: paper.short.clone(),
+        name: "Table 1".into(),
+        about: "72 points of a torus with radii 5 and 2, triangulated as in the paper and after \
+                edge flips: mean, root mean square and maximum distance to the torus, over the \
+                points of a lattice of 100 steps per side on every triangle, each point counted \
+                once."
+            .into(),
+        rows,
+        figures,
+        functions: vec!["dtri_flip::optimise", "dtri_flip::lattice_error"],
+        command: "curvmesh flip IN -o OUT --cost f2",
+    })
+}
+
+fn optimised(setting: &Setting) -> Result<TriMesh, Failure> {
+    let soup = TORUS.shifted_mesh(12, 6).map_err(Failure::mesh)?;
+    let mut mesh = build(&soup, &Repair::strict()).map_err(Failure::mesh)?.mesh;
+    if let Some(cost) = setting.cost {
+        let go_on = &mut |_| std::ops::ControlFlow::Continue(());
+        let options = FlipOptions::default();
+        cost.optimise(&mut mesh, setting.area, &options, go_on).map_err(Failure::mesh)?;
+    }
+    Ok(mesh)
+}
+
+/// Draws the torus with its edges, from the same side each time, and keeps the mesh.
+fn figure(mesh: &TriMesh, setting: &Setting, out: &Path) -> Result<Figure, Failure> {
+    let bounds = mesh.bounding_box().ok_or(Failure::Usage("the mesh has no faces".into()))?;
+    let view = View { toward: DVec3::new(0.0, -0.75, 1.0), up: DVec3::Y, bounds };
+    let style = Style { size: [900, 760], smooth: false, edge_width: 2.0 };
+    let name = format!("dhkl01-torus-{}", setting.row.to_lowercase());
+    let file = PathBuf::from(&name).with_extension("png");
+    let path = out.join(&file);
+    render(mesh, None, &view, &style)
+        .save(&path)
+        .map_err(|source| Failure::Picture { path, source: Box::new(source) })?;
+    let mesh_file = PathBuf::from(name).with_extension("ply");
+    save_mesh(mesh, &out.join(&mesh_file))?;
+    Ok(Figure { caption: setting.how.into(), file, mesh: mesh_file })
+}
+
+fn save_mesh(mesh: &TriMesh, path: &Path) -> Result<(), Failure> {
+    let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
+    let soup = PolygonSoup::from_triangles(mesh.positions(), &triangles).map_err(Failure::mesh)?;
+    mesh_io::write(path, &Model::from(soup), &WriteOptions::default()).map_err(Failure::mesh)?;
+    Ok(())
+}
