@@ -66,6 +66,13 @@ pub trait Cost {
         None
     }
 
+    /// As [`Cost::lower_bound`], for a cost that can be bounded for all places of the vertex by the
+    /// edge and its ends alone: the patch has no faces yet.
+    fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
+        let _ = patch;
+        None
+    }
+
     /// How far a collapse is felt.
     fn reach(&self) -> Reach {
         Reach::OneRing

@@ -97,12 +97,27 @@ const OBSERVED_EVERY: usize = 1024;
 /// What the queue knows of an edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
-    /// In the queue with a lower bound of its cost.
+    /// In the queue with what it cost before something changed.
+    Stale,
+    /// In the queue with the bound of [`Cost::early_bound`].
+    Early,
+    /// In the queue with the bound of [`Cost::lower_bound`].
     Bound,
     /// In the queue with its cost.
     Exact,
     /// Refused, and not in the queue until something changes round it.
     Refused,
+}
+
+impl State {
+    /// What is to be found out next.
+    fn next(self) -> Self {
+        match self {
+            Self::Stale | Self::Refused => Self::Early,
+            Self::Early => Self::Bound,
+            Self::Bound | Self::Exact => Self::Exact,
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -176,7 +191,7 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             mesh,
             policies,
             fixed,
-            queue: Queue::default(),
+            queue: Queue::new(Vec::new()),
             edges,
             vertices,
             used_vertices,
@@ -194,7 +209,7 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             if !self.mesh.topology().contains_edge(edge) {
                 continue;
             }
-            match self.evaluate(edge, false) {
+            match self.evaluate(edge, State::Early) {
                 Ok(evaluated) => {
                     let Evaluated { cost, state, .. } = evaluated;
                     self.edges[index] = EdgeRecord { key: cost, stamp: 0, state };
@@ -261,9 +276,8 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
                 continue;
             }
             let stamp = self.stamp(edge);
-            let is_fresh = record.stamp == stamp;
-            let exact = is_fresh && record.state == State::Exact;
-            let evaluated = match self.evaluate(edge, exact) {
+            let known = if record.stamp == stamp { record.state } else { State::Stale };
+            let evaluated = match self.evaluate(edge, known.next()) {
                 Ok(evaluated) => evaluated,
                 Err(refusal) => {
                     self.queue.pop();
@@ -272,24 +286,11 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
                 }
             };
             let Evaluated { cost, state, .. } = evaluated;
-            self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state };
             let entry = Entry { cost, edge };
-            if !is_fresh && self.queue.head_would_sink(entry) {
+            self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state };
+            let may_sink = known != State::Exact && self.queue.head_would_sink(entry);
+            if may_sink || state != State::Exact {
                 self.queue.replace_head(entry);
-                continue;
-            }
-            if state == State::Bound {
-                // The bound is the smallest; the cost may not be.
-                match self.evaluate(edge, true) {
-                    Ok(Evaluated { cost, state, .. }) => {
-                        self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state };
-                        self.queue.replace_head(Entry { cost, edge });
-                    }
-                    Err(refusal) => {
-                        self.queue.pop();
-                        self.refuse(edge, refusal);
-                    }
-                }
                 continue;
             }
             return Some((edge, evaluated));
@@ -301,20 +302,28 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         self.vertices[a.index()].stamp.wrapping_add(self.vertices[b.index()].stamp)
     }
 
-    /// The place and the cost of an edge; a lower bound of the cost where the cost has one and
-    /// `exact` does not ask for more.
+    /// The place and the cost of an edge, or the quickest bound of the cost that is at least as
+    /// good as `wanted`.
     #[inline]
-    fn evaluate(&mut self, edge: EdgeId, exact: bool) -> Result<Evaluated, Refusal> {
+    fn evaluate(&mut self, edge: EdgeId, wanted: State) -> Result<Evaluated, Refusal> {
+        let Policies { cost, placement, .. } = &self.policies;
+        if wanted == State::Early {
+            let patch = EdgePatch::without_faces(self.mesh, edge.half_edge());
+            let patch = patch.with_border(self.fixed.border(&patch));
+            if let Some(bound) = cost.early_bound(&patch).filter(|bound| !bound.is_nan()) {
+                return Ok(Evaluated { place: Place::Kept, cost: bound, state: State::Early });
+            }
+        }
         let patch = EdgePatch::gather(self.mesh, edge.half_edge(), &mut self.scratch);
         let patch = patch.with_border(self.fixed.border(&patch));
-        let Policies { cost, placement, .. } = &self.policies;
         let forced = self.fixed.place(&patch)?;
         let quadric = cost.quadric(&patch);
         let quadric = quadric.as_ref();
         let at = |x| cost.cost(&patch, quadric, x);
         let place = forced.unwrap_or_else(|| placement.place(&patch, quadric, &at));
         let x = patch.offset(place);
-        let bound = if exact { None } else { cost.lower_bound(&patch, quadric, x) };
+        let is_exact = wanted == State::Exact;
+        let bound = if is_exact { None } else { cost.lower_bound(&patch, quadric, x) };
         let state = if bound.is_some() { State::Bound } else { State::Exact };
         let cost = bound.unwrap_or_else(|| at(x));
         if cost.is_nan() || !x.is_finite() {
@@ -347,20 +356,22 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         if !collapse.position.is_finite() {
             return Err(Refusal::NotFinite);
         }
+        let faces_before = self.mesh.topology().face_count() as u32;
         let collapsed = self.mesh.collapse(legal, collapse.position);
         self.fixed.collapsed(&collapse, collapsed.merged_edges);
         self.policies.cost.collapsed(self.mesh, &collapse);
         for guard in &mut self.policies.guards {
             guard.collapsed(self.mesh, &collapse);
         }
-        self.record(half_edge, &collapse, evaluated.cost);
+        self.record(half_edge, &collapse, evaluated.cost, faces_before);
         self.touch(&collapse);
         Ok(())
     }
 
-    fn record(&mut self, half_edge: HalfEdgeId, collapse: &Collapse, cost: f64) {
+    fn record(&mut self, half_edge: HalfEdgeId, collapse: &Collapse, cost: f64, faces_before: u32) {
         let Collapse { removed, kept, position, .. } = *collapse;
-        self.result.log.push(LogEntry { half_edge, removed, kept, position, cost });
+        let entry = LogEntry { half_edge, removed, kept, position, cost, faces_before };
+        self.result.log.push(entry);
         self.result.max_cost = self.result.max_cost.max(cost);
         self.used_vertices -= 1;
     }
@@ -437,7 +448,7 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             let stamp = self.stamp(edge).wrapping_sub(1);
             // Out of date, so that it is evaluated when it comes to the head.
             let cost = f64::NEG_INFINITY;
-            self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state: State::Bound };
+            self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state: State::Stale };
             self.queue.push(Entry { cost, edge });
         }
     }
@@ -457,7 +468,7 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             if self.edges[edge.index()].state == State::Refused {
                 continue;
             }
-            if let Ok(Evaluated { cost, state, .. }) = self.evaluate(edge, true) {
+            if let Ok(Evaluated { cost, state, .. }) = self.evaluate(edge, State::Exact) {
                 let stamp = self.stamp(edge);
                 let record = &mut self.edges[edge.index()];
                 let changed = record.key != cost;

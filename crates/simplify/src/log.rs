@@ -24,6 +24,8 @@ pub struct LogEntry {
     pub position: DVec3,
     /// What the collapse cost.
     pub cost: f64,
+    /// How many faces the mesh had before.
+    pub faces_before: u32,
 }
 
 impl CollapseLog {
@@ -47,6 +49,14 @@ impl CollapseLog {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
+    }
+
+    /// How many collapses it takes to have at most `faces` faces, or all when they do not suffice.
+    /// With [`CollapseLog::replay`] this gives nested levels of detail from one run: the vertices
+    /// of a coarser level have become of those of every finer one.
+    #[must_use]
+    pub fn count_for_faces(&self, faces: usize) -> usize {
+        self.entries.partition_point(|entry| entry.faces_before as usize > faces)
     }
 
     /// Carries out the first `count` collapses, or all when there are fewer, on a copy of the mesh

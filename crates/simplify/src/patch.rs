@@ -69,12 +69,9 @@ impl<'a> EdgePatch<'a> {
         half_edge: HalfEdgeId,
         scratch: &'a mut Vec<PatchFace>,
     ) -> Self {
-        let topology = mesh.topology();
-        let twin = half_edge.twin();
-        let from = mesh.position(topology.target(twin));
-        let to = mesh.position(topology.target(half_edge));
-        let half = 0.5 * (to - from);
-        let origin = from + half;
+        let bare = Self::without_faces(mesh, half_edge);
+        let (topology, twin) = (mesh.topology(), half_edge.twin());
+        let Self { origin, half, .. } = bare;
         scratch.clear();
         for (along, end) in [(half_edge, -half), (twin, half)] {
             // The faces that vanish: left of the edge, and left of what follows it clockwise.
@@ -88,8 +85,19 @@ impl<'a> EdgePatch<'a> {
                 scratch.push(PatchFace::new(side, [end, -end, apex]));
             }
         }
+        Self { faces: scratch, remaining, ..bare }
+    }
+
+    /// The patch with the edge and its ends alone.
+    #[inline]
+    pub(crate) fn without_faces(mesh: &'a TriMesh, half_edge: HalfEdgeId) -> Self {
+        let topology = mesh.topology();
+        let from = mesh.position(topology.origin(half_edge));
+        let to = mesh.position(topology.target(half_edge));
+        let half = 0.5 * (to - from);
+        let origin = from + half;
         let border = Quadric::default();
-        Self { mesh, half_edge, origin, half, faces: scratch, remaining, border }
+        Self { mesh, half_edge, origin, half, faces: &[], remaining: 0, border }
     }
 
     #[inline]

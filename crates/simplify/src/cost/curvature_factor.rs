@@ -60,6 +60,11 @@ impl<C: Cost> Cost for CurvatureFactor<C> {
         Some(self.cost.cost(patch, quadric, x))
     }
 
+    #[inline]
+    fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
+        self.cost.early_bound(patch)
+    }
+
     fn reach(&self) -> Reach {
         self.cost.reach()
     }

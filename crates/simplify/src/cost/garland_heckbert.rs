@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh_core::{Handle, TriMesh, VertexId, parallel};
 
-use super::{Collapse, Cost};
+use super::{Collapse, Cost, Reach};
 use crate::patch::EdgePatch;
 use crate::quadric::Quadric;
 
@@ -49,6 +49,17 @@ impl Cost for GarlandHeckbert {
         let value = quadric.map_or(0.0, |q| q.value(x));
         let made = if self.marginal { self.quadrics.made(patch) } else { 0.0 };
         (value - made).max(0.0) + length_tie(patch)
+    }
+
+    #[inline]
+    fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
+        let quadric = self.quadric(patch)?;
+        let x = quadric.minimizer(None)?;
+        Some(self.cost(patch, Some(&quadric), x))
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::Star
     }
 
     fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
