@@ -171,10 +171,11 @@ impl<'a> EdgePatch<'a> {
         &self.border
     }
 
-    /// Fills `ring` with the neighbours of the vertex that remains, as they are after the
-    /// collapse, clockwise. Returns whether they are closed; if not, that vertex lies on the
-    /// boundary.
-    pub(crate) fn merged_ring(&self, ring: &mut Vec<VertexId>) -> bool {
+    /// Fills `ring` with half-edges from the ends of the edge to the neighbours of the vertex that
+    /// remains, in the order in which they are after the collapse, clockwise; the left face of
+    /// each but the first joins it to the one before. Returns whether they are closed; if not,
+    /// that vertex lies on the boundary, and the first has no left face.
+    pub(crate) fn merged_ring(&self, ring: &mut Vec<HalfEdgeId>) -> bool {
         let topology = self.mesh.topology();
         let (h, twin) = (self.half_edge, self.half_edge.twin());
         ring.clear();
@@ -191,7 +192,7 @@ impl<'a> EdgePatch<'a> {
         };
         let mut side = start;
         loop {
-            ring.push(topology.target(side));
+            ring.push(side);
             side = topology.next(side.twin());
             if (side == h || side == twin) && !topology.is_exterior(side) {
                 side = past_apex(side);
