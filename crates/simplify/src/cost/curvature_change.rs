@@ -177,21 +177,45 @@ impl CurvatureChange {
 
     pub(super) fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         let topology = mesh.topology();
-        let (kept, measure) = (collapse.kept, self.measure);
-        self.vertices[kept] = term(mesh, kept, measure);
+        let kept = collapse.kept;
         for spoke in topology.outgoing(kept) {
-            let v = topology.target(spoke);
-            self.vertices[v] = term(mesh, v, measure);
             self.hinges[spoke.edge()] = hinge(mesh, spoke.edge());
-            let link = topology.next(spoke);
             if topology.is_exterior(spoke) {
                 continue;
             }
+            let link = topology.next(spoke);
             self.hinges[link.edge()] = hinge(mesh, link.edge());
             for side in [spoke, link, topology.next(link)] {
                 self.angles[side] = angle(mesh, side);
             }
         }
+        self.sum_up(mesh, kept);
+        for v in topology.one_ring(kept) {
+            self.sum_up(mesh, v);
+        }
+    }
+
+    /// Makes the integrals over a vertex the sums of its terms.
+    fn sum_up(&mut self, mesh: &TriMesh, v: VertexId) {
+        let topology = mesh.topology();
+        let (mut angle, mut mean, mut area) = (0.0, 0.0, 0.0);
+        for h in topology.outgoing(v) {
+            mean += self.hinges[h.edge()];
+            if let Some(face) = topology.face(h) {
+                angle += self.angles[h];
+                area += mesh.face_area(face) / 3.0;
+            }
+        }
+        let boundary = topology.is_boundary_vertex(v);
+        let full = if boundary { PI } else { 2.0 * PI };
+        let integrals = VertexIntegrals {
+            angle_defect: Integral::new(full - angle),
+            mean: Integral::new(mean),
+            area: Area::new(area),
+            ..VertexIntegrals::default()
+        };
+        let measured = (self.measure)(&VertexCurvature::from_integrals(integrals, boundary));
+        self.vertices[v] = Term { integrals, measured };
     }
 }
 
