@@ -2,10 +2,11 @@
 
 use std::num::NonZero;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use dcurv::VertexArea;
 use mesh_core::build::{Repair, Weld};
 
-use crate::{convert, flip};
+use crate::{convert, curvature, flip, info};
 
 /// Curvature-driven work on triangle meshes.
 #[derive(Debug, Parser)]
@@ -24,7 +25,9 @@ processed as asked; 1 anything else.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    Info(info::Info),
     Convert(convert::Convert),
+    Curvature(curvature::Curvature),
     Flip(flip::Flip),
 }
 
@@ -40,6 +43,25 @@ pub(crate) struct Common {
     /// No messages and no progress on stderr, save for errors
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
+}
+
+/// The area that belongs to a vertex.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum AreaName {
+    /// What is nearer to the vertex than to the others of a triangle
+    #[default]
+    Voronoi,
+    /// A third of every triangle
+    Barycentric,
+}
+
+impl From<AreaName> for VertexArea {
+    fn from(name: AreaName) -> Self {
+        match name {
+            AreaName::Voronoi => Self::Voronoi,
+            AreaName::Barycentric => Self::Barycentric,
+        }
+    }
 }
 
 /// Which repairs are allowed. Without any, input that is not an oriented 2-manifold is refused.

@@ -3,14 +3,12 @@
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use clap::ValueEnum;
-use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Refused, Ties};
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use serde::Serialize;
 
-use crate::args::RepairOptions;
+use crate::args::{AreaName, RepairOptions};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loaded, Seconds, load};
@@ -77,13 +75,6 @@ struct Optimise {
     time_limit: Option<std::time::Duration>,
 }
 
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
-enum AreaName {
-    #[default]
-    Voronoi,
-    Barycentric,
-}
-
 #[derive(Serialize)]
 struct Report {
     command: &'static str,
@@ -137,10 +128,6 @@ fn optimise(
     seams: &Seams,
     console: &Console,
 ) -> Result<FlipReport, Failure> {
-    let area = match options.area {
-        AreaName::Voronoi => VertexArea::Voronoi,
-        AreaName::Barycentric => VertexArea::Barycentric,
-    };
     let flip_options = FlipOptions {
         look_ahead: options.look_ahead,
         anneal: options.anneal,
@@ -154,7 +141,8 @@ fn optimise(
         ..FlipOptions::default()
     };
     let bar = console.progress(mesh.topology().edge_count() as u64, "flipping");
-    let result = options.cost.optimise(mesh, area, &flip_options, &mut |now| show(&bar, now));
+    let result =
+        options.cost.optimise(mesh, options.area.into(), &flip_options, &mut |now| show(&bar, now));
     bar.finish_and_clear();
     result.map_err(|error| Failure::Usage(error.to_string()))
 }

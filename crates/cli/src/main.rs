@@ -5,10 +5,13 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
+mod colormap;
 mod console;
 mod convert;
+mod curvature;
 mod failure;
 mod flip;
+mod info;
 mod load;
 mod save;
 mod seams;
@@ -39,7 +42,9 @@ fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
         pool.build_global().map_err(Failure::threads)?;
     }
     match &arguments.command {
+        Command::Info(options) => info::run(options, console),
         Command::Convert(options) => convert::run(options, console),
+        Command::Curvature(options) => curvature::run(options, console),
         Command::Flip(options) => flip::run(options, console),
     }
 }

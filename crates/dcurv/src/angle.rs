@@ -38,7 +38,7 @@ fn collapsed_corner(u: DVec3, w: DVec3) -> DVec2 {
 /// counting the half turns that it has made.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AngleSum {
-    /// The angle of this vector, from 0 to below pi, is what the sum has beyond the half turns.
+    /// The angle of this vector, from 0 to pi, is what the sum has beyond the half turns.
     direction: DVec2,
     half_turns: u32,
 }
@@ -50,9 +50,11 @@ impl AngleSum {
     #[inline]
     pub(crate) fn add(&mut self, corner: DVec2) {
         let product = self.direction.rotate(corner);
-        let below = product.y < 0.0 || (product.y == 0.0 && product.x < 0.0);
-        self.half_turns += u32::from(below);
-        self.direction = if below { -product } else { product };
+        // In the lower half-plane: turn back by pi. The sign bit, rather than a comparison, also
+        // tells pi + pi, whose sine is -0, from 0 + 0, whose sine is +0.
+        let below = product.y.to_bits() >> 63;
+        self.half_turns += below as u32;
+        self.direction = DVec2::new(negated_if(product.x, below), negated_if(product.y, below));
         let length = product.x.abs() + product.y.abs();
         if !(1e-100..1e100).contains(&length) {
             self.direction /= length;
@@ -64,6 +66,12 @@ impl AngleSum {
     pub(crate) fn radians(self) -> f64 {
         PI * f64::from(self.half_turns) + atan2(self.direction.y, self.direction.x)
     }
+}
+
+/// The number, negated when `negate` is 1 rather than 0.
+#[inline]
+fn negated_if(number: f64, negate: u64) -> f64 {
+    f64::from_bits(number.to_bits() ^ (negate << 63))
 }
 
 #[cfg(test)]

@@ -49,15 +49,19 @@ fn voronoi_share(u: DVec3, w: DVec3, twice_area: f64) -> f64 {
     let across = w - u;
     let (at_a, at_b, at_c) = (u.dot(w), -u.dot(across), w.dot(across));
     let (uu, ww) = (u.length_squared(), w.length_squared());
-    if at_a < 0.0 {
-        twice_area * (0.5 - 0.125 * (uu / at_b + ww / at_c))
-    } else if at_b < 0.0 {
-        0.125 * uu * twice_area / at_a
-    } else if at_c < 0.0 {
-        0.125 * ww * twice_area / at_a
-    } else {
-        0.125 * (ww * at_b + uu * at_c) / twice_area
-    }
+    let crossed = ww * at_b + uu * at_c;
+    // The share is `offset + numerator / denominator / 8`. Every choice is between two numbers by
+    // a comparison of two numbers, which takes no branch: which corner is obtuse is not
+    // predictable.
+    let (acute, obtuse_b, obtuse_c) = (crossed, uu * twice_area, ww * twice_area);
+    let numerator = if at_b < 0.0 { obtuse_b } else { acute };
+    let numerator = if at_c < 0.0 { obtuse_c } else { numerator };
+    let numerator = if at_a < 0.0 { -twice_area * crossed } else { numerator };
+    let nearest_to_right = if at_b < at_c { at_b } else { at_c };
+    let denominator = if nearest_to_right < 0.0 { at_a } else { twice_area };
+    let denominator = if at_a < 0.0 { at_b * at_c } else { denominator };
+    let offset = if at_a < 0.0 { 0.5 * twice_area } else { 0.0 };
+    offset + 0.125 * numerator / denominator
 }
 
 #[cfg(test)]

@@ -141,7 +141,7 @@ impl StarTotals {
         Self { kind, angle: AngleSum::ZERO, area: 0.0, mean: 0.0, abs_mean: 0.0 }
     }
 
-    #[inline]
+    #[inline(always)]
     fn add_face(&mut self, face: &StarFace) {
         let twice_area = face.normal.length();
         self.angle.add(corner_direction(face.from, face.to, twice_area));
@@ -149,7 +149,7 @@ impl StarTotals {
     }
 
     /// Adds the edge between a face and the one that follows it clockwise.
-    #[inline]
+    #[inline(always)]
     fn add_edge(&mut self, left: &StarFace, right: &StarFace) {
         let length = left.to.length();
         let weighted = length * hinge_angle(length, left.normal, right.normal, right.to);

@@ -1,10 +1,13 @@
 //! Simulated annealing: a way out of local minima.
 
+use core::f64::consts::FRAC_PI_2;
+
 use mesh_core::shapes::SplitMix64;
 use mesh_core::{EdgeId, Handle};
 
 use crate::cost::FlipCost;
 use crate::error::FlipError;
+use crate::fold::folds;
 use crate::greedy;
 use crate::report::Stop;
 use crate::run::Run;
@@ -33,7 +36,7 @@ pub struct Anneal {
 
 impl Default for Anneal {
     fn default() -> Self {
-        Self { seed: 0, rounds: 4, steps_per_edge: 100, start: 0.5, end: 0.01 }
+        Self { seed: 0, rounds: 8, steps_per_edge: 50, start: 0.2, end: 0.01 }
     }
 }
 
@@ -58,6 +61,7 @@ pub(crate) fn run<C: FlipCost>(
     watch: &mut Watch<'_>,
 ) -> (Stop, u64) {
     let mut random = SplitMix64::new(settings.seed);
+    run.forget_flips_of_edges();
     let mut best = Best { cost: run.cost.total(run.mesh), length: run.log.len(), stop: at_minimum };
     let mut kept_flips = 0;
     for _ in 0..settings.rounds {
@@ -66,7 +70,7 @@ pub(crate) fn run<C: FlipCost>(
         run.forget_flips_of_edges();
         let stop = match stopped {
             Some(stop) => stop,
-            None => greedy::run(run, watch),
+            None => greedy::run(run, run.options.look_ahead, watch),
         };
         let cost = run.cost.total(run.mesh);
         if cost < best.cost {
@@ -118,12 +122,16 @@ fn round<C: FlipCost>(
 }
 
 /// The step of Metropolis et al. 1953.
+///
+/// Flips that fold a face back are left out: the costs do not see which side is outside, and a
+/// small closed mesh could be turned inside out, one fold after the other.
 fn try_flip<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId, temperature: f64, chance: f64) {
-    let Some(change) = run.change(edge) else { return };
+    let (Some(change), Some(quad)) = (run.change(edge), run.quad(edge)) else { return };
     if chance < (change.gain() / temperature).exp()
+        && !folds(run.mesh, &quad, FRAC_PI_2)
         && let Ok(flip) = run.allow(edge)
     {
-        run.flip(flip, change);
+        run.record(flip, change);
     }
 }
 

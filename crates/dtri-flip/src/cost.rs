@@ -43,7 +43,8 @@ use crate::quad::Quad;
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let torus = shapes::Torus { major: 5.0, minor: 2.0 }.shifted_mesh(12, 6)?;
-/// let mut mesh = TriMesh::from_triangles(torus.positions(), &torus.triangles())?;
+/// let triangles: Vec<[u32; 3]> = torus.faces().map(|f| [f[0], f[1], f[2]]).collect();
+/// let mut mesh = TriMesh::from_triangles(torus.positions(), &triangles)?;
 /// let report = optimise(&mut mesh, &SquaredArea, &FlipOptions::default())?;
 /// assert!(report.cost_after < report.cost_before);
 /// # Ok(())
@@ -65,6 +66,13 @@ pub trait FlipCost: Sync {
     /// The part of the cost that the flip of an edge would change, before and after it. It must
     /// not depend on anything that [`FlipCost::reach`] does not cover.
     fn change(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Change;
+
+    /// [`FlipCost::change`] where that lowers the cost. May be `None` where it does not, so that a
+    /// cost can give up as soon as that is clear; must give the same bits otherwise.
+    #[inline]
+    fn change_if_lower(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Option<Change> {
+        Some(self.change(mesh, cache, quad))
+    }
 
     /// Where [`FlipCost::change`] looks.
     fn reach(&self) -> Reach;

@@ -1,4 +1,5 @@
-//! How far the faces of a quadrilateral are turned from its direction.
+//! What a flip does to the shape of the two faces: how far they are turned, and whether they keep
+//! an area.
 
 use core::f64::consts::PI;
 
@@ -20,7 +21,7 @@ pub(crate) fn folds(mesh: &TriMesh, quad: &Quad, limit: f64) -> bool {
     turn(flipped) > limit.max(turn(now))
 }
 
-fn twice_vector_area(mesh: &TriMesh, triangle: [VertexId; 3]) -> DVec3 {
+pub(crate) fn twice_vector_area(mesh: &TriMesh, triangle: [VertexId; 3]) -> DVec3 {
     let [a, b, c] = triangle.map(|v| mesh.position(v));
     (b - a).cross(c - a)
 }
@@ -28,4 +29,25 @@ fn twice_vector_area(mesh: &TriMesh, triangle: [VertexId; 3]) -> DVec3 {
 /// A face without area has no direction and counts as folded back.
 fn turn_of(normal: DVec3, direction: DVec3) -> f64 {
     if normal == DVec3::ZERO { PI } else { angle_between(normal, direction) }
+}
+
+/// Whether a flip would leave more faces without area than there are now.
+///
+/// A face has none when its height is no more than `resolution`, what coordinates of that size can
+/// tell apart. It has no normal either, so a cost that looks at angles between normals could not
+/// see what is wrong with it and would hide sharp edges behind such faces.
+pub(crate) fn flattens(mesh: &TriMesh, quad: &Quad, resolution: f64) -> bool {
+    let without_area = |triangles: [[VertexId; 3]; 2]| {
+        triangles.into_iter().filter(|t| is_flat(mesh, *t, resolution)).count()
+    };
+    let flipped = without_area(quad.flipped_triangles());
+    flipped > 0 && flipped > without_area(quad.triangles())
+}
+
+fn is_flat(mesh: &TriMesh, triangle: [VertexId; 3], resolution: f64) -> bool {
+    let [a, b, c] = triangle.map(|v| mesh.position(v));
+    let longest = (b - a).length_squared().max((c - b).length_squared());
+    let longest = longest.max((a - c).length_squared());
+    let squared = (b - a).cross(c - a).length_squared();
+    squared <= resolution * resolution * longest
 }

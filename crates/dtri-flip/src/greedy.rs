@@ -16,9 +16,13 @@ use crate::watch::{Phase, Progress, Watch};
 
 /// Flips until nothing helps or the watch says stop. On return the mesh is in a valid state whose
 /// cost is no higher than at the beginning.
-pub(crate) fn run<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
+pub(crate) fn run<C: FlipCost>(
+    run: &mut Run<'_, C>,
+    look_ahead: usize,
+    watch: &mut Watch<'_>,
+) -> Stop {
     let cycles_before = run.refused.cycle;
-    let mut greedy = Greedy::new(run);
+    let mut greedy = Greedy::new(run, look_ahead);
     loop {
         let now = || Progress {
             phase: Phase::Greedy,
@@ -34,6 +38,9 @@ pub(crate) fn run<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> S
         let Some(edge) = greedy.pop() else { break };
         greedy.take(run, edge, watch.flips_left(run.log.len()));
     }
+    if greedy.row_too_long {
+        return Stop::FlipLimit;
+    }
     if run.refused.cycle > cycles_before { Stop::CycleGuard } else { Stop::LocalMinimum }
 }
 
@@ -45,36 +52,48 @@ struct Greedy {
     waiting: Waiting,
     outdated: Vec<EdgeId>,
     reach: Reach,
-    /// How many flips are looked ahead beyond the first.
+    /// How many flips in a row are tried.
+    look_ahead: usize,
+    /// Whether a row was left out because it would have gone beyond the limit of flips.
+    row_too_long: bool,
+    /// How many of them an update has to allow for beyond the first.
     steps_ahead: usize,
 }
 
 impl Greedy {
-    fn new<C: FlipCost>(run: &mut Run<'_, C>) -> Self {
+    fn new<C: FlipCost>(run: &mut Run<'_, C>, look_ahead: usize) -> Self {
         let topology = run.mesh.topology();
         let edges = topology.edge_capacity();
         let order = TieOrder::new(run.options.ties, edges);
         let (reach, steps_ahead) = match run.options.update {
-            Update::Exact => (run.cost.reach(), run.options.look_ahead.saturating_sub(1)),
+            Update::Exact => (run.cost.reach(), look_ahead.saturating_sub(1)),
             Update::TwoNeighbourhood => (Reach::AdjacentTriangles, 0),
         };
         let region = Region::new(topology);
         let waiting = Waiting::new(topology);
         let changes = {
             let run = &*run;
-            parallel::collect(edges, |i| {
-                run.change(EdgeId::from_index(i)).filter(|&change| run.is_gain(change))
-            })
+            parallel::collect(edges, |i| run.gainful_change(EdgeId::from_index(i)))
         };
         let keys: Vec<Option<f64>> = (0..edges)
             .map(|item| {
                 let edge = order.edge(item as u32);
                 let single = changes[edge.index()];
-                single.or_else(|| look_ahead::best_change(run, edge)).map(key)
+                single.or_else(|| look_ahead::best_change(run, edge, look_ahead)).map(key)
             })
             .collect();
         let queue = IndexedQueue::new(keys.into_iter());
-        Self { queue, order, region, waiting, outdated: Vec::new(), reach, steps_ahead }
+        Self {
+            queue,
+            order,
+            region,
+            waiting,
+            outdated: Vec::new(),
+            reach,
+            look_ahead,
+            row_too_long: false,
+            steps_ahead,
+        }
     }
 
     fn pop(&mut self) -> Option<EdgeId> {
@@ -83,10 +102,10 @@ impl Greedy {
 
     /// Flips an edge whose turn has come, alone or as the first of a row, or refuses it.
     fn take<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, flips_left: usize) {
-        match run.change(edge).filter(|&change| run.is_gain(change)) {
+        match run.gainful_change(edge) {
             Some(change) => match run.allow(edge) {
                 Ok(flip) => {
-                    if let Some(quad) = run.flip(flip, change) {
+                    if let Some(quad) = run.flip_if_real(flip, change) {
                         self.refresh(run, &[quad]);
                     }
                 }
@@ -98,11 +117,12 @@ impl Greedy {
 
     /// Does the best row of flips that begins with this edge.
     fn take_row<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, flips_left: usize) {
-        let Some(row) = look_ahead::best_row(run, edge) else {
+        let Some(row) = look_ahead::best_row(run, edge, self.look_ahead) else {
             run.refused.stale += 1;
             return;
         };
         if row.len() > flips_left {
+            self.row_too_long = true;
             return;
         }
         let mut quads = Vec::with_capacity(row.len());
@@ -120,6 +140,7 @@ impl Greedy {
         match refusal {
             Refusal::ValenceThree(_) => refused.valence_three += 1,
             Refusal::DiagonalExists(_) => refused.diagonal_exists += 1,
+            Refusal::Flat => refused.flat += 1,
             Refusal::Fold => refused.fold += 1,
             Refusal::Intersection(_) => refused.intersection += 1,
             Refusal::Cycle => refused.cycle += 1,
@@ -144,16 +165,20 @@ impl Greedy {
             self.outdated.dedup();
         }
         for &edge in &self.outdated {
-            self.queue.set(self.order.item(edge), best_change(run, edge).map(key));
+            self.queue.set(self.order.item(edge), best_change(run, edge, self.look_ahead).map(key));
         }
     }
 }
 
 /// The change of an edge's flip, or of the best row that begins with it, when that is a gain.
 #[inline]
-fn best_change<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId) -> Option<Change> {
-    let single = run.change(edge).filter(|&change| run.is_gain(change));
-    single.or_else(|| look_ahead::best_change(run, edge))
+fn best_change<C: FlipCost>(
+    run: &mut Run<'_, C>,
+    edge: EdgeId,
+    look_ahead: usize,
+) -> Option<Change> {
+    let single = run.gainful_change(edge);
+    single.or_else(|| look_ahead::best_change(run, edge, look_ahead))
 }
 
 /// The gain, rounded to 34 binary digits: gains that are equal but for rounding become ties.

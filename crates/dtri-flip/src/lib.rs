@@ -13,7 +13,8 @@
 //! use mesh_core::{TriMesh, shapes};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let torus = shapes::Torus { major: 5.0, minor: 2.0 }.shifted_mesh(12, 6)?;
-//! let mut mesh = TriMesh::from_triangles(torus.positions(), &torus.triangles())?;
+//! let triangles: Vec<[u32; 3]> = torus.faces().map(|f| [f[0], f[1], f[2]]).collect();
+//! let mut mesh = TriMesh::from_triangles(torus.positions(), &triangles)?;
 //! let report = optimise(&mut mesh, &AbsMean, &FlipOptions::default())?;
 //! assert_eq!(report.stop, Stop::LocalMinimum);
 //! assert_eq!(report.flips, 54);
@@ -62,7 +63,8 @@ pub use anneal::Anneal;
 pub use cost::{Change, FlipCost, Reach};
 pub use cost_name::{CostName, UnknownCost};
 pub use costs::{
-    AbsMean, FaceCost, FaceFunction, VertexCost, VertexFunction, VirtualWillmore, Willmore,
+    AbsMean, FaceCost, FaceFunction, VertexCost, VertexCostCache, VertexFunction, VirtualWillmore,
+    Willmore,
 };
 pub use crossing::triangles_cross;
 pub use error::FlipError;

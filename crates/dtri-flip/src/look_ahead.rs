@@ -14,20 +14,28 @@ type Row = Vec<(EdgeId, Change)>;
 
 /// What the best row that begins with this edge changes, if that lowers the cost.
 #[inline]
-pub(crate) fn best_change<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId) -> Option<Change> {
-    if run.options.look_ahead < 2 {
+pub(crate) fn best_change<C: FlipCost>(
+    run: &mut Run<'_, C>,
+    edge: EdgeId,
+    look_ahead: usize,
+) -> Option<Change> {
+    if look_ahead < 2 {
         return None;
     }
-    best_row(run, edge).map(|row| total(&row))
+    best_row(run, edge, look_ahead).map(|row| total(&row))
 }
 
 /// The best row of up to `look_ahead` flips that begins with this edge and lowers the cost; of
 /// equally good ones the first found, and so the shortest.
-pub(crate) fn best_row<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId) -> Option<Row> {
-    if run.options.look_ahead < 2 {
+pub(crate) fn best_row<C: FlipCost>(
+    run: &mut Run<'_, C>,
+    edge: EdgeId,
+    look_ahead: usize,
+) -> Option<Row> {
+    if look_ahead < 2 {
         return None;
     }
-    let mut search = Search { row: Row::new(), open: Vec::new(), best: None };
+    let mut search = Search { look_ahead, row: Row::new(), open: Vec::new(), best: None };
     search.extend(run, edge);
     search.best
 }
@@ -37,6 +45,7 @@ fn total(row: &[(EdgeId, Change)]) -> Change {
 }
 
 struct Search {
+    look_ahead: usize,
     row: Row,
     /// The sides of the quadrilaterals flipped so far.
     open: Vec<EdgeId>,
@@ -51,7 +60,7 @@ impl Search {
         let Some(quad) = run.turn(flip) else { return };
         self.row.push((edge, change));
         self.judge(run);
-        if self.row.len() < run.options.look_ahead {
+        if self.row.len() < self.look_ahead {
             self.go_on(run, &quad);
         }
         self.row.pop();
@@ -60,9 +69,12 @@ impl Search {
 
     fn judge<C: FlipCost>(&mut self, run: &Run<'_, C>) {
         let change = total(&self.row);
-        let best = self.best.as_ref().map_or(f64::NEG_INFINITY, |row| total(row).gain());
         // A later row has to be better by more than rounding.
-        if run.is_gain(change) && change.gain() > best + 1e-10 * best.abs() {
+        let better = self.best.as_ref().is_none_or(|row| {
+            let best = total(row).gain();
+            change.gain() > best + 1e-10 * best.abs()
+        });
+        if better && run.is_gain(change) {
             self.best = Some(self.row.clone());
         }
     }

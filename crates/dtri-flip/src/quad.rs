@@ -41,16 +41,6 @@ impl Quad {
         Some(Self { edge, corners, sides: [bc, ca, ad, db] })
     }
 
-    /// The corner opposite to each side, before the flip and after it.
-    ///
-    /// The triangles `(a, b, c)` and `(b, a, d)` become `(a, d, c)` and `(d, b, c)`.
-    #[inline]
-    #[must_use]
-    pub fn apexes(&self) -> [[VertexId; 2]; 4] {
-        let [a, b, c, d] = self.corners;
-        [[a, d], [b, d], [b, c], [a, c]]
-    }
-
     /// The two triangles before the flip.
     #[inline]
     #[must_use]

@@ -27,6 +27,8 @@ pub struct Refused {
     pub valence_three: u64,
     /// The other diagonal is an edge already.
     pub diagonal_exists: u64,
+    /// A new face would have had no area.
+    pub flat: u64,
     /// A face would have turned too far; see [`FlipOptions::max_fold`](crate::FlipOptions).
     pub fold: u64,
     /// A new triangle would have crossed another one.
@@ -34,6 +36,8 @@ pub struct Refused {
     /// The edge had flipped too often;
     /// see [`FlipOptions::max_flips_per_edge`](crate::FlipOptions).
     pub cycle: u64,
+    /// The flip back would have been a gain, too: both were rounding.
+    pub rounding: u64,
     /// The gain was not what the queue said and the flip did not lower the cost any more. Only
     /// with [`Update::TwoNeighbourhood`](crate::Update).
     pub stale: u64,

@@ -10,7 +10,7 @@ use crate::cost::{Change, FlipCost};
 use crate::error::FlipError;
 use crate::face_tree::FaceTree;
 use crate::features::locked_edges;
-use crate::fold::folds;
+use crate::fold::{flattens, folds};
 use crate::greedy;
 use crate::options::FlipOptions;
 use crate::quad::Quad;
@@ -50,7 +50,7 @@ pub fn optimise_with<C: FlipCost>(
     let mut watch = Watch::new(options, progress);
     let cost_before = cost.total(mesh);
     let mut run = Run::new(mesh, cost, options, cost_before);
-    let mut stop = greedy::run(&mut run, &mut watch);
+    let mut stop = descend(&mut run, &mut watch);
     let mut annealed_flips = 0;
     if let Some(settings) = &options.anneal
         && matches!(stop, Stop::LocalMinimum | Stop::CycleGuard)
@@ -68,6 +68,34 @@ pub fn optimise_with<C: FlipCost>(
     })
 }
 
+/// Greedy, with look-ahead if that was asked for; never worse than without.
+///
+/// A row of flips that is taken early may lead to a worse minimum than single flips would have.
+/// So both ways are tried, and where the plain one gets lower, look-ahead goes on from its end.
+fn descend<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
+    if run.options.look_ahead < 2 {
+        return greedy::run(run, 1, watch);
+    }
+    let (start, start_refused) = (run.running_cost, run.refused);
+    let plain_stop = greedy::run(run, 1, watch);
+    if !matches!(plain_stop, Stop::LocalMinimum | Stop::CycleGuard) {
+        return plain_stop;
+    }
+    let (plain_cost, plain_refused) = (run.cost.total(run.mesh), run.refused);
+    let plain_flips = run.log.clone();
+    run.start_over(start, start_refused);
+    let stop = greedy::run(run, run.options.look_ahead, watch);
+    if run.cost.total(run.mesh) <= plain_cost {
+        return stop;
+    }
+    run.start_over(plain_cost, plain_refused);
+    run.repeat(&plain_flips);
+    match stop {
+        Stop::TimeLimit | Stop::Cancelled => stop,
+        _ => greedy::run(run, run.options.look_ahead, watch),
+    }
+}
+
 pub(crate) struct Run<'a, C: FlipCost> {
     pub(crate) mesh: &'a mut TriMesh,
     pub(crate) cost: &'a C,
@@ -83,6 +111,9 @@ pub(crate) struct Run<'a, C: FlipCost> {
     tree: Option<FaceTree>,
     /// Smaller gains are rounding.
     noise: f64,
+    /// Smaller distances are rounding.
+    resolution: f64,
+    max_flips_per_edge: u32,
 }
 
 impl<'a, C: FlipCost> Run<'a, C> {
@@ -98,6 +129,12 @@ impl<'a, C: FlipCost> Run<'a, C> {
             flips_of_edge: mesh.topology().edge_map(0),
             tree: options.forbid_intersections.then(|| FaceTree::new(mesh)),
             noise: noise_floor(mesh, cost.length_exponent()),
+            resolution: resolution(mesh),
+            max_flips_per_edge: options.max_flips_per_edge.unwrap_or(if cost.is_potential() {
+                FLIPS_PER_EDGE
+            } else {
+                FLIPS_PER_EDGE_IN_CIRCLES
+            }),
             mesh,
         }
     }
@@ -118,6 +155,14 @@ impl<'a, C: FlipCost> Run<'a, C> {
         self.quad(edge).map(|quad| self.cost.change(self.mesh, &self.cache, &quad))
     }
 
+    /// What the flip of an edge would change, legal or not, if it lowers the cost.
+    #[inline]
+    pub(crate) fn gainful_change(&self, edge: EdgeId) -> Option<Change> {
+        let quad = self.quad(edge)?;
+        let change = self.cost.change_if_lower(self.mesh, &self.cache, &quad)?;
+        self.is_gain(change).then_some(change)
+    }
+
     /// Whether a change lowers the cost by more than rounding. Never for NaN.
     #[inline]
     pub(crate) fn is_gain(&self, change: Change) -> bool {
@@ -128,8 +173,11 @@ impl<'a, C: FlipCost> Run<'a, C> {
     pub(crate) fn allow(&self, edge: EdgeId) -> Result<LegalFlip, Refusal> {
         let quad = self.quad(edge).ok_or(Refusal::Never)?;
         let flip = self.mesh.topology().check_flip(edge)?;
-        if self.flips_of_edge[edge] >= self.options.max_flips_per_edge {
+        if self.flips_of_edge[edge] >= self.max_flips_per_edge {
             return Err(Refusal::Cycle);
+        }
+        if flattens(self.mesh, &quad, self.resolution) {
+            return Err(Refusal::Flat);
         }
         if self.options.max_fold.is_some_and(|limit| folds(self.mesh, &quad, limit)) {
             return Err(Refusal::Fold);
@@ -160,12 +208,31 @@ impl<'a, C: FlipCost> Run<'a, C> {
         }
     }
 
+    /// Flips an edge for good, unless the way back would be a gain, too: then both gains are
+    /// rounding.
+    pub(crate) fn flip_if_real(&mut self, flip: LegalFlip, change: Change) -> Option<Quad> {
+        let edge = flip.edge();
+        let quad = self.flip(flip, change)?;
+        if self.cost.is_potential() && self.change(edge).is_some_and(|back| self.is_gain(back)) {
+            self.undo_to(self.log.len() - 1);
+            self.running_cost += change.gain();
+            self.refused.rounding += 1;
+            return None;
+        }
+        Some(quad)
+    }
+
     /// Flips an edge for good.
     #[inline]
     pub(crate) fn flip(&mut self, flip: LegalFlip, change: Change) -> Option<Quad> {
-        let edge = flip.edge();
-        self.flips_of_edge[edge] += 1;
-        self.log.push(edge);
+        self.flips_of_edge[flip.edge()] += 1;
+        self.record(flip, change)
+    }
+
+    /// Flips an edge and notes it, but not for the limit of flips per edge.
+    #[inline]
+    pub(crate) fn record(&mut self, flip: LegalFlip, change: Change) -> Option<Quad> {
+        self.log.push(flip.edge());
         self.running_cost -= change.gain();
         self.turn(flip)
     }
@@ -179,6 +246,23 @@ impl<'a, C: FlipCost> Run<'a, C> {
         }
     }
 
+    /// Undoes everything.
+    fn start_over(&mut self, cost: f64, refused: Refused) {
+        self.undo_to(0);
+        self.forget_flips_of_edges();
+        self.running_cost = cost;
+        self.refused = refused;
+    }
+
+    /// Does flips again that were done from this state before.
+    fn repeat(&mut self, flips: &[EdgeId]) {
+        for &edge in flips {
+            if let Ok(flip) = self.mesh.topology().check_flip(edge) {
+                self.flip(flip, Change::default());
+            }
+        }
+    }
+
     /// Lets every edge flip again as often as at the beginning.
     pub(crate) fn forget_flips_of_edges(&mut self) {
         self.flips_of_edge.as_mut_slice().fill(0);
@@ -188,18 +272,27 @@ impl<'a, C: FlipCost> Run<'a, C> {
 /// Relative rounding of the sums that a change consists of.
 const RELATIVE_NOISE: f64 = 1e-12;
 
+/// How often an edge may flip by default, for potentials and for other costs.
+const FLIPS_PER_EDGE: u32 = 100;
+const FLIPS_PER_EDGE_IN_CIRCLES: u32 = 8;
+
 /// The gain that rounding the coordinates could make.
 ///
-/// Coordinates of size M are only known to `eps M`. A length changes by as much; a cost with the
-/// unit length^k by about `eps M l^(k-1)`, where l is the typical edge length.
+/// Rounding changes a length by the [`resolution`]; a cost with the unit length^k changes by about
+/// that times l^(k-1), where l is the typical edge length.
 fn noise_floor(mesh: &TriMesh, length_exponent: i32) -> f64 {
-    let size = mesh.positions().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let topology = mesh.topology();
     let lengths = topology.edges().map(|e| {
         let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
         a.distance(b)
     });
     let mean = lengths.sum::<f64>() / (topology.edge_count().max(1) as f64);
-    let floor = 64.0 * f64::EPSILON * size * mean.powi(length_exponent - 1);
+    let floor = resolution(mesh) * mean.powi(length_exponent - 1);
     if floor.is_finite() { floor } else { 0.0 }
+}
+
+/// Distances that sums and products of a few of the mesh's coordinates cannot tell from 0.
+fn resolution(mesh: &TriMesh) -> f64 {
+    let size = mesh.positions().iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    64.0 * f64::EPSILON * size
 }

@@ -10,6 +10,8 @@ pub(crate) enum Refusal {
     ValenceThree(VertexId),
     /// The other diagonal is this edge.
     DiagonalExists(EdgeId),
+    /// A new face would have no area.
+    Flat,
     /// A face would turn too far.
     Fold,
     /// A new triangle would cross this one.
@@ -74,8 +76,8 @@ impl Waiting {
             Refusal::ValenceThree(vertex) => vertex.index(),
             Refusal::DiagonalExists(diagonal) => self.edges_from + diagonal.index(),
             Refusal::Intersection(face) => self.faces_from + face.index(),
-            // A fold depends on the quadrilateral alone, which every cost looks at.
-            Refusal::Fold | Refusal::Cycle | Refusal::Never => return,
+            // The shape of the quadrilateral is something that every cost looks at.
+            Refusal::Flat | Refusal::Fold | Refusal::Cycle | Refusal::Never => return,
         };
         if core::mem::replace(&mut self.reason_of[edge.index()], reason as u32) == reason as u32 {
             return;

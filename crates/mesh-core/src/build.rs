@@ -20,7 +20,7 @@
 
 mod cut;
 mod duplicates;
-mod edges;
+pub(crate) mod edges;
 mod error;
 mod manifold;
 mod orient;
@@ -41,6 +41,8 @@ pub use report::BuildReport;
 pub use sample::{Sample, VertexPair};
 pub use triangulate::{Triangulation, Triangulator};
 pub use weld::{weld_exact, weld_within};
+
+pub(crate) use duplicates::find_duplicates;
 
 use crate::build::edges::NONE;
 use crate::mesh::{MeshError, TriMesh};
@@ -121,26 +123,34 @@ pub fn build(soup: &PolygonSoup, repair: &Repair) -> Result<Built, BuildError> {
 }
 
 /// A mesh on its way: triangles, and where they came from so far.
-struct Draft<'a> {
+pub(crate) struct Draft<'a> {
     soup: &'a PolygonSoup,
     repair: &'a Repair,
-    report: BuildReport,
+    pub(crate) report: BuildReport,
     /// Faces of the soup to leave out, ascending.
     left_out: Vec<u32>,
     /// Per corner of the soup, its vertex in the draft.
     corners: Cow<'a, [u32]>,
-    triangles: Cow<'a, [[u32; 3]]>,
+    pub(crate) triangles: Cow<'a, [[u32; 3]]>,
     provenance: Provenance,
 }
 
 impl<'a> Draft<'a> {
     fn new(soup: &'a PolygonSoup, repair: &'a Repair) -> Result<Self, BuildError> {
+        let draft = Self::unchecked(soup, repair)?;
+        screen::check_coordinates(soup, repair, &draft.left_out)?;
+        Ok(draft)
+    }
+
+    /// A draft whose coordinates need not be finite.
+    pub(crate) fn unchecked(soup: &'a PolygonSoup, repair: &'a Repair) -> Result<Self, BuildError> {
+        screen::check_sizes(soup)?;
         let mut report = BuildReport {
             vertices_in: soup.vertex_count(),
             faces_in: soup.face_count(),
             ..BuildReport::default()
         };
-        let left_out = screen::screen(soup, repair, &mut report)?;
+        let left_out = screen::check_faces(soup, repair, &mut report)?;
         Ok(Self {
             soup,
             repair,
@@ -200,7 +210,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Cuts all polygons into triangles.
-    fn triangulate(&mut self) {
+    pub(crate) fn triangulate(&mut self) {
         let soup = self.soup;
         if self.left_out.is_empty() && (0..soup.face_count()).all(|face| soup.face(face).len() == 3)
         {

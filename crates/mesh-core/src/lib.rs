@@ -43,6 +43,8 @@ pub mod butterfly;
 pub mod circulate;
 pub mod compact;
 pub mod connectivity;
+pub mod diagnose;
+mod disjoint_sets;
 pub mod edit;
 pub mod handle;
 pub mod measure;
@@ -60,6 +62,7 @@ pub use attribute::{AttributeMap, EdgeMap, FaceMap, HalfEdgeMap, RemapOf, Vertex
 pub use build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build};
 pub use compact::Remap;
 pub use connectivity::Components;
+pub use diagnose::{Diagnosis, diagnose};
 pub use handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 pub use measure::BoundingBox;
 pub use mesh::{MeshError, TriMesh};

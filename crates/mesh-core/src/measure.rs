@@ -1,10 +1,12 @@
-//! Bounding box, area and volume.
+//! Bounding box, area and volume, of meshes and of polygon soups.
 
 use glam::DVec3;
 
+use crate::build::Triangulator;
 use crate::handle::{FaceId, Handle};
 use crate::mesh::TriMesh;
 use crate::parallel;
+use crate::soup::PolygonSoup;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -100,5 +102,45 @@ impl TriMesh {
             let face = FaceId::from_index(index);
             if self.topology().contains_face(face) { value(face) } else { 0.0 }
         })
+    }
+}
+
+/// The sizes of a polygon soup, in model units; made by [`PolygonSoup::measure`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SoupMeasures {
+    /// The smallest box round the faces; `None` without faces.
+    pub bounds: Option<BoundingBox>,
+    /// The total area of the faces, cut into triangles.
+    pub area: f64,
+    /// The enclosed volume; see [`TriMesh::volume`] for when that means something.
+    pub volume: f64,
+}
+
+impl PolygonSoup {
+    /// Measures the faces of the soup, whatever its defects. Faces with vertices that are missing
+    /// or not at a finite position do not count.
+    #[must_use]
+    pub fn measure(&self) -> SoupMeasures {
+        let place = |&vertex: &u32| {
+            self.positions().get(vertex as usize).copied().filter(|p| p.is_finite())
+        };
+        let corners = |face: usize| self.face(face).iter().map(place).collect::<Option<Vec<_>>>();
+        let sound = || (0..self.face_count()).filter_map(|face| corners(face).map(|c| (face, c)));
+        let Some(bounds) = BoundingBox::of_points(sound().flat_map(|(_, corners)| corners)) else {
+            return SoupMeasures::default();
+        };
+        let mut measures = SoupMeasures { bounds: Some(bounds), ..SoupMeasures::default() };
+        let mut triangulator = Triangulator::default();
+        let mut triangles = Vec::new();
+        for (face, corners) in sound() {
+            triangles.clear();
+            triangulator.triangulate(&corners, self.face(face), &mut triangles);
+            for triangle in &triangles {
+                let [a, b, c] = triangle.map(|i| corners[i as usize] - bounds.center());
+                measures.area += 0.5 * (b - a).cross(c - a).length();
+                measures.volume += a.dot(b.cross(c)) / 6.0;
+            }
+        }
+        measures
     }
 }

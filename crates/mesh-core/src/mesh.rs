@@ -56,7 +56,7 @@ pub enum MeshError {
 impl TriMesh {
     /// A mesh from positions and index triples that already form an oriented 2-manifold.
     ///
-    /// Use [`crate::build`] for polygons, for input that may need repairs, and for errors that
+    /// Use [`crate::build()`] for polygons, for input that may need repairs, and for errors that
     /// list every offence.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use crate::topology::Topology;
 
 /// Why triangles do not form a half-edge mesh; the first offence that was met.
 ///
-/// [`crate::build`] takes the same input, lists every offence, and can repair it.
+/// [`crate::build()`] takes the same input, lists every offence, and can repair it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TopologyError {
@@ -72,7 +72,7 @@ impl Topology {
     /// the larger. Takes linear time.
     ///
     /// # Errors
-    /// A [`TopologyError`] that names the first offence. Use [`crate::build`] for polygons, for a
+    /// A [`TopologyError`] that names the first offence. Use [`crate::build()`] for polygons, for a
     /// full list of offences, and for repairs.
     pub fn from_triangles(
         vertex_count: usize,

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// A polygon soup: vertex positions, and faces of three or more corners that index them.
 ///
-/// This is what readers produce and what [`crate::build`] turns into a half-edge mesh. Faces lie
+/// This is what readers produce and what [`crate::build()`] turns into a half-edge mesh. Faces lie
 /// one after another in one flat array of *corners*; the position of a corner in that array is
 /// its *corner index*, by which callers key data that differs between the faces at a vertex
 /// (texture coordinates, normals across a crease).
@@ -129,5 +129,32 @@ impl PolygonSoup {
     /// The vertex indices of every face, in order.
     pub fn faces(&self) -> impl ExactSizeIterator<Item = &[u32]> + '_ {
         (0..self.face_count()).map(|face| self.face(face))
+    }
+
+    /// The soup with vertices merged: vertex `v` becomes `target[v]`, which must not itself be
+    /// merged into another ([`weld_exact`](crate::build::weld_exact) and
+    /// [`weld_within`](crate::build::weld_within) give such a list). Faces and corners stay as they
+    /// are, merged vertices are left out, and vertices that `target` does not cover stay.
+    #[must_use]
+    pub fn merged(&self, target: &[u32]) -> Self {
+        let stays = |v: usize| target.get(v).is_none_or(|&t| t as usize == v);
+        let mut renumbered = Vec::with_capacity(self.positions.len());
+        let mut positions = Vec::with_capacity(self.positions.len());
+        for (v, &position) in self.positions.iter().enumerate() {
+            renumbered.push(positions.len() as u32);
+            if stays(v) {
+                positions.push(position);
+            }
+        }
+        let merge = |&v: &u32| {
+            let kept = target.get(v as usize).copied().unwrap_or(v);
+            // What is out of range stays out of range, now as before.
+            renumbered.get(kept as usize).copied().unwrap_or(v)
+        };
+        Self {
+            positions,
+            corners: self.corners.iter().map(merge).collect(),
+            face_ends: self.face_ends.clone(),
+        }
     }
 }

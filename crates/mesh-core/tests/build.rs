@@ -33,7 +33,7 @@ fn lenient(faces: &[&[u32]]) -> Built {
 
 /// Trap 3: coordinates that are not finite are a typed error, with and without repairs.
 #[test]
-fn coordinates_that_are_not_finite_are_refused() {
+fn trap_3_coordinates_that_are_not_finite_are_refused() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let mut positions = moment_curve(4);
         positions[2][1] = bad;
@@ -57,7 +57,7 @@ fn coordinates_that_are_not_finite_are_refused() {
 
 /// Trap 14: each kind of defect is its own error and names the elements.
 #[test]
-fn a_pinched_vertex_is_refused_by_name() {
+fn trap_14_a_pinched_vertex_is_refused_by_name() {
     // Two tetrahedra that share vertex 3.
     let faces: [&[u32]; 8] = [
         &[0, 2, 1],
@@ -81,7 +81,7 @@ fn a_pinched_vertex_is_refused_by_name() {
 }
 
 #[test]
-fn a_bow_tie_is_refused_by_name() {
+fn trap_14_a_bow_tie_is_refused_by_name() {
     let faces: [&[u32]; 2] = [&[0, 1, 2], &[2, 3, 4]];
     assert_eq!(
         strict(&faces),
@@ -91,7 +91,7 @@ fn a_bow_tie_is_refused_by_name() {
 }
 
 #[test]
-fn a_moebius_strip_is_refused_by_name() {
+fn trap_14_a_moebius_strip_is_refused_by_name() {
     let faces: [&[u32]; 5] = [&[0, 1, 2], &[1, 3, 2], &[2, 3, 4], &[3, 0, 4], &[4, 0, 1]];
     let mut reorient = Repair::strict();
     reorient.reorient = true;
@@ -114,7 +114,7 @@ fn a_moebius_strip_is_refused_by_name() {
 }
 
 #[test]
-fn a_duplicate_face_is_refused_by_name() {
+fn trap_14_a_duplicate_face_is_refused_by_name() {
     let expected =
         BuildError::DuplicateFace { face: 2, original: 0, duplicates: Sample::from_iter([2]) };
     let faces: [&[u32]; 3] = [&[0, 1, 2], &[2, 1, 3], &[1, 2, 0]];
@@ -127,7 +127,7 @@ fn a_duplicate_face_is_refused_by_name() {
 }
 
 #[test]
-fn an_edge_with_three_faces_is_refused_by_name() {
+fn trap_14_an_edge_with_three_faces_is_refused_by_name() {
     let faces: [&[u32]; 3] = [&[0, 1, 2], &[1, 0, 3], &[0, 1, 4]];
     assert_eq!(
         strict(&faces),

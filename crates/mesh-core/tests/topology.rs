@@ -1,7 +1,7 @@
 //! Building the half-edge structure, walking it, and refusing what is not a surface.
 #![allow(clippy::unwrap_used)]
 
-use mesh_core::{FaceId, HalfEdgeId, Topology, TopologyError, TriMesh, VertexId};
+use mesh_core::{FaceId, HalfEdgeId, PolygonSoup, Topology, TopologyError, TriMesh, VertexId};
 
 #[test]
 fn a_fan_is_walked_clockwise_from_its_boundary() {
@@ -99,6 +99,12 @@ fn measures_of_a_box_far_from_the_origin() {
     assert!((mesh.volume() - 30.0).abs() < 1e-8);
     let bounds = mesh.bounding_box().unwrap();
     assert_eq!(bounds.extent().to_array(), [2.0, 3.0, 5.0]);
+    let mut soup = PolygonSoup::new();
+    corners.iter().for_each(|&corner| soup.push_vertex(corner));
+    quads.iter().for_each(|quad| soup.push_face(quad).unwrap());
+    let measures = soup.measure();
+    assert!((measures.area - 62.0).abs() < 1e-8 && (measures.volume - 30.0).abs() < 1e-8);
+    assert_eq!(measures.bounds, Some(bounds));
     // The diagonals of the quads differ from corner to corner; angle weights do not care.
     let normals = mesh.vertex_normals();
     for (i, n) in normals.as_slice().iter().enumerate() {

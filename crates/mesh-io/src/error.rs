@@ -183,6 +183,18 @@ pub enum WriteError {
         /// Its coordinate.
         value: f64,
     },
+    /// A finite coordinate is beyond the range of the 32-bit numbers that the file holds.
+    #[error(
+        "vertex {vertex} has the coordinate {value:e}, beyond what 32-bit numbers in {format} can hold; scale the mesh, or write OBJ or PLY with 64 bits"
+    )]
+    OutOfSingleRange {
+        /// The format.
+        format: Format,
+        /// The vertex.
+        vertex: usize,
+        /// Its coordinate.
+        value: f64,
+    },
     /// The format's size fields are too small for the model.
     #[error("{format} can hold no more than {limit} {what}, the model has {found}")]
     TooLarge {

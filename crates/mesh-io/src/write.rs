@@ -2,6 +2,8 @@
 
 use crate::{Format, Model, WriteError, atomic};
 use glam::DVec3;
+use mesh_core::PolygonSoup;
+use mesh_core::build::Triangulator;
 use std::io::Write;
 use std::path::Path;
 
@@ -86,7 +88,8 @@ pub fn write(
 /// Writes a model to a stream, many small pieces at a time: buffer it.
 ///
 /// # Errors
-/// A [`WriteError`]; part of the file may have been written when the stream itself fails.
+/// A [`WriteError`]; part of the file may have been written when the stream itself fails, or when
+/// a coordinate turns out not to fit into the 32-bit numbers of the format.
 pub fn write_to(
     mut writer: &mut dyn Write,
     model: &Model,
@@ -122,9 +125,21 @@ pub fn write_to(
         (Format::Gltf | Format::Glb, _) => Err(WriteError::FormatDisabled(format)),
         _ => Err(no_such_encoding),
     }?;
+    if report.rounding.is_infinite() {
+        return Err(out_of_single_range(model, format));
+    }
     writer.flush()?;
     report.dropped = dropped(model, format);
     Ok(report)
+}
+
+/// The error for a coordinate that became infinite on its way to 32 bits.
+fn out_of_single_range(model: &Model, format: Format) -> WriteError {
+    let coordinates = model.soup.positions().iter().flat_map(DVec3::to_array);
+    let largest = coordinates.enumerate().filter(|(_, value)| value.is_finite());
+    let (index, value) =
+        largest.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())).unwrap_or_default();
+    WriteError::OutOfSingleRange { format, vertex: index / 3, value }
 }
 
 /// What a model has and a format has no place for.
@@ -163,9 +178,29 @@ pub(crate) fn rounding(positions: &[DVec3]) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The triangles of a polygon, as a fan about its first corner: positions in the polygon.
-pub(crate) fn fan(corners: usize) -> impl Iterator<Item = [usize; 3]> {
-    (2..corners).map(|last| [0, last - 1, last])
+/// Cuts faces into triangles for formats that hold nothing else, along diagonals that stay inside.
+#[derive(Default)]
+pub(crate) struct Cutter {
+    triangulator: Triangulator,
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Cutter {
+    /// The triangles of a face, as places in the face.
+    pub(crate) fn cut(&mut self, soup: &PolygonSoup, face: usize) -> &[[u32; 3]] {
+        let vertices = soup.face(face);
+        self.triangles.clear();
+        self.positions.clear();
+        self.positions.extend(vertices.iter().map(|&v| soup.positions()[v as usize]));
+        if self.positions.iter().all(|p| p.is_finite()) {
+            self.triangulator.triangulate(&self.positions, vertices, &mut self.triangles);
+        } else {
+            // Nowhere is inside; any triangles will do.
+            self.triangles.extend((2..vertices.len() as u32).map(|last| [0, last - 1, last]));
+        }
+        &self.triangles
+    }
 }
 
 /// A colour in eight bits, when that is exact for all of them.

@@ -1,6 +1,7 @@
 //! What each format holds, in small files written by hand.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use mesh_core::PolygonSoup;
 use mesh_io::{Encoding, Format, Location, Model, ReadOptions, WriteOptions, read_from, write_to};
 
 fn parse(bytes: &[u8]) -> Result<Model, mesh_io::ReadError> {
@@ -181,4 +182,22 @@ fn reindexing_carries_attributes() {
     assert_eq!(built.corner_uvs, Some(vec![[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]]));
     assert_eq!(built.face_groups, Some(vec![0]));
     assert!(model.reindexed(p, &[[0, 1, 2]], &[0, 1, 2, 9], &[0], &[[0, 1, 2]]).is_err());
+}
+
+/// A chevron starts with a corner from which a fan would leave the polygon.
+#[test]
+fn concave_polygons_are_cut_along_diagonals_that_stay_inside() {
+    let mut soup = PolygonSoup::new();
+    for [x, y] in [[2.0, 0.0], [0.0, 2.0], [0.0, 0.0], [-2.0, -1.0], [4.0, -1.0]] {
+        soup.push_vertex([x, y, 0.0]);
+    }
+    soup.push_face(&[3, 4, 0, 1, 2]).unwrap();
+    let area = soup.measure().area;
+    for format in [Format::Stl, Format::Glb, Format::Gltf] {
+        let mut bytes = Vec::new();
+        write_to(&mut bytes, &Model::from(soup.clone()), format, &WriteOptions::default()).unwrap();
+        let again = read_from(&mut &bytes[..], &ReadOptions::default()).unwrap().soup;
+        assert_eq!(again.face_count(), 3);
+        assert!((again.measure().area - area).abs() < 1e-6, "{format}");
+    }
 }

@@ -18,7 +18,7 @@ pub(crate) trait EdgeTerm: Sync {
             return 0.0;
         }
         Quad::around(topology, edge).map_or(0.0, |quad| {
-            let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
+            let [a, b, c, d] = corner_points(mesh, &quad);
             self.term(a, b, c, d)
         })
     }
@@ -42,15 +42,39 @@ pub(crate) trait EdgeTerm: Sync {
     /// What the flip does to the terms of the edge and of its four sides.
     #[inline]
     fn change_of_terms(&self, mesh: &TriMesh, terms: &EdgeMap<f64>, quad: &Quad) -> Change {
-        let before = edges(quad).map(|e| terms[e]).iter().sum();
-        let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
-        let (inner, [bc, ca, ad, db]) = ([d, d, c, c], quad.sides);
-        let after = self.term(c, d, b, a)
-            + self.side(mesh, bc, [b, c], inner[0])
-            + self.side(mesh, ca, [c, a], inner[1])
-            + self.side(mesh, ad, [a, d], inner[2])
-            + self.side(mesh, db, [d, b], inner[3]);
+        let before = sum_before(terms, quad);
+        let after = self.new_terms(mesh, quad).fold(0.0, |sum, term| sum + term);
         Change { before, after }
+    }
+
+    /// The same when it is a gain. Terms are never negative: once those after the flip add up to
+    /// more than those before it, the rest does not matter.
+    #[inline]
+    fn lower_change_of_terms(
+        &self,
+        mesh: &TriMesh,
+        terms: &EdgeMap<f64>,
+        quad: &Quad,
+    ) -> Option<Change> {
+        let before = sum_before(terms, quad);
+        let mut after = 0.0;
+        for term in self.new_terms(mesh, quad) {
+            after += term;
+            if after >= before {
+                return None;
+            }
+        }
+        Some(Change { before, after })
+    }
+
+    /// The terms after the flip: of the edge, then of the sides, each computed when it is asked for.
+    #[inline]
+    fn new_terms(&self, mesh: &TriMesh, quad: &Quad) -> impl Iterator<Item = f64> {
+        let [a, b, c, d] = corner_points(mesh, quad);
+        let sides = [([b, c], d), ([c, a], d), ([a, d], c), ([d, b], c)];
+        let of_side = move |(side, (ends, inner))| self.side(mesh, side, ends, inner);
+        let diagonal = core::iter::once_with(move || self.term(c, d, b, a));
+        diagonal.chain(quad.sides.into_iter().zip(sides).map(of_side))
     }
 
     /// The term of a side of the quadrilateral with this apex inside.
@@ -60,6 +84,19 @@ pub(crate) trait EdgeTerm: Sync {
             .apex(side.twin())
             .map_or(0.0, |outer| self.term(from, to, inner, mesh.position(outer)))
     }
+}
+
+#[inline]
+fn sum_before(terms: &EdgeMap<f64>, quad: &Quad) -> f64 {
+    let [bc, ca, ad, db] = quad.sides;
+    terms[quad.edge] + terms[bc.edge()] + terms[ca.edge()] + terms[ad.edge()] + terms[db.edge()]
+}
+
+/// Written out, since the compiler keeps a map over the array as a call.
+#[inline]
+fn corner_points(mesh: &TriMesh, quad: &Quad) -> [DVec3; 4] {
+    let [a, b, c, d] = quad.corners;
+    [mesh.position(a), mesh.position(b), mesh.position(c), mesh.position(d)]
 }
 
 /// The edge and the four sides of the quadrilateral.

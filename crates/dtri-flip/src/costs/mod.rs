@@ -9,6 +9,6 @@ mod willmore;
 
 pub use abs_mean::AbsMean;
 pub use face_cost::{FaceCost, FaceFunction};
-pub use vertex_cost::{VertexCost, VertexFunction};
+pub use vertex_cost::{VertexCost, VertexCostCache, VertexFunction};
 pub use virtual_willmore::VirtualWillmore;
 pub use willmore::Willmore;

@@ -2,11 +2,13 @@
 //! the absolute Gaussian curvature.
 
 use dcurv::{VertexArea, corner_angle, corner_area, vertex_curvature};
+use glam::DVec3;
 use mesh_core::{EdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use super::abs_mean::AbsMean;
 use super::edge_sum::{EdgeTerm, edges};
 use crate::cost::{Change, FlipCost, Reach};
+use crate::fold::twice_vector_area;
 use crate::quad::Quad;
 
 /// A sum over the vertices of a function of the integral curvatures and the area of each.
@@ -113,20 +115,22 @@ impl FlipCost for VertexCost {
         parallel::sum(count, |index| self.function.of(&self.integrals(mesh, index)))
     }
 
-    /// The integrals at the four corners are sums: those after the flip come from those before it
-    /// by taking away what the old triangles and edges give and adding what the new ones do.
     fn change(&self, mesh: &TriMesh, cache: &VertexCostCache, quad: &Quad) -> Change {
-        let before = quad.corners.map(|v| cache.integrals[v]);
-        let mut after = Corners { quad, integrals: before };
-        if self.function.needs_angles() {
-            self.exchange_angles(mesh, &mut after);
+        let means = self.means_after(mesh, cache, quad);
+        self.change_with_means(mesh, cache, quad, means)
+    }
+
+    fn change_if_lower(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        quad: &Quad,
+    ) -> Option<Change> {
+        let means = self.means_after(mesh, cache, quad);
+        if self.cannot_be_lower(mesh, cache, quad, means) {
+            return None;
         }
-        if self.function.needs_areas_and_means() {
-            self.exchange_areas(mesh, &mut after);
-            exchange_means(mesh, &cache.edge_terms, &mut after);
-        }
-        let sum = |corners: [Integrals; 4]| corners.map(|at| self.function.of(&at)).iter().sum();
-        Change { before: sum(before), after: sum(after.integrals) }
+        Some(self.change_with_means(mesh, cache, quad, means))
     }
 
     fn reach(&self) -> Reach {
@@ -153,6 +157,66 @@ impl Corners<'_> {
 }
 
 impl VertexCost {
+    /// The integrals at the four corners are sums: those after the flip come from those before it
+    /// by taking away what the old triangles and edges give and adding what the new ones do.
+    fn change_with_means(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        quad: &Quad,
+        means: [f64; 4],
+    ) -> Change {
+        let before = quad.corners.map(|v| cache.integrals[v]);
+        let mut after = Corners { quad, integrals: before };
+        for (at, abs_mean) in after.integrals.iter_mut().zip(means) {
+            at.abs_mean = abs_mean;
+        }
+        if self.function.needs_angles() {
+            self.exchange_angles(mesh, &mut after);
+        }
+        if self.function.needs_areas_and_means() {
+            self.exchange_areas(mesh, &mut after);
+        }
+        let sum = |corners: [Integrals; 4]| corners.map(|at| self.function.of(&at)).iter().sum();
+        Change { before: sum(before), after: sum(after.integrals) }
+    }
+
+    /// The absolute mean curvatures at the four corners after the flip.
+    fn means_after(&self, mesh: &TriMesh, cache: &VertexCostCache, quad: &Quad) -> [f64; 4] {
+        let mut means = quad.corners.map(|v| cache.integrals[v].abs_mean);
+        if self.function.needs_areas_and_means() {
+            exchange_means(mesh, &cache.edge_terms, quad, &mut means);
+        }
+        means
+    }
+
+    /// Whether the means alone tell that the cost would not be lower: F3 is at least twice their
+    /// sum, and F1, for any shares of the area, at least `(sum of |Hbar|)² / (sum of S)`.
+    fn cannot_be_lower(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        quad: &Quad,
+        means: [f64; 4],
+    ) -> bool {
+        let before = quad.corners.map(|v| cache.integrals[v]);
+        let cost: f64 = before.map(|at| self.function.of(&at)).iter().sum();
+        let mean: f64 = means.iter().sum();
+        match self.function {
+            VertexFunction::AbsGaussian => false,
+            VertexFunction::AbsPrincipal => 2.0 * mean > cost * (1.0 + MARGIN),
+            VertexFunction::SquaredMean => {
+                let area = |triangles: [[VertexId; 3]; 2]| -> f64 {
+                    triangles.map(|t| 0.5 * twice_vector_area(mesh, t).length()).iter().sum()
+                };
+                let areas = before.map(|at| at.area).iter().sum::<f64>()
+                    + area(quad.flipped_triangles())
+                    - area(quad.triangles());
+                mean * mean > cost * areas * (1.0 + MARGIN)
+            }
+        }
+    }
+
     fn integrals(&self, mesh: &TriMesh, index: usize) -> Integrals {
         let vertex = VertexId::from_index(index);
         if mesh.topology().contains_vertex(vertex) {
@@ -205,31 +269,21 @@ fn exchange_faces(
 }
 
 /// Half of an edge's term goes to each end.
-fn exchange_means(mesh: &TriMesh, terms: &EdgeMap<f64>, after: &mut Corners<'_>) {
-    let topology = mesh.topology();
-    let quad = after.quad;
-    for edge in edges(quad) {
-        for end in topology.edge_vertices(edge) {
-            if let Some(at) = after.at(end) {
-                at.abs_mean -= 0.5 * terms[edge];
-            }
-        }
-    }
-    let [a, b, c, d] = quad.corners;
-    let point = |v: VertexId| mesh.position(v);
-    let diagonal = AbsMean.term(point(c), point(d), point(b), point(a));
-    let ends = [[b, c], [c, a], [a, d], [d, b]];
-    let mut shares = vec![];
-    shares.push(([c, d], diagonal));
-    for ((side, ends), [_, apex]) in quad.sides.into_iter().zip(ends).zip(quad.apexes()) {
-        let [from, to] = ends.map(point);
-        shares.push((ends, AbsMean.side(mesh, side, [from, to], point(apex))));
-    }
-    for (ends, term) in shares {
-        for end in ends {
-            if let Some(at) = after.at(end) {
-                at.abs_mean += 0.5 * term;
-            }
-        }
-    }
+fn exchange_means(mesh: &TriMesh, terms: &EdgeMap<f64>, quad: &Quad, means: &mut [f64; 4]) {
+    let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
+    let [diagonal, bc, ca, ad, db] = edges(quad).map(|edge| terms[edge]);
+    let side =
+        |i: usize, ends: [DVec3; 2], inner: DVec3| AbsMean.side(mesh, quad.sides[i], ends, inner);
+    let turned = AbsMean.term(c, d, b, a);
+    let bc = side(0, [b, c], d) - bc;
+    let ca = side(1, [c, a], d) - ca;
+    let ad = side(2, [a, d], c) - ad;
+    let db = side(3, [d, b], c) - db;
+    means[0] += 0.5 * (ca + ad - diagonal);
+    means[1] += 0.5 * (bc + db - diagonal);
+    means[2] += 0.5 * (bc + ca + turned);
+    means[3] += 0.5 * (ad + db + turned);
 }
+
+/// Keeps rounding from dropping a flip that the exact comparison would take.
+const MARGIN: f64 = 1e-9;

@@ -45,6 +45,11 @@ impl FlipCost for Willmore {
         self.change_of_terms(mesh, cache, quad)
     }
 
+    #[inline]
+    fn change_if_lower(&self, mesh: &TriMesh, cache: &EdgeMap<f64>, quad: &Quad) -> Option<Change> {
+        self.lower_change_of_terms(mesh, cache, quad)
+    }
+
     fn reach(&self) -> Reach {
         Reach::AdjacentTriangles
     }

@@ -4,24 +4,12 @@ use crate::build::{BuildError, BuildReport, Repair, Sample};
 use crate::handle::{HalfEdgeId, Handle, VertexId};
 use crate::soup::PolygonSoup;
 
-/// Checks sizes, indices and coordinates; returns the faces to leave out, ascending.
-pub(crate) fn screen(
-    soup: &PolygonSoup,
-    repair: &Repair,
-    report: &mut BuildReport,
-) -> Result<Vec<u32>, BuildError> {
-    check_sizes(soup)?;
-    let left_out = check_faces(soup, repair, report)?;
-    check_coordinates(soup, repair, &left_out)?;
-    Ok(left_out)
-}
-
-/// Leaves room for one edge per side of a triangle and for one copy of a vertex per corner.
-fn check_sizes(soup: &PolygonSoup) -> Result<(), BuildError> {
-    let triangles: usize = soup.corners().len();
-    let limit = HalfEdgeId::LIMIT / 6;
-    if triangles > limit {
-        return Err(BuildError::TooManyElements { what: "corners", count: triangles, limit });
+/// Leaves room for two half-edges per side of a triangle and for a copy of a vertex per corner: a
+/// polygon has fewer triangles than corners.
+pub(crate) fn check_sizes(soup: &PolygonSoup) -> Result<(), BuildError> {
+    let (count, limit) = (soup.corners().len(), HalfEdgeId::LIMIT / 6);
+    if count > limit {
+        return Err(BuildError::TooManyElements { what: "corners", count, limit });
     }
     let (count, limit) = (soup.vertex_count(), VertexId::LIMIT / 2);
     if count > limit {
@@ -30,8 +18,9 @@ fn check_sizes(soup: &PolygonSoup) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Finds faces with indices out of range or fewer than three corners.
-fn check_faces(
+/// Refuses faces with indices out of range or fewer than three corners, or returns those to leave
+/// out, ascending.
+pub(crate) fn check_faces(
     soup: &PolygonSoup,
     repair: &Repair,
     report: &mut BuildReport,
@@ -76,7 +65,7 @@ fn check_faces(
 }
 
 /// Refuses coordinates that are not finite, except of vertices that will be dropped as unused.
-fn check_coordinates(
+pub(crate) fn check_coordinates(
     soup: &PolygonSoup,
     repair: &Repair,
     left_out: &[u32],

@@ -8,8 +8,8 @@
 //!
 //! Clipping an ear changes at most whether its two neighbours are ears, so there are at most `3 n`
 //! ear tests. Each looks at the reflex corners inside the bounding box of the ear, found through a
-//! grid. This is close to linear for the polygons that occur, and `O(n r)` with `r` reflex corners
-//! at worst.
+//! grid. This is close to linear where neighbouring corners are close together, about `n^1.5` for
+//! long thin spikes, and `O(n r)` with `r` reflex corners at worst.
 
 use std::collections::VecDeque;
 
@@ -99,8 +99,9 @@ impl Triangulator {
                 triangles.push([0, 1, 2]);
                 Triangulation::Proper
             }
-            [a, b, c, d] if all_distinct(vertices) => {
-                triangles.extend(split_quadrilateral([a, b, c, d]));
+            [a, b, c, d] if all_distinct(&vertices[..4]) => {
+                let vertices = [vertices[0], vertices[1], vertices[2], vertices[3]];
+                triangles.extend(split_quadrilateral([a, b, c, d], vertices));
                 Triangulation::Proper
             }
             _ => self.clip_ears(positions, vertices, triangles),
@@ -114,10 +115,11 @@ impl Triangulator {
         triangles: &mut Vec<[u32; 3]>,
     ) -> Triangulation {
         self.start(positions);
+        let mut left = positions.len() - self.clip_repeated(positions, triangles);
+        self.classify();
         let mut rule = Rule::Ear;
         let mut worst = Rule::Ear;
         let mut relaxations = 0;
-        let mut left = positions.len();
         while left > 2 {
             let Some(tip) = self.queue.pop_front() else {
                 rule = rule.relaxed();
@@ -144,7 +146,7 @@ impl Triangulator {
         if worst <= Rule::Touching { Triangulation::Proper } else { Triangulation::Fallback }
     }
 
-    /// Sets up the ring of corners, with every one queued.
+    /// Sets up the ring of corners.
     fn start(&mut self, positions: &[DVec3]) {
         project(positions, &mut self.points);
         let n = positions.len() as u32;
@@ -156,11 +158,31 @@ impl Triangulator {
             is_clipped: false,
             is_queued: false,
         }));
-        for i in 0..n {
+        self.queue.clear();
+    }
+
+    /// Clips corners at the position of the next one, which leaves triangles of no area, and
+    /// returns how many.
+    fn clip_repeated(&mut self, positions: &[DVec3], triangles: &mut Vec<[u32; 3]>) -> usize {
+        let mut clipped = 0;
+        for tip in 0..positions.len() as u32 {
+            let Corner { previous, next, .. } = self.corners[tip as usize];
+            let is_repeated = positions[tip as usize] == positions[next as usize];
+            if is_repeated && clipped + 2 < positions.len() {
+                triangles.push([previous, tip, next]);
+                self.clip(tip);
+                clipped += 1;
+            }
+        }
+        clipped
+    }
+
+    /// Tells convex corners from the others and queues all.
+    fn classify(&mut self) {
+        for i in 0..self.corners.len() as u32 {
             self.corners[i as usize].is_convex = self.turn_at(i) > 0.0;
         }
         self.blockers.collect(&self.points, &self.corners);
-        self.queue.clear();
         self.queue_all();
     }
 
@@ -281,9 +303,10 @@ fn newell_normal(positions: &[DVec3]) -> DVec3 {
 
 /// Splits a quadrilateral along a diagonal whose two triangles face the same way. If both do, the
 /// one that satisfies the Delaunay criterion better is taken: the one with the larger sum of the
-/// cotangents of the two angles opposite it. Ties, such as rectangles, are split from the first
-/// corner.
-fn split_quadrilateral(p: [DVec3; 4]) -> [[u32; 3]; 2] {
+/// cotangents of the two angles opposite it. Ties, such as rectangles, are split from the vertex
+/// with the smallest index, so that it does not matter at which corner a face starts, nor which way
+/// it runs.
+fn split_quadrilateral(p: [DVec3; 4], vertices: [u32; 4]) -> [[u32; 3]; 2] {
     let normal = |a: usize, b: usize, c: usize| (p[b] - p[a]).cross(p[c] - p[a]);
     let is_valid = |a: DVec3, b: DVec3| a.dot(b) > 0.0;
     let first = is_valid(normal(0, 1, 2), normal(0, 2, 3));
@@ -292,13 +315,18 @@ fn split_quadrilateral(p: [DVec3; 4]) -> [[u32; 3]; 2] {
         let (u, v) = (p[before] - p[at], p[after] - p[at]);
         u.dot(v) / u.cross(v).length()
     };
-    let prefer_second = || {
+    let prefers_second = || {
         let opposite_first = cotangent(0, 1, 2) + cotangent(2, 3, 0);
         let opposite_second = cotangent(1, 2, 3) + cotangent(3, 0, 1);
-        // Rounding must not decide between equal diagonals: cotangents have no unit.
-        opposite_second > opposite_first + 1e-9
+        let advantage = opposite_second - opposite_first;
+        // Rounding must not decide between equal diagonals; cotangents have no unit.
+        if advantage.abs() > 1e-9 {
+            advantage > 0.0
+        } else {
+            vertices[1].min(vertices[3]) < vertices[0].min(vertices[2])
+        }
     };
-    if second && (!first || prefer_second()) {
+    if (second && !first) || (second == first && prefers_second()) {
         [[0, 1, 3], [1, 2, 3]]
     } else {
         [[0, 1, 2], [0, 2, 3]]
@@ -321,7 +349,10 @@ struct Blockers {
 
 impl Blockers {
     fn collect(&mut self, points: &[DVec2], corners: &[Corner]) {
-        let is_blocker = |i: &u32| !corners[*i as usize].is_convex;
+        let is_blocker = |i: &u32| {
+            let corner = corners[*i as usize];
+            !corner.is_convex && !corner.is_clipped
+        };
         let blockers = || (0..points.len() as u32).filter(is_blocker);
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for i in blockers() {
@@ -401,5 +432,209 @@ impl Blockers {
             }
         }
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use core::f64::consts::TAU;
+
+    /// The triangles of a polygon in the plane `z = x - y`.
+    fn triangulate(polygon: &[DVec2], vertices: &[u32]) -> (Vec<[u32; 3]>, Triangulation) {
+        let positions: Vec<DVec3> = polygon.iter().map(|p| p.extend(p.x - p.y)).collect();
+        let mut triangles = Vec::new();
+        let quality = Triangulator::default().triangulate(&positions, vertices, &mut triangles);
+        (triangles, quality)
+    }
+
+    fn area(polygon: &[DVec2]) -> f64 {
+        let next = polygon.iter().cycle().skip(1);
+        polygon.iter().zip(next).map(|(p, q)| p.perp_dot(*q) / 2.0).sum()
+    }
+
+    /// Checks a triangulation without overlap: all triangles turn left and fill the area.
+    fn check_proper(polygon: &[DVec2]) {
+        let flat: Vec<DVec3> = polygon.iter().map(|p| p.extend(0.0)).collect();
+        let vertices = crate::build::weld_exact(&flat);
+        for reversed in [false, true] {
+            let mut polygon = polygon.to_vec();
+            let mut vertices = vertices.clone();
+            if reversed {
+                polygon.reverse();
+                vertices.reverse();
+            }
+            let (triangles, quality) = triangulate(&polygon, &vertices);
+            assert_eq!(quality, Triangulation::Proper);
+            assert_eq!(triangles.len(), polygon.len() - 2);
+            let sign = if reversed { -1.0 } else { 1.0 };
+            let mut sum = 0.0;
+            for triangle in &triangles {
+                assert!(all_distinct(&triangle.map(|i| vertices[i as usize])));
+                let part = area(&triangle.map(|i| polygon[i as usize]));
+                assert!(part * sign > 0.0, "{triangle:?} of {} corners", polygon.len());
+                sum += part;
+            }
+            let whole = area(&polygon);
+            assert!((sum - whole).abs() <= 1e-9 * whole.abs(), "{sum} {whole}");
+        }
+    }
+
+    fn points(coordinates: &[[f64; 2]]) -> Vec<DVec2> {
+        coordinates.iter().copied().map(DVec2::from).collect()
+    }
+
+    #[test]
+    fn concave_quadrilaterals_split_at_the_reflex_corner() {
+        let arrow = points(&[[0.0, 0.0], [2.0, -1.0], [0.5, 0.0], [2.0, 1.0]]);
+        for start in 0..4 {
+            let mut polygon = arrow.clone();
+            polygon.rotate_left(start);
+            check_proper(&polygon);
+        }
+        // A straight corner: the other diagonal would leave a triangle without area.
+        check_proper(&points(&[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 3.0]]));
+    }
+
+    #[test]
+    fn rectangles_split_the_same_way_wherever_they_start() {
+        // A rectangle in the plane `z = x - y`.
+        let square = points(&[[0.0, 0.0], [1.0, 1.0], [3.0, -1.0], [2.0, -2.0]]);
+        for start in 0..4 {
+            for reversed in [false, true] {
+                let mut polygon = square.clone();
+                let mut vertices = vec![7, 3, 9, 5];
+                if reversed {
+                    polygon.reverse();
+                    vertices.reverse();
+                }
+                polygon.rotate_left(start);
+                vertices.rotate_left(start);
+                let (triangles, _) = triangulate(&polygon, &vertices);
+                for triangle in triangles {
+                    let triangle = triangle.map(|i| vertices[i as usize]);
+                    assert!(triangle.contains(&3) && triangle.contains(&5));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn larger_polygons_are_filled() {
+        // An L, with corners on straight sides.
+        check_proper(&points(&[
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 1.0],
+            [1.0, 1.0],
+            [1.0, 1.5],
+            [1.0, 2.0],
+            [0.0, 2.0],
+            [0.0, 1.0],
+        ]));
+        // A triangle with corners on its sides.
+        check_proper(&points(&[
+            [0.0, 0.0],
+            [1.0, 0.0],
+            [2.0, 0.0],
+            [3.0, 0.0],
+            [2.0, 1.0],
+            [1.0, 2.0],
+            [0.0, 3.0],
+            [0.0, 1.0],
+        ]));
+        // A frame: the hole is reached through a bridge that is walked twice.
+        check_proper(&points(&[
+            [0.0, 0.0],
+            [3.0, 0.0],
+            [3.0, 3.0],
+            [0.0, 3.0],
+            [0.0, 0.0],
+            [1.0, 1.0],
+            [1.0, 2.0],
+            [2.0, 2.0],
+            [2.0, 1.0],
+            [1.0, 1.0],
+        ]));
+        // Two holes with bridges from the same corner.
+        check_proper(&points(&[
+            [0.0, 0.0],
+            [9.0, 0.0],
+            [9.0, 9.0],
+            [0.0, 9.0],
+            [0.0, 0.0],
+            [1.0, 4.0],
+            [1.0, 7.0],
+            [4.0, 7.0],
+            [1.0, 4.0],
+            [0.0, 0.0],
+            [4.0, 1.0],
+            [5.0, 3.0],
+            [7.0, 1.0],
+            [4.0, 1.0],
+        ]));
+        // A seam into the interior.
+        check_proper(&points(&[
+            [0.0, 0.0],
+            [2.0, 0.0],
+            [1.0, 1.0],
+            [2.0, 0.0],
+            [2.0, 2.0],
+            [0.0, 2.0],
+        ]));
+    }
+
+    #[test]
+    fn stars_and_spirals_of_many_corners_are_filled() {
+        for n in [5, 6, 7, 50, 1000, 10_000] {
+            let star = (0..n).map(|i| {
+                let radius = if i % 2 == 0 { 2.0 } else { 1.0 + 0.3 * (i as f64).sin() };
+                DVec2::from_angle(TAU * i as f64 / n as f64) * radius
+            });
+            check_proper(&star.collect::<Vec<_>>());
+            let arm = |i: usize, width: f64| {
+                let turns = 10.0 * i as f64 / n as f64;
+                DVec2::from_angle(TAU * turns) * (1.0 + turns + width)
+            };
+            let outwards = (0..n).map(|i| arm(i, 0.5));
+            let spiral = outwards.chain((0..n).rev().map(|i| arm(i, 0.0)));
+            if n >= 1000 {
+                check_proper(&spiral.collect::<Vec<_>>());
+            }
+            let comb = (0..n).map(|i| DVec2::new(i as f64, if i % 2 == 0 { 0.0 } else { 100.0 }));
+            let comb = comb.chain([[n as f64, -1.0], [-1.0, -1.0]].map(DVec2::from));
+            check_proper(&comb.map(|p| DVec2::new(-p.x, p.y)).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn hopeless_polygons_end() {
+        let crossed = points(&[[0.0, 0.0], [2.0, 2.0], [2.0, 0.0], [0.0, 2.0], [-1.0, 1.0]]);
+        let (triangles, _) = triangulate(&crossed, &[0, 1, 2, 3, 4]);
+        assert_eq!(triangles.len(), 3);
+        for n in [5_u32, 100_000] {
+            let line: Vec<DVec2> = (0..n).map(|i| DVec2::new(f64::from(i), 0.0)).collect();
+            let vertices: Vec<u32> = (0..n).collect();
+            let (triangles, quality) = triangulate(&line, &vertices);
+            assert_eq!((triangles.len(), quality), (n as usize - 2, Triangulation::Fallback));
+            let (triangles, _) = triangulate(&vec![DVec2::ONE; n as usize], &vec![0; n as usize]);
+            assert_eq!(triangles.len(), n as usize - 2);
+            let rounds: Vec<u32> = (0..n).map(|i| i % 4).collect();
+            let corners = points(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+            let square: Vec<DVec2> = rounds.iter().map(|&i| corners[i as usize]).collect();
+            let (triangles, _) = triangulate(&square, &rounds);
+            assert_eq!(triangles.len(), n as usize - 2);
+        }
+    }
+
+    #[test]
+    fn repeated_corners_do_not_spoil_the_rest() {
+        let polygon = points(&[[0.0, 0.0], [2.0, 0.0], [2.0, 0.0], [1.0, 2.0]]);
+        let (triangles, quality) = triangulate(&polygon, &[4, 5, 5, 6]);
+        assert_eq!(quality, Triangulation::Proper);
+        let proper =
+            triangles.iter().filter(|t| all_distinct(&t.map(|i| [4, 5, 5, 6][i as usize])));
+        assert_eq!(proper.count(), 1);
     }
 }

@@ -128,7 +128,12 @@ impl Grid<'_> {
 
 /// The numbers of the grid cell that holds a position, along the three axes.
 fn cell_of(position: DVec3, cell_size: f64) -> [u64; 3] {
-    (position / cell_size).floor().to_array().map(|number| (number as i64).cast_unsigned())
+    (position / cell_size).to_array().map(|quotient| {
+        // Rounds down; calling `floor` is slow on targets that have no instruction for it.
+        let towards_zero = quotient as i64;
+        let is_above = towards_zero as f64 > quotient;
+        (towards_zero - i64::from(is_above)).cast_unsigned()
+    })
 }
 
 /// A hash table of vertices by keys that the vertices themselves tell.
@@ -176,4 +181,67 @@ fn mix(key: [u64; 3]) -> u64 {
         let product = u128::from(hash ^ word) * 0xd6e8_feb8_6659_fd93;
         (product as u64 ^ (product >> 64) as u64).rotate_left(23)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The definition, in quadratic time.
+    fn weld_slowly(positions: &[DVec3], distance: f64) -> Vec<u32> {
+        let mut target: Vec<u32> = Vec::new();
+        for (i, p) in positions.iter().enumerate() {
+            let stays = |j: &usize| target[*j] == *j as u32;
+            let is_near = |j: &usize| p.distance_squared(positions[*j]) <= distance * distance;
+            target.push((0..i).filter(stays).find(is_near).unwrap_or(i) as u32);
+        }
+        target
+    }
+
+    #[test]
+    fn equal_coordinates_merge() {
+        let p = |x: f64, y: f64| DVec3::new(x, y, 1.0);
+        let positions = [p(0.0, 1.0), p(-0.0, 1.0), p(1.0, 0.0), p(0.0, 1.0), p(1.0, -0.0)];
+        assert_eq!(weld_exact(&positions), [0, 0, 2, 0, 2]);
+        assert_eq!(weld_within(&positions, 0.0), [0, 0, 2, 0, 2]);
+        let nan = [DVec3::NAN, DVec3::NAN, DVec3::INFINITY, DVec3::INFINITY];
+        assert_eq!(weld_within(&nan, 1.0), [0, 1, 2, 3]);
+        assert_eq!(weld_exact(&nan)[..2], [0, 1]);
+    }
+
+    #[test]
+    fn welding_within_a_distance_follows_its_definition() {
+        let mut state = 1_u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let cloud: Vec<DVec3> =
+            (0..600).map(|_| DVec3::new(random(), random(), random())).collect();
+        for distance in [1e-9, 0.01, 0.05, 0.2, 0.7, 3.0] {
+            for (scale, shift) in [(1.0, 0.0), (1e-200, 0.0), (1e200, 0.0), (1.0, 1e6)] {
+                let cloud: Vec<DVec3> = cloud.iter().map(|p| (*p + shift) * scale).collect();
+                let unit: Vec<DVec3> = cloud.iter().map(|p| *p / scale).collect();
+                assert_eq!(
+                    weld_within(&cloud, distance * scale),
+                    weld_slowly(&unit, distance),
+                    "{distance} {scale} {shift}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn chains_do_not_run_away() {
+        let row: Vec<DVec3> = (0..7).map(|i| DVec3::X * f64::from(i)).collect();
+        assert_eq!(weld_within(&row, 1.0), [0, 0, 2, 2, 4, 4, 6]);
+        assert_eq!(weld_within(&row, 2.5), [0, 0, 0, 3, 3, 3, 6]);
+    }
+
+    #[test]
+    fn a_million_vertices_in_one_place_merge() {
+        let heap = vec![DVec3::ONE; 1_000_000];
+        assert!(weld_exact(&heap).iter().all(|&target| target == 0));
+        assert!(weld_within(&heap, 1e-3).iter().all(|&target| target == 0));
+    }
 }

@@ -1,6 +1,6 @@
 //! Writing glTF: one mesh, a primitive per material, all of them sharing the vertices.
 
-use crate::write::{as_bytes, fan};
+use crate::write::{Cutter, as_bytes};
 use crate::{Alpha, Format, ImageData, Model, WriteError, WriteReport};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -295,6 +295,7 @@ fn primitives(
 ) -> Vec<Value> {
     let mut by_material: Vec<(u32, Vec<u32>)> = Vec::new();
     let mut places = HashMap::new();
+    let mut cutter = Cutter::default();
     for face in 0..model.soup.face_count() {
         let material = model.face_materials.as_ref().map_or(Model::NONE, |all| all[face]);
         let place = *places.entry(material).or_insert_with(|| {
@@ -302,8 +303,8 @@ fn primitives(
             by_material.len() - 1
         });
         let corners = &wedges.of_corner[model.soup.corner_range(face)];
-        let triangles = fan(corners.len()).flatten();
-        by_material[place].1.extend(triangles.map(|corner| corners[corner]));
+        let triangles = cutter.cut(&model.soup, face).as_flattened();
+        by_material[place].1.extend(triangles.iter().map(|&corner| corners[corner as usize]));
     }
     by_material
         .into_iter()

@@ -1,18 +1,24 @@
 //! Writing STL.
 
 use crate::decimal::Decimal;
-use crate::write::{fan, normal, rounding};
+use crate::write::{Cutter, normal, rounding};
 use crate::{Format, Model, WriteError, WriteReport};
 use glam::DVec3;
 use std::io::Write;
 
-/// The triangles of a model, with the face that each comes from.
-fn triangles(model: &Model) -> impl Iterator<Item = (usize, [DVec3; 3])> + '_ {
+/// Calls `write` for the triangles of every face.
+fn for_each_triangle(
+    model: &Model,
+    mut write: impl FnMut(usize, [DVec3; 3]) -> std::io::Result<()>,
+) -> std::io::Result<()> {
     let positions = model.soup.positions();
-    model.soup.faces().enumerate().flat_map(move |(index, face)| {
-        fan(face.len())
-            .map(move |corners| (index, corners.map(|corner| positions[face[corner] as usize])))
-    })
+    let mut cutter = Cutter::default();
+    for (index, face) in model.soup.faces().enumerate() {
+        for triangle in cutter.cut(&model.soup, index) {
+            write(index, triangle.map(|corner| positions[face[corner as usize] as usize]))?;
+        }
+    }
+    Ok(())
 }
 
 pub(crate) fn write_binary(
@@ -32,15 +38,15 @@ pub(crate) fn write_binary(
     header[..name.len()].copy_from_slice(name);
     writer.write_all(&header)?;
     writer.write_all(&count.to_le_bytes())?;
-    for (_, triangle) in triangles(model) {
+    for_each_triangle(model, |_, triangle| {
         let mut facet = [0; 50];
         let [a, b, c] = triangle.map(DVec3::as_vec3);
         let rows = [normal(triangle).as_vec3(), a, b, c].map(|row| row.to_array());
         for (bytes, value) in facet.as_chunks_mut().0.iter_mut().zip(rows.as_flattened()) {
             *bytes = value.to_le_bytes();
         }
-        writer.write_all(&facet)?;
-    }
+        writer.write_all(&facet)
+    })?;
     Ok(report(model))
 }
 
@@ -55,7 +61,7 @@ pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteR
     let first = model.face_groups.as_ref().and_then(|groups| groups.first());
     let mut current = first.copied().unwrap_or(Model::NONE);
     writeln!(writer, "solid {}", name(current))?;
-    for (face, triangle) in triangles(model) {
+    for_each_triangle(model, |face, triangle| {
         if group(face) != current {
             writeln!(writer, "endsolid {}", name(current))?;
             current = group(face);
@@ -69,8 +75,8 @@ pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteR
         for corner in triangle {
             writeln!(writer, "    vertex {}", line(corner))?;
         }
-        writeln!(writer, "  endloop\nendfacet")?;
-    }
+        writeln!(writer, "  endloop\nendfacet")
+    })?;
     writeln!(writer, "endsolid {}", name(current))?;
     Ok(report(model))
 }

@@ -1,0 +1,293 @@
+//! The commands on small generated meshes: results, exit codes, and what stays whole on failure.
+#![allow(clippy::unwrap_used, clippy::float_cmp)]
+
+mod common;
+
+use std::path::Path;
+
+use common::{curvmesh, json, write};
+use mesh_core::PolygonSoup;
+use mesh_core::shapes::{Torus, polyhedra};
+use mesh_io::{Model, WriteOptions};
+
+fn torus(folder: &Path) -> String {
+    let path = folder.join("torus.ply");
+    write(Torus { major: 5.0, minor: 2.0 }.shifted_mesh(12, 6).unwrap(), &path);
+    path.to_str().unwrap().to_owned()
+}
+
+/// Three triangles on one edge.
+fn book(folder: &Path) -> String {
+    let mut soup = PolygonSoup::new();
+    for i in 0..5 {
+        let t = f64::from(i);
+        soup.push_vertex([t, t * t, t * t * t]);
+    }
+    for face in [[0, 1, 2], [1, 0, 3], [0, 1, 4]] {
+        soup.push_face(&face).unwrap();
+    }
+    let path = folder.join("book.off");
+    write(soup, &path);
+    path.to_str().unwrap().to_owned()
+}
+
+fn code(arguments: &[&str]) -> (i32, String) {
+    let output = curvmesh(arguments);
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+fn info_counts_and_measures() {
+    let folder = tempfile::tempdir().unwrap();
+    let info = json(&["info", &torus(folder.path())]);
+    for (key, value) in [("vertices", 72), ("faces", 144), ("edges", 216), ("components", 1)] {
+        assert_eq!(info[key], value, "{key}");
+    }
+    for (key, value) in [("euler_characteristic", 0), ("boundary_edges", 0), ("boundary_loops", 0)]
+    {
+        assert_eq!(info[key], value, "{key}");
+    }
+    for key in ["closed", "manifold", "oriented"] {
+        assert_eq!(info[key], true, "{key}");
+    }
+    let bound = info["bbox_max"][0].as_f64().unwrap();
+    assert!((bound - 7.0).abs() < 1e-6);
+    for key in ["load", "compute", "save", "total"] {
+        assert!(info["seconds"][key].is_number(), "{key}");
+    }
+}
+
+#[test]
+fn info_measures_a_cube() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cube.stl");
+    write(polyhedra::cube(), &path);
+    let info = json(&["info", path.to_str().unwrap()]);
+    assert_eq!((&info["area"], &info["volume"]), (&24.0.into(), &8.0.into()));
+    assert_eq!(info["bbox_min"], serde_json::json!([-1.0, -1.0, -1.0]));
+}
+
+#[test]
+fn info_works_on_defects_and_repairs_cure_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let book = book(folder.path());
+    let info = json(&["info", &book]);
+    assert_eq!((&info["manifold"], &info["non_manifold_edges"]), (&false.into(), &1.into()));
+    assert_eq!(info["volume"], serde_json::Value::Null);
+    let cured = json(&["info", &book, "--lenient"]);
+    assert_eq!((&cured["manifold"], &cured["vertices"]), (&true.into(), &9.into()));
+}
+
+#[test]
+fn flip_reaches_the_published_triangulation() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.obj");
+    let report =
+        json(&["flip", &torus(folder.path()), "-o", out.to_str().unwrap(), "--cost", "f2"]);
+    assert_eq!((&report["flips"], &report["stop"]), (&54.into(), &"local-minimum".into()));
+    assert!((report["cost_before"].as_f64().unwrap() - 220.300037).abs() < 1e-5);
+    assert!((report["cost_after"].as_f64().unwrap() - 138.196323).abs() < 1e-5);
+    let info = json(&["info", out.to_str().unwrap()]);
+    assert_eq!((&info["closed"], &info["euler_characteristic"]), (&true.into(), &0.into()));
+}
+
+/// Two texture charts on a bumpy grid: after flips each corner still has the coordinate that its
+/// chart gives to its vertex.
+#[test]
+fn flip_keeps_texture_seams_and_coordinates() {
+    let cells = 8_u32;
+    let at = |i: u32, j: u32| i * (cells + 1) + j;
+    let mut soup = PolygonSoup::new();
+    for i in 0..=cells {
+        for j in 0..=cells {
+            let (x, y) = (f64::from(i), f64::from(j));
+            soup.push_vertex([x, y, (1.3 * x + 0.4 * y * y).sin()]);
+        }
+    }
+    let chart = |x: f64, y: f64, second: bool| {
+        if second {
+            [y as f32 / 16.0 + 0.5, x as f32 / 16.0]
+        } else {
+            [x as f32 / 16.0, y as f32 / 16.0]
+        }
+    };
+    let mut uvs = Vec::new();
+    let mut materials = Vec::new();
+    for i in 0..cells {
+        for j in 0..cells {
+            let second = i >= cells / 2;
+            for face in [
+                [at(i, j), at(i + 1, j), at(i + 1, j + 1)],
+                [at(i, j), at(i + 1, j + 1), at(i, j + 1)],
+            ] {
+                soup.push_face(&face).unwrap();
+                materials.push(u32::from(second));
+                for v in face {
+                    let p = soup.positions()[v as usize];
+                    uvs.push(chart(p.x, p.y, second));
+                }
+            }
+        }
+    }
+    let model = Model { corner_uvs: Some(uvs), ..Model::from(soup) };
+    let folder = tempfile::tempdir().unwrap();
+    let (input, output) = (folder.path().join("in.obj"), folder.path().join("out.obj"));
+    mesh_io::write(&input, &model, &WriteOptions::default()).unwrap();
+    let report =
+        json(&["flip", input.to_str().unwrap(), "-o", output.to_str().unwrap(), "--cost", "f2"]);
+    assert!(report["flips"].as_u64().unwrap() > 10, "{report}");
+
+    let flipped = mesh_io::read(&output).unwrap();
+    let uvs = flipped.corner_uvs.as_ref().unwrap();
+    for face in 0..flipped.soup.face_count() {
+        let corners = flipped.soup.face(face).to_vec();
+        let points = corners.iter().map(|&v| flipped.soup.positions()[v as usize]);
+        let points: Vec<_> = points.collect();
+        let middle = points.iter().map(|p| p.x).sum::<f64>() / 3.0;
+        let second = middle > f64::from(cells / 2);
+        for (corner, p) in flipped.soup.corner_range(face).zip(&points) {
+            assert_eq!(uvs[corner], chart(p.x, p.y, second), "face {face}");
+        }
+    }
+}
+
+#[test]
+fn exit_codes_tell_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (good, bad) = (torus(folder.path()), book(folder.path()));
+
+    assert_eq!(code(&["flip", &good]).0, 2);
+    assert_eq!(code(&["convert", &good, &path("out.xyz")]).0, 2);
+    assert_eq!(code(&["flip", &good, "-o", &path("o.ply"), "--cost", "f9"]).0, 2);
+
+    let (status, message) = code(&["info", &path("missing.ply")]);
+    assert_eq!(status, 3, "{message}");
+    std::fs::write(path("bad.off"), "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n").unwrap();
+    let (status, message) = code(&["info", &path("bad.off")]);
+    assert_eq!(status, 3);
+    assert!(message.contains("line 6"), "{message}");
+    std::fs::write(path("nan.obj"), "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let (status, message) = code(&["flip", &path("nan.obj"), "-o", &path("o.ply"), "--cost", "f2"]);
+    assert_eq!(status, 3);
+    assert!(message.contains("vertex 0"), "{message}");
+
+    let (status, message) = code(&["flip", &bad, "-o", &path("o.ply"), "--cost", "f2"]);
+    assert_eq!(status, 4);
+    assert!(message.contains("--cut-non-manifold") && message.contains("0"), "{message}");
+    let (status, message) =
+        code(&["flip", &bad, "-o", &path("o.ply"), "--cost", "f2", "--lenient"]);
+    assert_eq!(status, 0, "{message}");
+
+    let (status, message) = code(&["convert", &good, &path("no/such/folder/o.ply")]);
+    assert_eq!(status, 1, "{message}");
+}
+
+#[test]
+fn json_is_the_only_thing_on_stdout() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out.stl");
+    let output =
+        curvmesh(&["convert", &book(folder.path()), out.to_str().unwrap(), "--json", "--lenient"]);
+    assert!(serde_json::from_slice::<serde_json::Value>(&output.stdout).is_ok());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("cut along edges"));
+    let quiet = curvmesh(&[
+        "convert",
+        &book(folder.path()),
+        out.to_str().unwrap(),
+        "-q",
+        "--json",
+        "--lenient",
+    ]);
+    assert!(quiet.status.success() && quiet.stderr.is_empty());
+}
+
+/// An output that cannot be finished leaves the file that was there.
+#[test]
+fn a_failed_write_leaves_the_old_file_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let target = folder.path().join("old.ply");
+    write(polyhedra::tetrahedron(), &target);
+    let before = std::fs::read(&target).unwrap();
+    // A coordinate beyond 32 bits cannot go into a file that is told to be of single precision.
+    let huge = folder.path().join("huge.obj");
+    std::fs::write(&huge, "v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let (status, message) = code(&[
+        "convert",
+        huge.to_str().unwrap(),
+        target.to_str().unwrap(),
+        "--precision",
+        "single",
+    ]);
+    assert_eq!(status, 1, "{message}");
+    assert_eq!(std::fs::read(&target).unwrap(), before);
+    let leftovers = std::fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(leftovers, 2, "temporary files stay behind");
+}
+
+#[test]
+fn trap_17_the_bytes_do_not_depend_on_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("big.ply");
+    write(Torus { major: 5.0, minor: 2.0 }.shifted_mesh(120, 60).unwrap(), &path);
+    let bytes = |threads: &str| {
+        let out = folder.path().join(format!("out{threads}.ply"));
+        let arguments = ["flip", path.to_str().unwrap(), "-o", out.to_str().unwrap()];
+        let run = curvmesh(&[&arguments[..], &["--cost", "f1", "--threads", threads]].concat());
+        assert!(run.status.success());
+        std::fs::read(out).unwrap()
+    };
+    let one = bytes("1");
+    assert!(one == bytes("2") && one == bytes("8"));
+}
+
+/// A disk that is full after some bytes, by a limit on the size of files.
+#[test]
+#[cfg(unix)]
+fn a_full_disk_leaves_the_old_file_whole() {
+    let folder = tempfile::tempdir().unwrap();
+    let (big, target) = (folder.path().join("big.ply"), folder.path().join("old.ply"));
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(100, 50).unwrap(), &big);
+    write(polyhedra::tetrahedron(), &target);
+    let before = std::fs::read(&target).unwrap();
+    for blocks in [0, 1, 8, 100] {
+        let script = format!("ulimit -f {blocks}; trap '' XFSZ; exec \"$@\"");
+        let run = std::process::Command::new("sh")
+            .args(["-c", &script, "sh", env!("CARGO_BIN_EXE_curvmesh"), "convert"])
+            .args([&big, &target])
+            .output()
+            .unwrap();
+        let message = String::from_utf8_lossy(&run.stderr).into_owned();
+        assert_eq!(run.status.code(), Some(1), "{blocks}: {message}");
+        assert!(message.contains("cannot write"), "{message}");
+        assert_eq!(std::fs::read(&target).unwrap(), before);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "leftovers");
+    }
+}
+
+/// Killed at any moment, the program leaves the old file or the new one.
+#[test]
+fn an_interrupted_write_leaves_one_whole_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (big, target) = (folder.path().join("big.ply"), folder.path().join("old.obj"));
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(400, 200).unwrap(), &big);
+    write(polyhedra::tetrahedron(), &target);
+    let old = std::fs::read(&target).unwrap();
+    let command = || {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+        command.args(["convert", "-q"]).args([&big, &target]);
+        command.stdout(std::process::Stdio::null());
+        command
+    };
+    assert!(command().status().unwrap().success());
+    let new = std::fs::read(&target).unwrap();
+    for milliseconds in (0..120).step_by(6) {
+        std::fs::write(&target, &old).unwrap();
+        let mut run = command().spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(milliseconds));
+        run.kill().unwrap();
+        run.wait().unwrap();
+        let found = std::fs::read(&target).unwrap();
+        assert!(found == old || found == new, "after {milliseconds} ms: {} bytes", found.len());
+    }
+}

@@ -1,0 +1,183 @@
+//! Principal directions from a fitted quadratic surface.
+//!
+//! Angles and dihedral angles give the sizes of the principal curvatures, but no directions. These
+//! come from the 2-jet of Cazals and Pouget 2005, Estimating differential quantities using
+//! polynomial fitting of osculating jets: the quadratic height function through the vertex that
+//! fits the points round it best. Unlike averages of a curvature tensor over the star (Cohen-Steiner
+//! and Morvan 2003, Rusinkiewicz 2004), whose error does not fall with refinement unless the star
+//! is symmetric, its curvatures converge at every vertex with the first order in the edge length,
+//! whatever the triangles look like, and with the second order on symmetric stars.
+//!
+//! The points are the neighbours of the vertex and, beyond each edge that faces it, the apex of the
+//! face on the other side: about twelve, for five unknowns. That their number is bounded by twice
+//! the valence keeps the whole mesh linear, also round vertices with very many edges.
+
+use glam::DVec3;
+use mesh_core::{Handle, Topology, TriMesh, VertexId, VertexMap, parallel};
+
+use crate::quantity::Pointwise;
+
+/// Principal curvatures and directions of a fitted surface at a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrincipalFrame {
+    /// The larger principal curvature, positive where convex, per model unit.
+    pub k_max: Pointwise,
+    /// The smaller principal curvature, per model unit.
+    pub k_min: Pointwise,
+    /// The unit tangent, up to sign, along which the normal curvature is `k_max`. Where both
+    /// curvatures are the same every tangent is principal, and this is one of them.
+    pub direction_max: DVec3,
+    /// The unit tangent `normal x direction_max`.
+    pub direction_min: DVec3,
+    /// The unit normal of the fitted surface.
+    pub normal: DVec3,
+}
+
+/// The principal curvatures and directions of a vertex.
+///
+/// `None` where the points round the vertex do not determine a quadratic surface, or where the
+/// vertex has no normal: at isolated vertices, at corners with fewer than five points round them,
+/// in degenerate triangles.
+///
+/// # Panics
+/// When the vertex is out of range for this mesh.
+#[must_use]
+pub fn principal_frame(mesh: &TriMesh, vertex: VertexId) -> Option<PrincipalFrame> {
+    let tangent = TangentFrame::of(mesh.vertex_normal(vertex))?;
+    let origin = mesh.position(vertex);
+    let spread = mesh.topology().one_ring(vertex).map(|v| mesh.position(v).distance(origin));
+    let scale = spread.fold(0.0, f64::max);
+    let mut fit = JetFit::default();
+    visit_fit_points(mesh.topology(), vertex, |v| {
+        fit.add(tangent.coordinates(mesh.position(v) - origin) / scale);
+    });
+    fit.solve().map(|jet| jet.frame(&tangent, scale))
+}
+
+/// [`principal_frame`] of all vertices; `None` for removed ones, too.
+#[must_use]
+pub fn principal_frames(mesh: &TriMesh) -> VertexMap<Option<PrincipalFrame>> {
+    VertexMap::from_vec(parallel::collect(mesh.topology().vertex_capacity(), |index| {
+        principal_frame(mesh, VertexId::from_index(index))
+    }))
+}
+
+/// Visits the neighbours of a vertex and the apexes beyond the edges that face it. An apex may come
+/// more than once, which gives it more weight.
+fn visit_fit_points(topology: &Topology, vertex: VertexId, mut visit: impl FnMut(VertexId)) {
+    for h in topology.outgoing(vertex) {
+        visit(topology.target(h));
+        let beyond = topology.apex(topology.next(h).twin());
+        if let Some(apex) = beyond.filter(|_| !topology.is_exterior(h)) {
+            visit(apex);
+        }
+    }
+}
+
+/// An orthonormal frame whose z-axis is the normal.
+struct TangentFrame {
+    x: DVec3,
+    y: DVec3,
+    z: DVec3,
+}
+
+impl TangentFrame {
+    fn of(normal: DVec3) -> Option<Self> {
+        let x = (normal != DVec3::ZERO).then(|| normal.any_orthonormal_vector())?;
+        Some(Self { x, y: normal.cross(x), z: normal })
+    }
+
+    fn coordinates(&self, vector: DVec3) -> DVec3 {
+        DVec3::new(vector.dot(self.x), vector.dot(self.y), vector.dot(self.z))
+    }
+
+    fn vector(&self, coordinates: DVec3) -> DVec3 {
+        coordinates.x * self.x + coordinates.y * self.y + coordinates.z * self.z
+    }
+}
+
+/// Unknowns of a height function without a constant term.
+const UNKNOWNS: usize = 5;
+
+/// Least-squares fit of a [`Jet`]: the normal equations.
+#[derive(Default)]
+struct JetFit {
+    matrix: [[f64; UNKNOWNS]; UNKNOWNS],
+    right_side: [f64; UNKNOWNS],
+}
+
+/// The height function `z = px x + py y + xx x²/2 + xy x y + yy y²/2`.
+struct Jet {
+    px: f64,
+    py: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl JetFit {
+    fn add(&mut self, point: DVec3) {
+        let DVec3 { x, y, z } = point;
+        let row = [x, y, 0.5 * x * x, x * y, 0.5 * y * y];
+        for (i, equation) in self.matrix.iter_mut().enumerate() {
+            for (entry, value) in equation.iter_mut().zip(row) {
+                *entry += row[i] * value;
+            }
+            self.right_side[i] += row[i] * z;
+        }
+    }
+
+    /// Cholesky's factorisation; `None` when the matrix is singular or nearly so.
+    fn solve(&self) -> Option<Jet> {
+        let mut factor = [[0.0; UNKNOWNS]; UNKNOWNS];
+        let mut values = [0.0; UNKNOWNS];
+        for i in 0..UNKNOWNS {
+            for j in 0..=i {
+                let known: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+                let rest = self.matrix[i][j] - known;
+                if i != j {
+                    factor[i][j] = rest / factor[j][j];
+                } else if rest > 1e-12 * self.matrix[i][i] {
+                    factor[i][i] = rest.sqrt();
+                } else {
+                    return None;
+                }
+            }
+            let known: f64 = (0..i).map(|k| factor[i][k] * values[k]).sum();
+            values[i] = (self.right_side[i] - known) / factor[i][i];
+        }
+        for i in (0..UNKNOWNS).rev() {
+            let known: f64 = (i + 1..UNKNOWNS).map(|k| factor[k][i] * values[k]).sum();
+            values[i] = (values[i] - known) / factor[i][i];
+        }
+        let [px, py, xx, xy, yy] = values;
+        values.iter().all(|v| v.is_finite()).then_some(Jet { px, py, xx, xy, yy })
+    }
+}
+
+impl Jet {
+    /// The principal frame of the height function at the origin, with lengths times `scale`.
+    fn frame(&self, tangent: &TangentFrame, scale: f64) -> PrincipalFrame {
+        let normal = DVec3::new(-self.px, -self.py, 1.0);
+        let stretch = normal.length();
+        let normal = normal / stretch;
+        let e = DVec3::new(1.0, 0.0, self.px).normalize();
+        let f = normal.cross(e);
+        // The second fundamental form, positive where convex, in the orthonormal basis e, f.
+        let second = |s: DVec3, t: DVec3| {
+            let bend = self.xx * s.x * t.x + self.yy * s.y * t.y;
+            -(bend + self.xy * (s.x * t.y + s.y * t.x)) / (stretch * scale)
+        };
+        let (ee, ef, ff) = (second(e, e), second(e, f), second(f, f));
+        let (mean, half_difference) = (0.5 * (ee + ff), 0.5 * (ee - ff));
+        let radius = half_difference.hypot(ef);
+        let (sin, cos) = (0.5 * ef.atan2(half_difference)).sin_cos();
+        PrincipalFrame {
+            k_max: Pointwise::new(mean + radius),
+            k_min: Pointwise::new(mean - radius),
+            direction_max: tangent.vector(cos * e + sin * f),
+            direction_min: tangent.vector(cos * f - sin * e),
+            normal: tangent.vector(normal),
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! What holds on every mesh, on the meshes of a folder.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use core::f64::consts::TAU;
+use std::path::PathBuf;
+
+use dcurv::{CurvatureOptions, Curvatures, VertexCurvature, principal_frames, willmore_energies};
+use mesh_core::{Repair, TriMesh, build};
+
+/// The meshes of the folder that load, repaired where they need it.
+fn meshes() -> Vec<(String, TriMesh)> {
+    let Some(folder) = std::env::var_os("CURVMESH_MODELS").map(PathBuf::from) else {
+        println!("skipped: set CURVMESH_MODELS");
+        return Vec::new();
+    };
+    let mut paths: Vec<PathBuf> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let load = |path: PathBuf| {
+        let soup = mesh_io::read(&path).ok()?.soup;
+        let built = build(&soup, &Repair::lenient()).ok()?;
+        Some((path.file_name()?.to_string_lossy().into_owned(), built.mesh))
+    };
+    paths.into_iter().filter_map(load).collect()
+}
+
+#[test]
+fn gauss_bonnet_and_finite_values_on_real_meshes() {
+    for (name, mesh) in meshes() {
+        let topology = mesh.topology();
+        let isolated = topology.vertices().filter(|&v| topology.is_isolated_vertex(v)).count();
+        let euler = (topology.vertex_count() - isolated) as f64 - topology.edge_count() as f64
+            + topology.face_count() as f64;
+        let all = Curvatures::of(&mesh, &CurvatureOptions::default());
+        let totals = all.totals();
+        // Relative to what is added up: the sizes of all defects.
+        let added = all.vertices().as_slice().iter();
+        let size: f64 = added.map(|at| at.integrals().angle_defect.value().abs()).sum();
+        let residual = (totals.gaussian.value() - TAU * euler).abs() / size.max(TAU);
+        println!(
+            "{name:28} chi {euler:5} residual {residual:8.1e} F1 {:10.4} F2 {:10.4} F3 {:10.4} \
+             clamped {} without area {}",
+            totals.f1,
+            totals.f2(),
+            totals.f3,
+            totals.clamped,
+            totals.without_area
+        );
+        assert!(residual < 1e-9, "{name}");
+        assert!(all.vertices().as_slice().iter().all(is_finite), "{name}");
+        assert!(willmore_energies(&mesh).as_slice().iter().all(|w| w.is_finite()), "{name}");
+        for frame in principal_frames(&mesh).as_slice().iter().flatten() {
+            assert!(frame.k_max >= frame.k_min, "{name}");
+            assert!((frame.direction_max.length() - 1.0).abs() < 1e-9, "{name}");
+        }
+    }
+}
+
+fn is_finite(at: &VertexCurvature) -> bool {
+    let [k1, k2] = at.principal().map(dcurv::Pointwise::value);
+    let integrals = at.integrals();
+    let values = [
+        integrals.angle_defect.value(),
+        integrals.mean.value(),
+        integrals.abs_mean.value(),
+        integrals.area.value(),
+        at.gaussian().value(),
+        at.mean().value(),
+        at.abs_mean().value(),
+        at.shape_index(),
+        k1,
+        k2,
+    ];
+    values.iter().all(|value| value.is_finite())
+}

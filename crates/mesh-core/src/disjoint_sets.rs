@@ -1,0 +1,39 @@
+//! Disjoint sets of indices (union by smaller index, with path halving).
+
+/// A partition of `0..n`; at first every index is a set of its own.
+pub(crate) struct DisjointSets {
+    parent: Vec<u32>,
+}
+
+impl DisjointSets {
+    pub(crate) fn new(count: usize) -> Self {
+        Self { parent: (0..count as u32).collect() }
+    }
+
+    /// The smallest index of the set that `index` is in.
+    pub(crate) fn find(&mut self, mut index: u32) -> u32 {
+        while self.parent[index as usize] != index {
+            let grandparent = self.parent[self.parent[index as usize] as usize];
+            self.parent[index as usize] = grandparent;
+            index = grandparent;
+        }
+        index
+    }
+
+    /// Makes one set of the two that `a` and `b` are in.
+    pub(crate) fn union(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.parent[a.max(b) as usize] = a.min(b);
+    }
+
+    /// How many different sets the given indices are in.
+    pub(crate) fn count_sets(&mut self, indices: impl Iterator<Item = u32>) -> usize {
+        let mut is_counted = vec![false; self.parent.len()];
+        indices
+            .filter(|&index| {
+                let root = self.find(index) as usize;
+                !core::mem::replace(&mut is_counted[root], true)
+            })
+            .count()
+    }
+}

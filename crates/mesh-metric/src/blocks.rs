@@ -1,0 +1,20 @@
+//! Work on consecutive indices, block by block: neighbours in order are neighbours in space, so
+//! that the answer to one query is a good first guess for the next.
+
+use core::ops::Range;
+
+#[cfg(feature = "rayon")]
+use rayon::prelude::*;
+
+/// Indices per block, whatever the number of threads.
+const BLOCK: usize = 1024;
+
+/// One value for each block of the indices below `count`, in order.
+pub(crate) fn in_blocks<T: Send>(count: usize, value: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+    let block = |b: usize| value(b * BLOCK..count.min((b + 1) * BLOCK));
+    let blocks = 0..count.div_ceil(BLOCK);
+    #[cfg(feature = "rayon")]
+    return blocks.into_par_iter().map(block).collect();
+    #[cfg(not(feature = "rayon"))]
+    return blocks.map(block).collect();
+}

@@ -1,0 +1,100 @@
+//! The point of a triangle that is closest to a given point.
+
+use glam::DVec3;
+
+/// Below this sine of the angle at its first corner, a triangle is as thin as the rounding of its
+/// corners and is treated as its three sides.
+const THIN: f64 = 1e-12;
+
+/// The vector from `point` to the closest point of a triangle, which may be degenerate.
+///
+/// Everything is computed relative to `point`, so that the result has the relative precision of
+/// the nearby coordinate differences however far the triangle is from the origin.
+///
+/// Inside the prism over the triangle, the answer is the perpendicular onto its plane. Outside,
+/// it ends on one of the sides that the point lies beyond.
+#[inline]
+#[must_use]
+pub fn closest_on_triangle(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
+    let [a, b, c] = triangle.map(|corner| corner - point);
+    let (ab, bc, ca) = (b - a, c - b, a - c);
+    let normal = ab.cross(-ca);
+    let squared = normal.length_squared();
+    let thin = squared <= THIN * THIN * ab.length_squared() * ca.length_squared();
+    // Negative beyond the side, seen from inside.
+    let beyond = [ab.cross(a), bc.cross(b), ca.cross(c)].map(|m| thin || normal.dot(m) > 0.0);
+    if beyond == [false; 3] {
+        return normal * (normal.dot(a) / squared);
+    }
+    let mut best = DVec3::INFINITY;
+    for (is_beyond, start, along) in [(beyond[0], a, ab), (beyond[1], b, bc), (beyond[2], c, ca)] {
+        if is_beyond {
+            let candidate = closest_on_segment(start, along);
+            if candidate.length_squared() < best.length_squared() {
+                best = candidate;
+            }
+        }
+    }
+    best
+}
+
+/// The vector from the origin to the closest point of the segment from `start` along `along`.
+#[inline]
+fn closest_on_segment(start: DVec3, along: DVec3) -> DVec3 {
+    let squared = along.length_squared();
+    let t = -start.dot(along);
+    if t <= 0.0 {
+        start
+    } else if t >= squared {
+        start + along
+    } else {
+        start + along * (t / squared)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIANGLE: [DVec3; 3] =
+        [DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 3.0, 0.0)];
+
+    #[test]
+    fn each_region_of_a_right_triangle() {
+        let cases = [
+            // Above the inside.
+            (DVec3::new(1.0, 1.0, 2.0), DVec3::new(0.0, 0.0, -2.0)),
+            // Beyond the sides.
+            (DVec3::new(2.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 0.0)),
+            (DVec3::new(-2.0, 1.0, 1.0), DVec3::new(2.0, 0.0, -1.0)),
+            (DVec3::new(2.0 + 3.0, 1.5 + 4.0, 0.0), DVec3::new(-3.0, -4.0, 0.0)),
+            // Beyond the corners.
+            (DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 0.0)),
+            (DVec3::new(6.0, -1.0, 0.0), DVec3::new(-2.0, 1.0, 0.0)),
+            (DVec3::new(-0.5, 5.0, 0.0), DVec3::new(0.5, -2.0, 0.0)),
+        ];
+        for (point, expected) in cases {
+            let got = closest_on_triangle(point, &TRIANGLE);
+            assert!(got.distance(expected) < 1e-15, "{point}: {got}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn degenerate_triangles_are_their_sides() {
+        let x = DVec3::X;
+        let point = DVec3::new(1.5, 1.0, 0.0);
+        assert_eq!(closest_on_triangle(point, &[x; 3]), x - point);
+        let collinear = [DVec3::ZERO, 3.0 * x, x];
+        assert_eq!(closest_on_triangle(point, &collinear), -DVec3::Y);
+        let doubled = [x, x, 2.0 * x];
+        assert_eq!(closest_on_triangle(point, &doubled), -DVec3::Y);
+    }
+
+    #[test]
+    fn far_from_the_origin_the_distance_keeps_its_digits() {
+        let shift = DVec3::splat(2.0_f64.powi(30));
+        let moved = TRIANGLE.map(|p| p + shift);
+        let point = shift + DVec3::new(1.0, 1.0, 0.125);
+        assert_eq!(closest_on_triangle(point, &moved), DVec3::new(0.0, 0.0, -0.125));
+    }
+}

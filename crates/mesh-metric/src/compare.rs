@@ -1,0 +1,207 @@
+//! Distances between two surfaces from samples, both ways, as Metro measures them (Cignoni,
+//! Rocchini, Scopigno 1998).
+
+use glam::DVec3;
+use mesh_core::{TriMesh, VertexMap};
+
+use crate::blocks::in_blocks;
+use crate::sampling::AreaSampler;
+use crate::surface::Surface;
+
+/// How to sample; see [`compare`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CompareOptions {
+    /// Samples per direction, uniform by area. They alone make mean and root mean square.
+    pub samples: usize,
+    /// Whether the vertices are measured too. They count for the maximum only.
+    pub vertices: bool,
+    /// Whether the edges are sampled too, as densely as the faces. They count for the maximum
+    /// only.
+    pub edges: bool,
+    /// Where the random numbers start.
+    pub seed: u64,
+}
+
+impl Default for CompareOptions {
+    fn default() -> Self {
+        Self { samples: 1_000_000, vertices: true, edges: true, seed: 1 }
+    }
+}
+
+/// The distances between two surfaces; made by [`compare`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// From points of the first surface to the second.
+    pub forward: OneSided,
+    /// From points of the second surface to the first.
+    pub backward: OneSided,
+}
+
+/// The distances from the points of one surface to another surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OneSided {
+    /// The mean over the area.
+    pub mean: f64,
+    /// The root of the mean square over the area.
+    pub rms: f64,
+    /// The largest distance that was met: a lower bound of the one-sided Hausdorff distance.
+    pub max: f64,
+    /// Where that was.
+    pub worst: Worst,
+    /// How many points were measured, those on edges and at vertices included.
+    pub samples: usize,
+}
+
+/// The two ends of a largest distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Worst {
+    /// The sample.
+    pub from: DVec3,
+    /// The point of the other surface that is closest to it.
+    pub to: DVec3,
+}
+
+impl Comparison {
+    /// The larger of the two maxima: the Hausdorff distance, seen from the samples.
+    #[must_use]
+    pub fn hausdorff(&self) -> f64 {
+        self.forward.max.max(self.backward.max)
+    }
+
+    /// The average of the two mean distances.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        0.5 * (self.forward.mean + self.backward.mean)
+    }
+
+    /// The root of the average of the two mean squares.
+    #[must_use]
+    pub fn rms(&self) -> f64 {
+        (0.5 * (self.forward.rms.powi(2) + self.backward.rms.powi(2))).sqrt()
+    }
+}
+
+/// Measures the distances between two surfaces from samples on both.
+///
+/// Without area there is nothing to average over, and the mean of a surface that consists of
+/// degenerate triangles is that of its vertices and edges.
+#[must_use]
+pub fn compare(a: &Surface, b: &Surface, options: &CompareOptions) -> Comparison {
+    Comparison { forward: one_sided(a, b, options), backward: one_sided(b, a, options) }
+}
+
+/// The distance of every vertex of a mesh to a surface, for a picture of where two differ.
+#[must_use]
+pub fn vertex_distances(mesh: &TriMesh, to: &Surface) -> VertexMap<f64> {
+    VertexMap::from_vec(to.distances(mesh.positions()))
+}
+
+fn one_sided(from: &Surface, to: &Surface, options: &CompareOptions) -> OneSided {
+    let sampler = AreaSampler::new(from, options.samples, options.seed);
+    let on_faces = measure(to, sampler.count(), |i| sampler.sample(i).position);
+    let mut all = on_faces;
+    if options.vertices {
+        let corners = from.triangles().as_flattened();
+        all = all.join(measure(to, corners.len(), |i| from.positions()[corners[i] as usize]));
+    }
+    if options.edges {
+        let spacing = (sampler.area() / options.samples.max(1) as f64).sqrt();
+        let points = EdgePoints::new(from, spacing, options.samples);
+        all = all.join(measure(to, points.count(), |i| points.point(i)));
+    }
+    let averaged = if on_faces.count > 0 { on_faces } else { all };
+    let count = averaged.count.max(1) as f64;
+    OneSided {
+        mean: averaged.sum / count,
+        rms: (averaged.squares / count).sqrt(),
+        max: all.largest.max(0.0).sqrt(),
+        worst: Worst { from: all.at, to: all.at + all.offset },
+        samples: all.count,
+    }
+}
+
+/// What a set of samples adds up to.
+#[derive(Clone, Copy)]
+struct Tally {
+    count: usize,
+    sum: f64,
+    squares: f64,
+    /// The largest squared distance.
+    largest: f64,
+    at: DVec3,
+    offset: DVec3,
+}
+
+impl Tally {
+    const NONE: Self = Self {
+        count: 0,
+        sum: 0.0,
+        squares: 0.0,
+        largest: -1.0,
+        at: DVec3::ZERO,
+        offset: DVec3::ZERO,
+    };
+
+    fn join(self, other: Self) -> Self {
+        let worse = if other.largest > self.largest { other } else { self };
+        Self {
+            count: self.count + other.count,
+            sum: self.sum + other.sum,
+            squares: self.squares + other.squares,
+            ..worse
+        }
+    }
+}
+
+fn measure(to: &Surface, count: usize, point: impl Fn(usize) -> DVec3 + Sync) -> Tally {
+    let blocks = in_blocks(count, |indices| {
+        let mut guess = 0;
+        indices.fold(Tally::NONE, |tally, index| {
+            let at = point(index);
+            let nearest = to.nearest(at, guess);
+            guess = nearest.slot;
+            let (sum, squares) = (nearest.squared.sqrt(), nearest.squared);
+            let offset = nearest.offset;
+            tally.join(Tally { count: 1, sum, squares, largest: squares, at, offset })
+        })
+    });
+    blocks.into_iter().fold(Tally::NONE, Tally::join)
+}
+
+/// Points inside the edges, equally spaced on each.
+struct EdgePoints<'a> {
+    surface: &'a Surface,
+    edges: Vec<[u32; 2]>,
+    /// The number of points up to and including each edge.
+    ends: Vec<usize>,
+}
+
+impl<'a> EdgePoints<'a> {
+    /// Points at most `spacing` apart, but not more than `limit` on one edge.
+    fn new(surface: &'a Surface, spacing: f64, limit: usize) -> Self {
+        let sides = surface.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let mut total = 0;
+        let count = |&[a, b]: &[u32; 2]| {
+            let [p, q] = [a, b].map(|v| surface.positions()[v as usize]);
+            total += ((p.distance(q) / spacing) as usize).min(limit);
+            total
+        };
+        let ends = edges.iter().map(count).collect();
+        Self { surface, edges, ends }
+    }
+
+    fn count(&self) -> usize {
+        self.ends.last().copied().unwrap_or(0)
+    }
+
+    fn point(&self, index: usize) -> DVec3 {
+        let edge = self.ends.partition_point(|&end| end <= index);
+        let start = if edge == 0 { 0 } else { self.ends[edge - 1] };
+        let [p, q] = self.edges[edge].map(|v| self.surface.positions()[v as usize]);
+        let parts = (self.ends[edge] - start + 1) as f64;
+        p + (q - p) * ((index - start + 1) as f64 / parts)
+    }
+}

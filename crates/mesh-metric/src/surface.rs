@@ -1,0 +1,216 @@
+//! A surface to be asked for closest points.
+
+use glam::DVec3;
+use mesh_core::{BoundingBox, FaceId, Handle, TriMesh};
+
+use crate::blocks::in_blocks;
+use crate::bvh::{Bvh, Nearest};
+
+/// Triangles, in any arrangement, with a bounding volume hierarchy for closest-point queries.
+///
+/// Takes O(n log n) to build; a query costs O(log n) where the surface is near.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    faces: Vec<FaceId>,
+    bvh: Bvh,
+}
+
+/// Why there is no surface.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SurfaceError {
+    /// There are no triangles.
+    #[error("there are no triangles to measure a distance to")]
+    Empty,
+    /// More triangles than 32-bit indices can address.
+    #[error("there are {0} triangles, more than 32-bit indices can address; split the surface")]
+    TooLarge(usize),
+    /// A corner refers to a vertex that is not there.
+    #[error("triangle {triangle} refers to vertex {vertex}, but there are {vertex_count} vertices")]
+    IndexOutOfRange {
+        /// The triangle.
+        triangle: usize,
+        /// The index it holds.
+        vertex: u32,
+        /// The number of vertices.
+        vertex_count: usize,
+    },
+    /// A coordinate of a triangle is infinite or not a number.
+    #[error("vertex {vertex} is at {position}, which is not finite; remove it or give it a place")]
+    NotFinite {
+        /// The vertex.
+        vertex: u32,
+        /// Its position.
+        position: DVec3,
+    },
+}
+
+/// The closest point of a surface; made by [`Surface::closest`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClosestPoint {
+    /// The point on the surface.
+    pub point: DVec3,
+    /// From the query to the point, with full precision also far from the origin.
+    pub offset: DVec3,
+    /// The length of the offset.
+    pub distance: f64,
+    /// A face that the point lies on: the face's handle in the mesh, or the index of the triangle.
+    pub face: FaceId,
+    /// The index of that face's triangle in [`Surface::triangles`].
+    pub triangle: u32,
+}
+
+impl Surface {
+    /// The surface of a mesh.
+    ///
+    /// # Errors
+    /// The mesh has no faces, or a position is not finite.
+    pub fn new(mesh: &TriMesh) -> Result<Self, SurfaceError> {
+        let topology = mesh.topology();
+        let triangles = topology.triangles().collect();
+        Self::build(mesh.positions().to_vec(), triangles, topology.faces().collect())
+    }
+
+    /// The surface of triangles that need not form a manifold.
+    ///
+    /// # Errors
+    /// There are no triangles or too many, an index is out of range, or the position of a corner
+    /// is not finite.
+    pub fn from_triangles<P: Copy + Into<DVec3>>(
+        positions: &[P],
+        triangles: &[[u32; 3]],
+    ) -> Result<Self, SurfaceError> {
+        if triangles.len() >= FaceId::LIMIT {
+            return Err(SurfaceError::TooLarge(triangles.len()));
+        }
+        let positions = positions.iter().map(|&p| p.into()).collect();
+        let faces = (0..triangles.len()).map(FaceId::from_index).collect();
+        Self::build(positions, triangles.to_vec(), faces)
+    }
+
+    fn build(
+        positions: Vec<DVec3>,
+        triangles: Vec<[u32; 3]>,
+        faces: Vec<FaceId>,
+    ) -> Result<Self, SurfaceError> {
+        if triangles.is_empty() {
+            return Err(SurfaceError::Empty);
+        }
+        for (triangle, corners) in triangles.iter().enumerate() {
+            for &vertex in corners {
+                let Some(&position) = positions.get(vertex as usize) else {
+                    let vertex_count = positions.len();
+                    return Err(SurfaceError::IndexOutOfRange { triangle, vertex, vertex_count });
+                };
+                if !position.is_finite() {
+                    return Err(SurfaceError::NotFinite { vertex, position });
+                }
+            }
+        }
+        let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
+        let bvh = Bvh::new(corners, triangles.len());
+        Ok(Self { positions, triangles, faces, bvh })
+    }
+
+    /// The number of triangles, at least one.
+    #[must_use]
+    pub fn triangle_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// The positions, indexed by vertex; some may belong to no triangle.
+    #[must_use]
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// The triangles as vertex indices.
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The corners of a triangle.
+    ///
+    /// # Panics
+    /// When `triangle` is not below [`Surface::triangle_count`].
+    #[must_use]
+    pub fn triangle(&self, triangle: usize) -> [DVec3; 3] {
+        self.triangles[triangle].map(|v| self.positions[v as usize])
+    }
+
+    /// The box round the triangles.
+    #[must_use]
+    pub fn bounding_box(&self) -> BoundingBox {
+        let corners = (0..self.triangle_count()).flat_map(|t| self.triangle(t));
+        let empty = BoundingBox { min: DVec3::ZERO, max: DVec3::ZERO };
+        BoundingBox::of_points(corners).unwrap_or(empty)
+    }
+
+    /// The point of the surface that is closest to `point`.
+    ///
+    /// Where several faces are equally close, which of them is named depends on the order of the
+    /// faces only. The distance from a point that is not finite is not a number.
+    #[must_use]
+    pub fn closest(&self, point: DVec3) -> ClosestPoint {
+        self.answer(point, self.nearest(point, 0))
+    }
+
+    /// The distance from `point` to the surface, never negative.
+    #[must_use]
+    pub fn distance(&self, point: DVec3) -> f64 {
+        self.nearest(point, 0).squared.sqrt()
+    }
+
+    /// The distances of many points, each as [`Surface::distance`] gives it. Quicker than one by
+    /// one when consecutive points are close to each other.
+    #[must_use]
+    pub fn distances(&self, points: &[DVec3]) -> Vec<f64> {
+        self.of_each(points, |_, nearest| nearest.squared.sqrt())
+    }
+
+    /// The closest points of many points; where several are equally close, any of them. Quicker
+    /// than one by one when consecutive points are close to each other.
+    #[must_use]
+    pub fn closest_points(&self, points: &[DVec3]) -> Vec<ClosestPoint> {
+        self.of_each(points, |point, nearest| self.answer(point, nearest))
+    }
+
+    fn of_each<T: Copy + Send>(
+        &self,
+        points: &[DVec3],
+        value: impl Fn(DVec3, Nearest) -> T + Sync,
+    ) -> Vec<T> {
+        let blocks = in_blocks(points.len(), |range| {
+            let mut guess = 0;
+            let value = |&point: &DVec3| {
+                let nearest = self.nearest(point, guess);
+                guess = nearest.slot;
+                value(point, nearest)
+            };
+            points[range].iter().map(value).collect::<Vec<_>>()
+        });
+        blocks.concat()
+    }
+
+    pub(crate) fn nearest(&self, point: DVec3, guess: u32) -> Nearest {
+        self.bvh.nearest(point, guess)
+    }
+
+    pub(crate) fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    fn answer(&self, point: DVec3, nearest: Nearest) -> ClosestPoint {
+        let triangle = self.bvh.original(nearest.slot);
+        ClosestPoint {
+            point: point + nearest.offset,
+            offset: nearest.offset,
+            distance: nearest.squared.sqrt(),
+            face: self.faces[triangle as usize],
+            triangle,
+        }
+    }
+}

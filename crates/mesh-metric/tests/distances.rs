@@ -1,0 +1,288 @@
+//! Distances against closed forms, brute force, an independent library, and real meshes.
+#![allow(clippy::unwrap_used, clippy::print_stderr)]
+
+use glam::{DQuat, DVec3};
+use mesh_core::shapes::{Plane, Sphere, SplitMix64, polyhedra};
+use mesh_core::{PolygonSoup, TriMesh};
+use mesh_metric::{
+    CertifyOptions, CompareOptions, SignedDistance, Surface, SurfaceError, closest_on_triangle,
+    compare, hausdorff_bounds, one_sided_bounds, sample_surface, vertex_distances,
+};
+use proptest::prelude::*;
+
+fn mesh(soup: &PolygonSoup) -> TriMesh {
+    let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
+    TriMesh::from_triangles(soup.positions(), &triangles).unwrap()
+}
+
+fn moved(mesh: &TriMesh, place: impl Fn(DVec3) -> DVec3) -> TriMesh {
+    let mut mesh = mesh.clone();
+    for p in mesh.positions_mut() {
+        *p = place(*p);
+    }
+    mesh
+}
+
+fn random_points(count: usize, size: f64, seed: u64) -> Vec<DVec3> {
+    let mut random = SplitMix64::new(seed);
+    let mut coordinate = || size * random.symmetric();
+    (0..count).map(|_| DVec3::new(coordinate(), coordinate(), coordinate())).collect()
+}
+
+fn sphere() -> TriMesh {
+    mesh(&Sphere { radius: 1.0 }.random_hull(400, 3).unwrap())
+}
+
+#[test]
+fn closest_points_agree_with_brute_force() {
+    let mesh = sphere();
+    let surface = Surface::new(&mesh).unwrap();
+    for point in random_points(2000, 2.0, 9) {
+        let by_force = mesh
+            .topology()
+            .faces()
+            .map(|f| closest_on_triangle(point, &mesh.triangle(f)).length())
+            .fold(f64::INFINITY, f64::min);
+        let closest = surface.closest(point);
+        assert_eq!(closest.distance, by_force);
+        let on_face = closest_on_triangle(point, &mesh.triangle(closest.face));
+        assert_eq!(closest.offset, on_face);
+        assert_eq!(surface.distance(point), by_force);
+    }
+}
+
+#[test]
+fn closest_points_agree_with_parry() {
+    use parry3d_f64::math::Vector;
+    use parry3d_f64::query::PointQuery;
+    use parry3d_f64::shape::TriMesh as Oracle;
+    let mesh = sphere();
+    let surface = Surface::new(&mesh).unwrap();
+    let corners = mesh.positions().iter().map(|p| Vector::new(p.x, p.y, p.z)).collect();
+    let oracle = Oracle::new(corners, mesh.topology().triangles().collect()).unwrap();
+    for point in random_points(1000, 2.0, 21) {
+        let expected =
+            oracle.distance_to_local_point(Vector::new(point.x, point.y, point.z), false);
+        assert!((surface.distance(point) - expected).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn signs_tell_inside_from_outside() {
+    let mesh = mesh(&polyhedra::cube());
+    let signed = SignedDistance::new(&mesh).unwrap();
+    let half = mesh.bounding_box().unwrap().extent() / 2.0;
+    let center = mesh.bounding_box().unwrap().center();
+    for point in random_points(5000, 3.0 * half.x, 4) {
+        // The distance to a box in closed form.
+        let q = point.abs() - half;
+        let expected = q.max(DVec3::ZERO).length() + q.max_element().min(0.0);
+        let got = signed.distance(center + point);
+        assert!((got - expected).abs() < 1e-12, "{point}: {got}, not {expected}");
+    }
+}
+
+#[test]
+fn a_spike_has_the_right_sign_beyond_its_tip() {
+    // A needle: most of the faces at the tip look away from points beyond it.
+    let corners = [[0.0, 0.0, 10.0], [1.0, 0.0, 0.0], [-1.0, 0.1, 0.0], [-1.0, -0.1, 0.0]];
+    let mesh =
+        TriMesh::from_triangles(&corners, &[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]).unwrap();
+    assert!(mesh.volume() > 0.0);
+    let signed = SignedDistance::new(&mesh).unwrap();
+    for point in random_points(500, 0.5, 8) {
+        let beyond = DVec3::new(point.x, point.y, 10.6 + point.z);
+        assert!(signed.distance(beyond) > 0.0, "{beyond}");
+    }
+    assert!(signed.distance(DVec3::new(0.0, 0.0, 1.0)) < 0.0);
+}
+
+#[test]
+fn an_offset_copy_is_the_offset_away() {
+    let offset = 0.123_456_789;
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+    let flat =
+        moved(&mesh(&Plane { half_width: 0.5 }.mesh(13, Default::default()).unwrap()), |p| {
+            turn * p
+        });
+    let copy = moved(&flat, |p| p + turn * (offset * DVec3::Z));
+    let (a, b) = (Surface::new(&flat).unwrap(), Surface::new(&copy).unwrap());
+    let options = CompareOptions { samples: 10_000, ..Default::default() };
+    let result = compare(&a, &b, &options);
+    for side in [result.forward, result.backward] {
+        for value in [side.mean, side.rms, side.max, side.worst.from.distance(side.worst.to)] {
+            assert!((value - offset).abs() < 1e-12, "{side:?}");
+        }
+    }
+    let bounds =
+        hausdorff_bounds(&a, &b, &CertifyOptions { tolerance: 1e-13, ..Default::default() });
+    assert!(bounds.converged && bounds.lower <= offset && offset <= bounds.upper);
+    assert!(bounds.upper - bounds.lower < 1e-12);
+}
+
+#[test]
+fn parallel_triangles_moved_sideways_have_the_distance_of_their_corners() {
+    // The corner (0, 0, 0) of the first is sqrt(1 + 4) from the second.
+    let corners = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+    let shifted = corners.map(|[x, y, z]| [x + 1.0, y, z + 2.0]);
+    let surface = |c: &[[f64; 3]]| Surface::from_triangles(c, &[[0, 1, 2]]).unwrap();
+    let options = CertifyOptions { tolerance: 1e-6, ..Default::default() };
+    let bounds = hausdorff_bounds(&surface(&corners), &surface(&shifted), &options);
+    let exact = 5.0_f64.sqrt();
+    assert!(bounds.lower <= exact && exact <= bounds.upper, "{bounds:?}");
+    assert!(bounds.upper - bounds.lower <= 1.001e-6);
+}
+
+#[test]
+fn a_tent_is_measured_in_the_middle_where_it_has_no_vertex() {
+    // The flat square is farthest from the ridge of the tent, half of it in the middle of faces.
+    let square = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [2.0, 2.0, 0.0], [0.0, 2.0, 0.0]];
+    let flat = Surface::from_triangles(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+    let tent = [square.to_vec(), vec![[1.0, 1.0, 1.0]]].concat();
+    let tent =
+        Surface::from_triangles(&tent, &[[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]).unwrap();
+    let options = CertifyOptions { tolerance: 1e-5, ..Default::default() };
+    // From the centre of the square, the faces of the tent are 1/sqrt(2) away.
+    let expected = 0.5_f64.sqrt();
+    let bounds = one_sided_bounds(&flat, &tent, &options);
+    assert!(bounds.lower <= expected && expected <= bounds.upper, "{bounds:?}");
+    assert!(bounds.converged && bounds.upper - bounds.lower <= 1.001e-5);
+    assert!(bounds.at.distance(DVec3::new(1.0, 1.0, 0.0)) < 1e-4);
+    let back = one_sided_bounds(&tent, &flat, &options);
+    assert!(back.lower <= 1.0 && 1.0 <= back.upper);
+}
+
+#[test]
+fn bounds_hold_at_the_limit_of_pieces() {
+    let (coarse, fine) = (Sphere { radius: 1.0 }.icosphere(2), Sphere { radius: 1.0 }.icosphere(4));
+    let (a, b) = (mesh(&coarse.unwrap()), mesh(&fine.unwrap()));
+    let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());
+    let tight = hausdorff_bounds(&a, &b, &CertifyOptions { tolerance: 1e-6, ..Default::default() });
+    assert!(tight.converged && tight.upper - tight.lower <= 1.001e-6, "{tight:?}");
+    let options = CertifyOptions { tolerance: 1e-6, max_pieces: 1000, limit: None };
+    let stopped = hausdorff_bounds(&a, &b, &options);
+    assert!(!stopped.converged);
+    assert!(stopped.lower <= tight.upper && tight.lower <= stopped.upper);
+    let sampled = compare(&a, &b, &CompareOptions { samples: 50_000, ..Default::default() });
+    assert!(sampled.hausdorff() <= tight.upper);
+    assert!(sampled.hausdorff() > 0.9 * tight.lower);
+}
+
+#[test]
+fn a_limit_is_decided_on_the_right_side() {
+    let (a, b) = (sphere(), moved(&sphere(), |p| p * DVec3::new(1.0, 1.1, 0.9)));
+    let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());
+    let exact = hausdorff_bounds(&a, &b, &CertifyOptions { tolerance: 1e-6, ..Default::default() });
+    for (limit, within) in [(0.5, false), (0.999, false), (1.001, true), (2.0, true)] {
+        let limit = limit * exact.lower;
+        let options = CertifyOptions { limit: Some(limit), ..Default::default() };
+        let decided = hausdorff_bounds(&a, &b, &options);
+        assert!(decided.converged);
+        assert_eq!((decided.upper <= limit, decided.lower > limit), (within, !within));
+        assert!(decided.lower <= exact.upper && exact.lower <= decided.upper);
+        assert!(decided.pieces < exact.pieces);
+    }
+}
+
+#[test]
+fn means_converge_to_the_closed_form() {
+    // Concentric spheres: every distance is the difference of the radii, up to the faceting.
+    let of_radius = |radius| mesh(&Sphere { radius }.icosphere(6).unwrap());
+    let (a, b) = (Surface::new(&of_radius(1.0)).unwrap(), Surface::new(&of_radius(1.25)).unwrap());
+    let result = compare(&a, &b, &CompareOptions { samples: 20_000, ..Default::default() });
+    assert!((result.mean() - 0.25).abs() < 2e-4 && (result.rms() - 0.25).abs() < 2e-4);
+    // A plane against one inclined by 45 degrees through the middle: the mean of |x| sin 45.
+    let flat = mesh(&Plane { half_width: 1.0 }.mesh(4, Default::default()).unwrap());
+    let steep = moved(&flat, |p| 10.0 * DVec3::new(p.x, p.y, p.x));
+    let result = compare(
+        &Surface::new(&flat).unwrap(),
+        &Surface::new(&steep).unwrap(),
+        &CompareOptions { samples: 100_000, ..Default::default() },
+    );
+    let sine = 0.5_f64.sqrt();
+    assert!((result.forward.mean - 0.5 * sine).abs() < 1e-4, "{result:?}");
+    assert!((result.forward.rms - sine / 3.0_f64.sqrt()).abs() < 1e-4);
+    assert!((result.forward.max - sine).abs() < 1e-12);
+}
+
+#[test]
+fn one_thread_and_eight_threads_give_the_same_bits() {
+    let (a, b) = (sphere(), moved(&sphere(), |p| p * DVec3::new(1.0, 1.1, 0.9)));
+    let run = |threads: usize| {
+        let pool = rayon_pool(threads);
+        pool.install(|| {
+            let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());
+            let options = CompareOptions { samples: 30_000, ..Default::default() };
+            let certify = CertifyOptions { tolerance: 1e-4, ..Default::default() };
+            (compare(&a, &b, &options), hausdorff_bounds(&a, &b, &certify))
+        })
+    };
+    assert_eq!(run(1), run(8));
+}
+
+fn rayon_pool(threads: usize) -> rayon::ThreadPool {
+    rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap()
+}
+
+#[test]
+fn vertices_far_from_the_other_surface_stand_out() {
+    let flat = mesh(&Plane { half_width: 1.0 }.mesh(4, Default::default()).unwrap());
+    let mut bent = flat.clone();
+    bent.positions_mut()[12].z = 0.5;
+    let distances = vertex_distances(&bent, &Surface::new(&flat).unwrap());
+    for (vertex, &distance) in distances.iter() {
+        assert_eq!(distance, if vertex.index() == 12 { 0.5 } else { 0.0 });
+    }
+}
+
+#[test]
+fn bad_input_is_refused_with_a_reason() {
+    let none: [[f64; 3]; 0] = [];
+    assert_eq!(Surface::from_triangles(&none, &[]).unwrap_err(), SurfaceError::Empty);
+    let points = [[0.0; 3], [1.0; 3], [f64::NAN, 0.0, 0.0]];
+    let missing = Surface::from_triangles(&points, &[[0, 1, 7]]).unwrap_err();
+    assert!(matches!(missing, SurfaceError::IndexOutOfRange { triangle: 0, vertex: 7, .. }));
+    let nan = Surface::from_triangles(&points, &[[0, 1, 2]]).unwrap_err();
+    assert!(matches!(nan, SurfaceError::NotFinite { vertex: 2, .. }));
+    // A position that no triangle uses does not matter.
+    assert!(Surface::from_triangles(&points, &[[0, 1, 1]]).is_ok());
+}
+
+#[test]
+fn a_surface_without_area_is_measured_by_its_edges() {
+    let points = [[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]];
+    let line = Surface::from_triangles(&points, &[[0, 1, 2]]).unwrap();
+    let raised = points.map(|[x, y, z]| [x, y + 3.0, z]);
+    let other = Surface::from_triangles(&raised, &[[0, 1, 2]]).unwrap();
+    assert!(sample_surface(&line, 10, 1).is_empty());
+    let result = compare(&line, &other, &CompareOptions::default());
+    assert_eq!((result.forward.mean, result.forward.max), (3.0, 3.0));
+}
+
+proptest! {
+    /// Random triangle soups, slivers included: no sample is beyond the certified bounds, and the
+    /// bounds are as close as asked for.
+    #[test]
+    fn samples_stay_within_certified_bounds(
+        seed in 0_u64..1000, count in 1_usize..12, thin in prop::bool::ANY
+    ) {
+        let soup = |seed| {
+            let mut points = random_points(3 * count, 1.0, seed);
+            if thin {
+                points[2] = 0.5 * points[0] + 0.5 * points[1];
+            }
+            let triangles: Vec<[u32; 3]> =
+                (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+            Surface::from_triangles(&points, &triangles).unwrap()
+        };
+        let (a, b) = (soup(seed), soup(seed + 5000));
+        let certify = CertifyOptions { tolerance: 1e-3, ..Default::default() };
+        let bounds = hausdorff_bounds(&a, &b, &certify);
+        prop_assert!(bounds.converged && bounds.lower <= bounds.upper);
+        prop_assert!(bounds.upper - bounds.lower <= 1.0001e-3);
+        let sampled = compare(&a, &b, &CompareOptions { samples: 2000, ..Default::default() });
+        prop_assert!(sampled.hausdorff() <= bounds.upper);
+        prop_assert!(sampled.forward.mean <= sampled.forward.rms);
+        prop_assert!(sampled.forward.rms <= sampled.forward.max);
+    }
+}

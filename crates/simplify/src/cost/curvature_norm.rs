@@ -1,0 +1,59 @@
+//! The discrete curvature norm (Kim, Kim and Levin 2002).
+
+use dcurv::VertexCurvature;
+use glam::DVec3;
+use mesh_core::TriMesh;
+
+use super::curvature_change::CurvatureChange;
+use super::{Collapse, Cost, Reach};
+use crate::patch::EdgePatch;
+use crate::quadric::Quadric;
+
+/// Which norm; see [`CurvatureNorm`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Norm {
+    /// The sum of |k1| + |k2| over the vertices (KKL02 eq. 1); one over model unit.
+    L1,
+    /// The sum of k1² + k2² = 4 H² - 2 K over the vertices (KKL02 eq. 2); one over model unit
+    /// squared.
+    L2,
+}
+
+/// By how much a collapse changes the discrete curvature norm of the mesh: the absolute difference
+/// before and after (KKL02 section 3.2). Curvatures are pointwise, with a third of the adjacent
+/// faces as the area of a vertex.
+#[derive(Clone, Debug)]
+pub struct CurvatureNorm {
+    change: CurvatureChange,
+}
+
+impl CurvatureNorm {
+    /// The cost with this norm.
+    #[must_use]
+    pub fn new(norm: Norm) -> Self {
+        let measure: fn(&VertexCurvature) -> f64 = match norm {
+            Norm::L1 => |curvature| curvature.abs_principal_sum().value(),
+            Norm::L2 => |curvature| curvature.squared_principal_sum().value(),
+        };
+        Self { change: CurvatureChange::new(measure) }
+    }
+}
+
+impl Cost for CurvatureNorm {
+    fn prepare(&mut self, mesh: &TriMesh) {
+        self.change.prepare(mesh);
+    }
+
+    fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, x: DVec3) -> f64 {
+        let sums = self.change.of(patch, x);
+        (sums.before - sums.after).abs()
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::TwoRings
+    }
+
+    fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
+        self.change.collapsed(mesh, collapse);
+    }
+}

@@ -1,0 +1,441 @@
+//! Moving the vertices of a simplified mesh, and flipping its edges, to come closer to the
+//! original.
+//!
+//! Each round
+//!
+//! 1. pairs samples of the original with the closest points of the mesh, and samples of the mesh
+//!    with the closest points of the original;
+//! 2. flips edges where that lowers the squared distance of the samples of the original;
+//! 3. takes one Gauss-Newton step for the vertex positions `x`: with the weights `b` of a sample in
+//!    its face, its partner `p` on the original and the normal `n` there, it minimises the sum of
+//!    `(n·(Σ b x - p))² + pull |Σ b x - p|²` over all pairs.
+//!
+//! Boundary and fixed vertices stay. A vertex goes only as far as its faces keep their normals.
+
+use glam::DVec3;
+use mesh_core::{EdgeId, EdgeMap, FaceId, Handle, TriMesh, VertexId, VertexMap};
+use mesh_metric::{
+    ClosestPoint, Surface, SurfaceError, SurfaceSample, closest_on_triangle, sample_surface,
+};
+
+use crate::symmetric::{Factors, Symmetric3};
+
+/// How to fit; see [`fit`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FitOptions {
+    /// How many rounds.
+    pub rounds: usize,
+    /// Samples per face of the mesh, in each direction.
+    pub samples_per_face: usize,
+    /// How strongly samples are drawn to their partners along the surface, relative to across it.
+    pub pull: f64,
+    /// Whether edges are flipped.
+    pub flips: bool,
+    /// Where the random numbers start.
+    pub seed: u64,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { rounds: 2, samples_per_face: 30, pull: 4e-4, flips: true, seed: 1 }
+    }
+}
+
+/// What a fit must leave alone.
+#[derive(Clone, Debug, Default)]
+pub struct FitConstraints {
+    /// Vertices that do not move. Those on the boundary never do.
+    pub fixed: Option<VertexMap<bool>>,
+    /// Edges that are not flipped, and whose ends do not move.
+    pub features: Option<EdgeMap<bool>>,
+}
+
+/// What a fit did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FitReport {
+    /// How many rounds were made.
+    pub rounds: usize,
+    /// How many edges were flipped.
+    pub flips: usize,
+    /// Root mean square distance of the pairs at the start of the first round.
+    pub rms_before: f64,
+    /// Root mean square distance of the pairs at the start of the last round.
+    pub rms_last: f64,
+}
+
+/// Fits a mesh to the original it was made from.
+///
+/// # Errors
+/// The mesh has no faces.
+pub fn fit(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    constraints: &FitConstraints,
+    options: &FitOptions,
+) -> Result<FitReport, SurfaceError> {
+    let count = options.samples_per_face.saturating_mul(mesh.topology().face_count());
+    let targets: Vec<Target> = sample_surface(original, count, options.seed)
+        .iter()
+        .map(|sample| Target::new(original, sample))
+        .collect();
+    let points: Vec<DVec3> = targets.iter().map(|target| target.point).collect();
+    let mut report = FitReport::default();
+    for round in 0..options.rounds {
+        let surface = Surface::new(mesh)?;
+        let mut paired = Pairs::new(mesh);
+        for (target, closest) in targets.iter().zip(surface.closest_points(&points)) {
+            paired.push(closest.face, *target);
+        }
+        if options.flips {
+            report.flips += flip_edges(mesh, &mut paired, constraints);
+        }
+        let mut system = System::new(mesh);
+        let mut tally = Tally::default();
+        paired.for_each(mesh, |face, target| {
+            let weights = weights_of_closest(target.point, &mesh.triangle(face));
+            tally.add(system.add(mesh, face, weights, target, options.pull));
+        });
+        let samples = if options.flips {
+            // The faces are others now.
+            sample_surface(&Surface::new(mesh)?, count, options.seed + round as u64 + 1)
+        } else {
+            sample_surface(&surface, count, options.seed + round as u64 + 1)
+        };
+        add_own_samples(mesh, original, &samples, options.pull, &mut system, &mut tally);
+        report.rms_last = tally.rms();
+        if round == 0 {
+            report.rms_before = tally.rms();
+        }
+        let moved = system.solve(mesh, &free_vertices(mesh, constraints));
+        move_vertices(mesh, &moved);
+        report.rounds += 1;
+    }
+    Ok(report)
+}
+
+/// A point of the original that the mesh is drawn to.
+#[derive(Clone, Copy)]
+struct Target {
+    point: DVec3,
+    normal: DVec3,
+}
+
+impl Target {
+    fn new(original: &Surface, sample: &SurfaceSample) -> Self {
+        Self { point: sample.position, normal: normal_of(original, sample.triangle as usize) }
+    }
+}
+
+fn normal_of(surface: &Surface, triangle: usize) -> DVec3 {
+    let [a, b, c] = surface.triangle(triangle);
+    (b - a).cross(c - a).normalize_or_zero()
+}
+
+fn add_own_samples(
+    mesh: &TriMesh,
+    original: &Surface,
+    samples: &[SurfaceSample],
+    pull: f64,
+    system: &mut System,
+    tally: &mut Tally,
+) {
+    let faces: Vec<FaceId> = mesh.topology().faces().collect();
+    let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
+    for (sample, closest) in samples.iter().zip(original.closest_points(&points)) {
+        let ClosestPoint { point, triangle, .. } = closest;
+        let target = Target { point, normal: normal_of(original, triangle as usize) };
+        let face = faces[sample.triangle as usize];
+        tally.add(system.add(mesh, face, DVec3::from(sample.weights), target, pull));
+    }
+}
+
+/// Barycentric coordinates of the point of a triangle that is closest to `point`.
+fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
+    let at = point + closest_on_triangle(point, triangle);
+    let [a, b, c] = triangle.map(|corner| corner - at);
+    let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    let parts = DVec3::new(b.cross(c).dot(normal), c.cross(a).dot(normal), a.cross(b).dot(normal));
+    let parts = parts.max(DVec3::ZERO);
+    let sum = parts.element_sum();
+    if sum > 0.0 { parts / sum } else { DVec3::splat(1.0 / 3.0) }
+}
+
+#[derive(Default)]
+struct Tally {
+    squares: f64,
+    count: usize,
+}
+
+impl Tally {
+    fn add(&mut self, squared: f64) {
+        self.squares += squared;
+        self.count += 1;
+    }
+
+    fn rms(&self) -> f64 {
+        (self.squares / self.count.max(1) as f64).sqrt()
+    }
+}
+
+/// Targets by the face that is closest to them, as linked lists.
+struct Pairs {
+    first: Vec<u32>,
+    following: Vec<u32>,
+    targets: Vec<Target>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Pairs {
+    fn new(mesh: &TriMesh) -> Self {
+        let first = vec![NONE; mesh.topology().face_capacity()];
+        Self { first, following: Vec::new(), targets: Vec::new() }
+    }
+
+    fn push(&mut self, face: FaceId, target: Target) {
+        let slot = &mut self.first[face.index()];
+        self.following.push(*slot);
+        *slot = self.targets.len() as u32;
+        self.targets.push(target);
+    }
+
+    fn of_face(&self, face: FaceId) -> impl Iterator<Item = u32> + '_ {
+        let start = Some(self.first[face.index()]).filter(|&i| i != NONE);
+        let following = |&i: &u32| Some(self.following[i as usize]).filter(|&i| i != NONE);
+        core::iter::successors(start, following)
+    }
+
+    fn for_each(&self, mesh: &TriMesh, mut act: impl FnMut(FaceId, Target)) {
+        for face in mesh.topology().faces() {
+            for index in self.of_face(face) {
+                act(face, self.targets[index as usize]);
+            }
+        }
+    }
+
+    /// Gives the targets of two faces to the one that is closer, the faces being as they are now.
+    fn redistribute(&mut self, mesh: &TriMesh, faces: [FaceId; 2], scratch: &mut Vec<u32>) {
+        scratch.clear();
+        for face in faces {
+            scratch.extend(self.of_face(face));
+            self.first[face.index()] = NONE;
+        }
+        let triangles = faces.map(|face| mesh.triangle(face));
+        for &index in scratch.iter() {
+            let point = self.targets[index as usize].point;
+            let [d0, d1] = [&triangles[0], &triangles[1]]
+                .map(|triangle| closest_on_triangle(point, triangle).length_squared());
+            let slot = &mut self.first[faces[usize::from(d1 < d0)].index()];
+            self.following[index as usize] = *slot;
+            *slot = index;
+        }
+    }
+}
+
+/// The smallest cosine between the normals of faces before and after a flip or a move.
+const MIN_COSINE: f64 = 0.5;
+
+/// Flips every edge whose flip lowers the squared distance of the targets of its two faces.
+fn flip_edges(mesh: &mut TriMesh, paired: &mut Pairs, constraints: &FitConstraints) -> usize {
+    let is_feature = |e: EdgeId| {
+        constraints.features.as_ref().and_then(|map| map.get(e)).is_some_and(|&feature| feature)
+    };
+    let mut scratch = Vec::new();
+    let mut flips = 0;
+    for index in 0..mesh.topology().edge_capacity() {
+        let edge = EdgeId::from_index(index);
+        if is_feature(edge) || !flip_is_closer(mesh, paired, edge) {
+            continue;
+        }
+        let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
+        mesh.flip(legal);
+        flips += 1;
+        if let [Some(left), Some(right)] = mesh.topology().edge_faces(edge) {
+            paired.redistribute(mesh, [left, right], &mut scratch);
+        }
+    }
+    flips
+}
+
+fn flip_is_closer(mesh: &TriMesh, paired: &Pairs, edge: EdgeId) -> bool {
+    let topology = mesh.topology();
+    if !topology.contains_edge(edge) {
+        return false;
+    }
+    let [h, twin] = edge.half_edges();
+    let (Some(left), Some(right)) = (topology.apex(h), topology.apex(twin)) else { return false };
+    let [a, b] = topology.edge_vertices(edge).map(|v| mesh.position(v));
+    let (c, d) = (mesh.position(left), mesh.position(right));
+    let (old, new) = ([[a, b, c], [b, a, d]], [[c, a, d], [d, b, c]]);
+    let crosses = [old[0], old[1], new[0], new[1]].map(|[p, q, r]| (q - p).cross(r - p));
+    let normal = crosses[0] + crosses[1];
+    let keeps_side = |n: &DVec3| n.dot(normal) > MIN_COSINE * n.length() * normal.length();
+    if !crosses[2..].iter().all(keeps_side) {
+        return false;
+    }
+    let (mut before, mut after) = (0.0, 0.0);
+    let faces = topology.edge_faces(edge).into_iter().flatten();
+    for index in faces.flat_map(|face| paired.of_face(face)) {
+        let point = paired.targets[index as usize].point;
+        let nearer = |pair: &[[DVec3; 3]; 2]| {
+            let [p, q] =
+                [&pair[0], &pair[1]].map(|t| closest_on_triangle(point, t).length_squared());
+            p.min(q)
+        };
+        before += nearer(&old);
+        after += nearer(&new);
+    }
+    after < before * (1.0 - 1e-9)
+}
+
+fn free_vertices(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<bool> {
+    let topology = mesh.topology();
+    let is_fixed = |v: VertexId| {
+        let given = constraints.fixed.as_ref().and_then(|map| map.get(v));
+        given.is_some_and(|&fixed| fixed) || topology.is_boundary_vertex(v)
+    };
+    let on_feature = |v: VertexId| {
+        constraints.features.as_ref().is_some_and(|map| {
+            topology.edges_of_vertex(v).any(|e| map.get(e).is_some_and(|&feature| feature))
+        })
+    };
+    let is_free = |index: usize| {
+        let v = VertexId::from_index(index);
+        topology.contains_vertex(v) && !is_fixed(v) && !on_feature(v)
+    };
+    (0..topology.vertex_capacity()).map(is_free).collect()
+}
+
+/// The normal equations of the Gauss-Newton step, in blocks of three by three: one per vertex and
+/// one per edge.
+struct System {
+    of_vertex: Vec<Symmetric3>,
+    of_edge: Vec<Symmetric3>,
+    /// Minus the gradient where the vertices are.
+    residual: Vec<DVec3>,
+}
+
+impl System {
+    fn new(mesh: &TriMesh) -> Self {
+        let topology = mesh.topology();
+        Self {
+            of_vertex: vec![Symmetric3::default(); topology.vertex_capacity()],
+            of_edge: vec![Symmetric3::default(); topology.edge_capacity()],
+            residual: vec![DVec3::ZERO; topology.vertex_capacity()],
+        }
+    }
+
+    /// Adds a pair: the point of `face` with these weights and its target. Returns the squared
+    /// distance of the two.
+    fn add(
+        &mut self,
+        mesh: &TriMesh,
+        face: FaceId,
+        weights: DVec3,
+        target: Target,
+        pull: f64,
+    ) -> f64 {
+        let sides = mesh.topology().face_half_edges(face);
+        let corners = mesh.topology().face_vertices(face);
+        let [a, b, c] = corners.map(|v| mesh.position(v) - target.point);
+        let gap = a * weights.x + b * weights.y + c * weights.z;
+        let mut matrix = Symmetric3::square(target.normal, 1.0);
+        matrix.diagonal += pull;
+        let force = matrix.times(gap);
+        for i in 0..3 {
+            self.of_vertex[corners[i].index()] += weights[i] * weights[i] * matrix;
+            self.of_edge[sides[i].edge().index()] += weights[i] * weights[(i + 1) % 3] * matrix;
+            self.residual[corners[i].index()] -= weights[i] * force;
+        }
+        gap.length_squared()
+    }
+
+    /// The displacement of each vertex, by conjugate gradients preconditioned with the blocks of
+    /// the vertices.
+    fn solve(&self, mesh: &TriMesh, free: &[bool]) -> Vec<DVec3> {
+        let factors: Vec<Option<Factors>> = (0..free.len())
+            .map(|v| if free[v] { self.of_vertex[v].factors(DAMPING) } else { None })
+            .collect();
+        let precondition = |r: &[DVec3]| -> Vec<DVec3> {
+            r.iter().zip(&factors).map(|(r, f)| f.map_or(DVec3::ZERO, |f| f.solve(*r))).collect()
+        };
+        let dot =
+            |p: &[DVec3], q: &[DVec3]| -> f64 { p.iter().zip(q).map(|(a, b)| a.dot(*b)).sum() };
+        let mut x = vec![DVec3::ZERO; free.len()];
+        let mut r = self.residual.clone();
+        let mut z = precondition(&r);
+        let mut p = z.clone();
+        let mut rz = dot(&r, &z);
+        let enough = TOLERANCE * TOLERANCE * rz;
+        for _ in 0..ITERATIONS {
+            if rz <= enough {
+                break;
+            }
+            let ap = self.times(mesh, &p, &factors);
+            let step = rz / dot(&p, &ap);
+            if !step.is_finite() {
+                break;
+            }
+            for v in 0..free.len() {
+                x[v] += step * p[v];
+                r[v] -= step * ap[v];
+            }
+            z = precondition(&r);
+            let following = dot(&r, &z);
+            let keep = following / rz;
+            rz = following;
+            for v in 0..free.len() {
+                p[v] = z[v] + keep * p[v];
+            }
+        }
+        x
+    }
+
+    fn times(&self, mesh: &TriMesh, p: &[DVec3], factors: &[Option<Factors>]) -> Vec<DVec3> {
+        let topology = mesh.topology();
+        let mut out: Vec<DVec3> =
+            p.iter().zip(&self.of_vertex).map(|(p, block)| block.times(*p)).collect();
+        for e in topology.edges() {
+            let [a, b] = topology.edge_vertices(e).map(VertexId::index);
+            out[a] += self.of_edge[e.index()].times(p[b]);
+            out[b] += self.of_edge[e.index()].times(p[a]);
+        }
+        for (out, factor) in out.iter_mut().zip(factors) {
+            if factor.is_none() {
+                *out = DVec3::ZERO;
+            }
+        }
+        out
+    }
+}
+
+/// Relative to the trace of a block.
+const DAMPING: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-4;
+const ITERATIONS: usize = 60;
+
+/// Moves each vertex by its displacement, or by half or a quarter of it, or not at all, so that no
+/// face turns too far.
+fn move_vertices(mesh: &mut TriMesh, displacements: &[DVec3]) {
+    let mut before: Vec<DVec3> = Vec::new();
+    for (index, &displacement) in displacements.iter().enumerate() {
+        let v = VertexId::from_index(index);
+        if displacement == DVec3::ZERO || !displacement.is_finite() {
+            continue;
+        }
+        let from = mesh.position(v);
+        before.clear();
+        before.extend(mesh.topology().faces_of_vertex(v).map(|f| mesh.face_cross(f)));
+        for part in [1.0, 0.5, 0.25, 0.0] {
+            mesh.positions_mut()[index] = from + part * displacement;
+            let mut faces = mesh.topology().faces_of_vertex(v).zip(&before);
+            let keeps_side = faces.all(|(f, old)| {
+                let new = mesh.face_cross(f);
+                new.dot(*old) > MIN_COSINE * new.length() * old.length()
+            });
+            if keeps_side {
+                break;
+            }
+        }
+    }
+}

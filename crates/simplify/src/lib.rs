@@ -1,0 +1,50 @@
+//! Simplification of triangle meshes by edge collapse.
+//!
+//! [`simplify()`] takes [`Options`], most easily one of the presets, and returns a mesh together with
+//! what was done, why it stopped, and what was refused. Underneath, [`collapse_edges`] is a greedy
+//! loop over separate policies that can be mixed and replaced:
+//!
+//! - [`Cost`]: what a collapse costs. [`GarlandHeckbert`] (quadrics accumulated from the original),
+//!   [`Memoryless`] (quadrics of the current faces), [`Hybrid`] (both), [`CurvatureFactor`] (any of
+//!   them, raised where curvature changes), [`CurvatureNorm`] (Kim, Kim and Levin 2002).
+//! - [`Placement`]: where the remaining vertex goes. [`Optimal`], with or without keeping the volume,
+//!   [`ButterflyPoint`], [`BestEndpoint`], [`Midpoint`].
+//! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`]; manifoldness is
+//!   always guarded.
+//! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
+//!
+//! [`fit()`] then moves the vertices closer to the original.
+//!
+//! All lengths are in model units. Results are bitwise the same for any number of threads.
+
+mod constraint;
+mod cost;
+mod driver;
+mod fit;
+mod guard;
+mod log;
+mod options;
+mod patch;
+mod placement;
+mod quadric;
+mod queue;
+mod simplify;
+mod stop;
+mod symmetric;
+
+pub use constraint::{Boundary, Constraints};
+pub use cost::{
+    Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
+    Reach,
+};
+pub use driver::{Policies, Progress, Run, Update, collapse_edges};
+pub use fit::{FitConstraints, FitOptions, FitReport, fit};
+pub use guard::{ComponentGuard, Guard, NormalGuard, Refusal, Refusals, ShapeGuard};
+pub use log::{CollapseLog, LogEntry};
+pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};
+pub use patch::{EdgePatch, PatchFace, Place};
+pub use placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
+pub use quadric::Quadric;
+pub use simplify::{AchievedError, Simplified, SimplifyError, simplify, simplify_observed};
+pub use stop::{Limits, StopReason};
+pub use symmetric::Symmetric3;

@@ -1,0 +1,64 @@
+//! Errors on real meshes, against those of other simplifiers.
+//!
+//! Means over both directions, in percent of the diagonal of the bounding box.
+#![allow(clippy::unwrap_used, clippy::print_stderr)]
+
+use std::path::PathBuf;
+
+use mesh_core::TriMesh;
+use mesh_core::build::{Repair, build};
+use mesh_metric::{CompareOptions, Surface, compare};
+use simplify::{Options, Preset, simplify};
+
+fn model(name: &str) -> Option<TriMesh> {
+    let Ok(folder) = std::env::var("CURVMESH_MODELS") else {
+        eprintln!("skipped: set CURVMESH_MODELS to a folder with {name}");
+        return None;
+    };
+    let model = mesh_io::read(PathBuf::from(folder).join(name)).unwrap();
+    Some(build(&model.soup, &Repair::lenient()).unwrap().mesh)
+}
+
+/// The mean error of a preset.
+fn mean(mesh: &TriMesh, original: &Surface, preset: Preset, faces: usize) -> f64 {
+    let result = simplify(mesh, &Options::preset(preset).to_faces(faces)).unwrap();
+    let got = result.mesh.topology().face_count();
+    assert!(got == faces || got == faces - 1, "{got}, not {faces}");
+    let options = CompareOptions { samples: 200_000, ..CompareOptions::default() };
+    let surface = Surface::new(&result.mesh).unwrap();
+    let diagonal = original.bounding_box().diagonal();
+    100.0 * compare(original, &surface, &options).mean() / diagonal
+}
+
+/// Mesh, faces, and the mean error of Lindstrom and Turk's method as CGAL has it.
+const PEER: [(&str, usize, f64); 7] = [
+    ("igea.ply", 3000, 0.02772),
+    ("rocker-arm.obj", 2008, 0.02197),
+    ("rocker-arm.obj", 602, 0.05975),
+    ("fandisk.obj", 1294, 0.00152),
+    ("fandisk.obj", 388, 0.01088),
+    ("horse.ply", 2908, 0.02031),
+    ("stanford-bunny.obj", 2083, 0.03878),
+];
+
+#[test]
+fn the_default_is_closer_than_lindstrom_and_turk() {
+    for (name, faces, peer) in PEER {
+        let Some(mesh) = model(name) else { return };
+        let original = Surface::new(&mesh).unwrap();
+        let mean = mean(&mesh, &original, Preset::Default, faces);
+        assert!(mean < peer, "{name} {faces}: {mean:.5}, not below {peer}");
+    }
+}
+
+#[test]
+fn presets_are_ordered_by_quality() {
+    for (name, faces, _) in &PEER[1..5] {
+        let Some(mesh) = model(name) else { return };
+        let original = Surface::new(&mesh).unwrap();
+        let [fast, default, quality, paper] =
+            [Preset::Fast, Preset::Default, Preset::Quality, Preset::PaperL1]
+                .map(|preset| mean(&mesh, &original, preset, *faces));
+        assert!(quality <= default && default < fast && fast < paper, "{name} {faces}");
+    }
+}
