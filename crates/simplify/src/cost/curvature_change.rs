@@ -82,6 +82,10 @@ impl CurvatureChange {
                 let h = HalfEdgeId::from_index(i);
                 if topology.contains_half_edge(h) { angle(mesh, h) } else { 0.0 }
             }));
+        self.vertices = topology.vertex_map(Term::default());
+        for v in topology.vertices() {
+            self.vertices[v] = self.term(mesh, v);
+        }
     }
 
     /// The sums before and after the collapse with the remaining vertex at `x`.
