@@ -13,10 +13,11 @@
 //!   always guarded.
 //! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
 //!
-//! [`fit()`] then moves the vertices closer to the original.
+//! [`fit()`] then moves the vertices closer to the original, and [`anneal()`] spends patience on it.
 //!
 //! All lengths are in model units. Results are bitwise the same for any number of threads.
 
+mod anneal;
 mod constraint;
 mod cost;
 mod driver;
@@ -32,6 +33,7 @@ mod simplify;
 mod stop;
 mod symmetric;
 
+pub use anneal::{AnnealOptions, AnnealReport, anneal};
 pub use constraint::{Boundary, Constraints};
 pub use cost::{
     Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,

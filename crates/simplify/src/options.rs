@@ -3,6 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
+use crate::anneal::AnnealOptions;
 use crate::constraint::Constraints;
 use crate::driver::Update;
 use crate::fit::FitOptions;
@@ -41,6 +42,8 @@ pub struct Options {
     pub min_component_vertices: Option<usize>,
     /// Whether and how the result is fitted to the original. See [`fit`](crate::fit()).
     pub fit: Option<FitOptions>,
+    /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()).
+    pub anneal: Option<AnnealOptions>,
 }
 
 impl Default for Options {
@@ -103,6 +106,8 @@ pub enum Preset {
     Default,
     /// As the default, with eight rounds of fitting.
     Quality,
+    /// As quality, and then annealed: many times slower.
+    Extreme,
     /// As the default, with a curvature factor of full weight: lower maximum on thin parts for a
     /// little more mean.
     ThinFeatures,
@@ -114,10 +119,11 @@ pub enum Preset {
 
 impl Preset {
     /// All presets.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Fast,
         Self::Default,
         Self::Quality,
+        Self::Extreme,
         Self::ThinFeatures,
         Self::PaperL1,
         Self::PaperL2,
@@ -130,6 +136,7 @@ impl Preset {
             Self::Fast => "fast",
             Self::Default => "default",
             Self::Quality => "quality",
+            Self::Extreme => "extreme",
             Self::ThinFeatures => "thin-features",
             Self::PaperL1 => "paper-l1",
             Self::PaperL2 => "paper-l2",
@@ -146,7 +153,7 @@ impl fmt::Display for Preset {
 /// A name that is no preset.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no preset {0:?}; there are fast, default, quality, thin-features, paper-l1, paper-l2"
+    "there is no preset {0:?}; there are fast, default, quality, extreme, thin-features, paper-l1, paper-l2"
 )]
 pub struct UnknownPreset(pub String);
 
@@ -176,6 +183,7 @@ impl Options {
             min_shape: Some(crate::ShapeGuard::default().min_shape),
             min_component_vertices: None,
             fit: Some(FitOptions::default()),
+            anneal: None,
         };
         let paper = |metric| Self {
             metric,
@@ -185,13 +193,15 @@ impl Options {
             fit: None,
             ..base.clone()
         };
+        let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
         match preset {
             Preset::Fast => {
                 Self { metric: Metric::Marginal, curvature_weight: 0.0, fit: None, ..base }
             }
             Preset::Default => base,
-            Preset::Quality => {
-                Self { fit: Some(FitOptions { rounds: 8, ..FitOptions::default() }), ..base }
+            Preset::Quality => Self { fit: Some(long_fit), ..base },
+            Preset::Extreme => {
+                Self { fit: Some(long_fit), anneal: Some(AnnealOptions::default()), ..base }
             }
             Preset::ThinFeatures => Self { curvature_weight: 1.0, ..base },
             Preset::PaperL1 => paper(Metric::CurvatureL1),

@@ -3,16 +3,17 @@
 use core::ops::ControlFlow;
 
 use glam::DVec3;
-use mesh_core::{EdgeMap, Remap, RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
 use mesh_metric::{
     CertifyOptions, CompareOptions, Surface, SurfaceError, compare, hausdorff_bounds,
 };
 
+use crate::anneal::{AnnealOptions, AnnealReport, anneal};
 use crate::cost::{
     Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
 };
 use crate::driver::{Policies, Progress, Run, collapse_edges};
-use crate::fit::{FitConstraints, FitReport, fit};
+use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
 use crate::guard::{ComponentGuard, Guard, NormalGuard, Refusals, ShapeGuard};
 use crate::log::CollapseLog;
 use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
@@ -43,6 +44,8 @@ pub struct Simplified {
     /// What fitting did; `None` when there was none, or when it was undone because it exceeded the
     /// largest allowed error.
     pub fit: Option<FitReport>,
+    /// What annealing did; `None` as for `fit`.
+    pub anneal: Option<AnnealReport>,
 }
 
 /// A distance between two surfaces: the larger of the two one-sided Hausdorff distances.
@@ -141,37 +144,66 @@ pub fn simplify_observed(
         }
         error = Some(measure(original, &working, options)?);
     }
-    let mut fitted = None;
+    let mut finish = Finish { mesh: working, fit: None, anneal: None };
     if let (Some(original), Some(fit_options)) = (&original, wants_fit) {
         let constraints = FitConstraints {
             fixed: run.locked.as_ref().map(|locked| locked.compact(&remap)),
-            features: run
-                .features
-                .as_ref()
-                .map(|features: &EdgeMap<bool>| features.compact(&remap)),
+            features: run.features.as_ref().map(|features| features.compact(&remap)),
         };
-        let mut closer = working.clone();
-        let report = fit(&mut closer, original, &constraints, &fit_options)?;
+        let closer = finish.fitted(original, &constraints, &fit_options, options.anneal)?;
         let check = match wants_error {
-            true => Some(measure(original, &closer, options)?),
+            true => Some(measure(original, &closer.mesh, options)?),
             false => None,
         };
         let allowed = options.max_error.zip(check).is_none_or(|(limit, e)| e.is_within(limit));
         if allowed {
-            (working, fitted, error) = (closer, Some(report), check);
+            (finish, error) = (closer, check);
+        }
+    }
+    let Finish { mesh: finished, fit, anneal } = finish;
+    let mut vertex_map = vertex_map(mesh, &run.log, &remap);
+    if let Some(report) = &anneal {
+        for new in vertex_map.as_mut_slice() {
+            *new = new.and_then(|v| report.vertex_map.get(v).copied().flatten());
         }
     }
     Ok(Simplified {
-        vertex_map: vertex_map(mesh, &run.log, &remap),
-        boundary_shift: if is_open { boundary_shift(mesh, &working)? } else { None },
-        mesh: working,
+        vertex_map,
+        boundary_shift: if is_open { boundary_shift(mesh, &finished)? } else { None },
+        mesh: finished,
         log: run.log,
         stop: run.stop,
         refusals: run.refusals,
         max_cost: run.max_cost,
         error,
-        fit: fitted,
+        fit,
+        anneal,
     })
+}
+
+/// A mesh after the collapses, and what was done with it since.
+struct Finish {
+    mesh: TriMesh,
+    fit: Option<FitReport>,
+    anneal: Option<AnnealReport>,
+}
+
+impl Finish {
+    fn fitted(
+        &self,
+        original: &Surface,
+        constraints: &FitConstraints,
+        options: &FitOptions,
+        then: Option<AnnealOptions>,
+    ) -> Result<Self, SimplifyError> {
+        let mut mesh = self.mesh.clone();
+        let report = fit(&mut mesh, original, constraints, options)?;
+        let anneal = match then {
+            Some(then) => Some(anneal(&mut mesh, original, constraints, &then)?),
+            None => None,
+        };
+        Ok(Self { mesh, fit: Some(report), anneal })
+    }
 }
 
 impl AchievedError {

@@ -2,15 +2,13 @@
 //!
 //! What is integrated over a vertex is a sum over the corners and edges at it, so that a collapse
 //! changes only the terms of the faces of its patch. The terms of the mesh as it is are kept in
-//! tables; those of the mesh as it would be are evaluated.
+//! tables; those of the mesh as it would be are evaluated. The area of a vertex is a third of its
+//! faces, as in KKL02.
 
 use core::cell::RefCell;
 use core::f64::consts::PI;
 
-use dcurv::{
-    Area, Integral, VertexArea, VertexCurvature, VertexIntegrals, corner_angle, dihedral_angle,
-    vertex_curvature,
-};
+use dcurv::{Area, Integral, VertexCurvature, VertexIntegrals, corner_angle, dihedral_angle};
 use glam::DVec3;
 use mesh_core::{
     EdgeId, EdgeMap, HalfEdgeId, HalfEdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel,
@@ -62,9 +60,6 @@ pub(super) struct Sums {
     pub(super) after: f64,
 }
 
-/// KKL02 takes a third of the faces as the area of a vertex.
-const AREA: VertexArea = VertexArea::Barycentric;
-
 impl CurvatureChange {
     pub(super) fn new(measure: fn(&VertexCurvature) -> f64) -> Self {
         Self {
@@ -77,11 +72,7 @@ impl CurvatureChange {
     }
 
     pub(super) fn prepare(&mut self, mesh: &TriMesh) {
-        let (topology, measure) = (mesh.topology(), self.measure);
-        self.vertices = VertexMap::from_vec(parallel::collect(topology.vertex_capacity(), |i| {
-            let v = VertexId::from_index(i);
-            if topology.contains_vertex(v) { term(mesh, v, measure) } else { Term::default() }
-        }));
+        let topology = mesh.topology();
         self.hinges = EdgeMap::from_vec(parallel::collect(topology.edge_capacity(), |i| {
             let e = EdgeId::from_index(i);
             if topology.contains_edge(e) { hinge(mesh, e) } else { 0.0 }
@@ -91,6 +82,10 @@ impl CurvatureChange {
                 let h = HalfEdgeId::from_index(i);
                 if topology.contains_half_edge(h) { angle(mesh, h) } else { 0.0 }
             }));
+        self.vertices = topology.vertex_map(Term::default());
+        for v in topology.vertices() {
+            self.vertices[v] = self.term(mesh, v);
+        }
     }
 
     /// The sums before and after the collapse with the remaining vertex at `x`.
@@ -189,14 +184,14 @@ impl CurvatureChange {
                 self.angles[side] = angle(mesh, side);
             }
         }
-        self.sum_up(mesh, kept);
+        self.vertices[kept] = self.term(mesh, kept);
         for v in topology.one_ring(kept) {
-            self.sum_up(mesh, v);
+            self.vertices[v] = self.term(mesh, v);
         }
     }
 
-    /// Makes the integrals over a vertex the sums of its terms.
-    fn sum_up(&mut self, mesh: &TriMesh, v: VertexId) {
+    /// The integrals over a vertex as sums of what is in the tables.
+    fn term(&self, mesh: &TriMesh, v: VertexId) -> Term {
         let topology = mesh.topology();
         let (mut angle, mut mean, mut area) = (0.0, 0.0, 0.0);
         for h in topology.outgoing(v) {
@@ -215,7 +210,7 @@ impl CurvatureChange {
             ..VertexIntegrals::default()
         };
         let measured = (self.measure)(&VertexCurvature::from_integrals(integrals, boundary));
-        self.vertices[v] = Term { integrals, measured };
+        Term { integrals, measured }
     }
 }
 
@@ -235,11 +230,6 @@ impl Change {
             ..*integrals
         }
     }
-}
-
-fn term(mesh: &TriMesh, v: VertexId, measure: fn(&VertexCurvature) -> f64) -> Term {
-    let curvature = vertex_curvature(mesh, v, AREA);
-    Term { integrals: *curvature.integrals(), measured: measure(&curvature) }
 }
 
 /// The share of mean curvature that an edge gives to each of its ends.
@@ -269,6 +259,7 @@ fn angle(mesh: &TriMesh, h: HalfEdgeId) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use dcurv::{VertexArea, vertex_curvature};
     use mesh_core::shapes::{Plane, Sphere};
 
     /// What is foretold is what comes about, inside and on the boundary.
@@ -285,7 +276,10 @@ mod tests {
             change.prepare(&mesh);
             let total = |mesh: &TriMesh| {
                 let all = mesh.topology().vertices();
-                all.map(|v| vertex_curvature(mesh, v, AREA).abs_principal_sum().value()).sum()
+                all.map(|v| {
+                    vertex_curvature(mesh, v, VertexArea::Barycentric).abs_principal_sum().value()
+                })
+                .sum()
             };
             let before: f64 = total(&mesh);
             for h in mesh.topology().half_edges() {
