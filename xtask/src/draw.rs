@@ -43,10 +43,7 @@ pub(crate) struct Draw {
 }
 
 pub(crate) fn run(options: &Draw) -> Result<(), Failure> {
-    let model = mesh_io::read(&options.input).map_err(|source| Failure::Read {
-        path: options.input.clone(),
-        source: Box::new(source),
-    })?;
+    let model = mesh_io::read(&options.input).map_err(Failure::reading(&options.input))?;
     let built = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?;
     let colors = vertex_colors(&model, &built.provenance.vertex_source);
     let picture = draw(&built.mesh, colors.as_ref(), options)?;
