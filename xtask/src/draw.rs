@@ -26,13 +26,7 @@ pub(crate) struct Draw {
     #[arg(long, value_name = "X,Y,Z", default_value = "0,1,0", value_parser = parse_vector, allow_hyphen_values = true)]
     up: DVec3,
     /// Width and height in pixels
-    #[arg(
-        long,
-        value_name = "W,H",
-        default_value = "900,900",
-        value_delimiter = ',',
-        num_args = 2
-    )]
+    #[arg(long, value_name = "W,H", default_value = "900,900", value_delimiter = ',')]
     size: Vec<u32>,
     /// Width of the edges in pixels; 0 draws none
     #[arg(long, value_name = "PIXELS", default_value_t = 0.0)]

@@ -50,7 +50,11 @@ pub(super) fn item(paper: &Paper, out: &Path) -> Result<Item, Failure> {
         needs: None,
         rows,
         figures: vec![
-            draw(&given, "dhkl01-seven-points-given", "given: concave along its middle edge")?,
+            draw(
+                &given,
+                "dhkl01-seven-points-given",
+                "given: concave along the edge in its middle",
+            )?,
             draw(&convex, "dhkl01-seven-points-convex", "convex: the least value of F2 and F3")?,
         ],
         functions: vec!["dtri_flip::CostName::total", "dtri_flip::optimise"],
