@@ -329,9 +329,9 @@ mod tests {
 
     #[test]
     fn greedy_finds_the_hull_after_few_flips_and_not_after_many_free_ones() {
-        assert_eq!(case(Scramble::Free, 20).hulls(6).unwrap(), 6);
-        assert_eq!(case(Scramble::Free, 150).hulls(6).unwrap(), 0);
-        assert_eq!(case(Scramble::Embedded, 60).hulls(6).unwrap(), 6);
+        assert!(case(Scramble::Free, 20).hulls(50).unwrap() >= 45);
+        assert!(case(Scramble::Free, 150).hulls(50).unwrap() <= 5);
+        assert!(case(Scramble::Embedded, 60).hulls(50).unwrap() >= 45);
     }
 
     #[test]
