@@ -26,13 +26,7 @@ pub(crate) struct Draw {
     #[arg(long, value_name = "X,Y,Z", default_value = "0,1,0", value_parser = parse_vector, allow_hyphen_values = true)]
     up: DVec3,
     /// Width and height in pixels
-    #[arg(
-        long,
-        value_name = "W,H",
-        default_value = "900,900",
-        value_delimiter = ',',
-        num_args = 2
-    )]
+    #[arg(long, value_name = "W,H", default_value = "900,900", value_delimiter = ',')]
     size: Vec<u32>,
     /// Width of the edges in pixels; 0 draws none
     #[arg(long, value_name = "PIXELS", default_value_t = 0.0)]
@@ -43,10 +37,7 @@ pub(crate) struct Draw {
 }
 
 pub(crate) fn run(options: &Draw) -> Result<(), Failure> {
-    let model = mesh_io::read(&options.input).map_err(|source| Failure::Read {
-        path: options.input.clone(),
-        source: Box::new(source),
-    })?;
+    let model = mesh_io::read(&options.input).map_err(Failure::reading(&options.input))?;
     let built = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?;
     let colors = vertex_colors(&model, &built.provenance.vertex_source);
     let picture = draw(&built.mesh, colors.as_ref(), options)?;

@@ -34,4 +34,9 @@ impl Failure {
     pub(crate) fn writing(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         |source| Self::Write { path: path.to_owned(), source }
     }
+
+    /// Adds the path to an error of reading a mesh.
+    pub(crate) fn reading(path: &Path) -> impl FnOnce(mesh_io::ReadError) -> Self + '_ {
+        |source| Self::Read { path: path.to_owned(), source: Box::new(source) }
+    }
 }

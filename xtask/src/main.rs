@@ -1,9 +1,11 @@
-//! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print, and
-//! `cargo xtask render` draws a mesh.
+//! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print,
+//! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, and `cargo xtask render`
+//! draws a mesh.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod convex_study;
 mod draw;
 mod failure;
 mod render;
@@ -23,6 +25,11 @@ enum Task {
     ///     cargo xtask reproduce
     #[command(verbatim_doc_comment)]
     Reproduce(reproduce::Reproduce),
+    /// Count how often a scrambled convex hull is found again
+    ///
+    ///     cargo xtask convex-study --quick --strategies greedy,look-ahead-3
+    #[command(verbatim_doc_comment)]
+    ConvexStudy(convex_study::ConvexStudy),
     /// Draw a mesh with its vertex colours to a PNG file, without a display
     ///
     ///     cargo xtask render torus.ply -o torus.png --edges 1 --from 1,0.3,1
@@ -33,6 +40,7 @@ enum Task {
 fn main() -> ExitCode {
     let result = match Task::parse() {
         Task::Reproduce(options) => reproduce::run(&options),
+        Task::ConvexStudy(options) => convex_study::run(&options),
         Task::Render(options) => draw::run(&options),
     };
     match result {

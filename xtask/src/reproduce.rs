@@ -120,6 +120,9 @@ fn print_summary(items: &[Item]) {
     table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
     table.set_header(["paper", "item", "quantity", "printed", "ours", "difference", "verdict"]);
     for item in items {
+        if let Some(needs) = &item.needs {
+            table.add_row([&item.paper, &item.name, needs]);
+        }
         for row in &item.rows {
             table.add_row([
                 item.paper.clone(),

@@ -5,13 +5,13 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use common::{face_set, mesh_of, model, scramble};
+use common::{face_set, mesh_of, model};
 use dcurv::VertexArea;
 use dtri_flip::{
     AbsMean, CostName, FlipError, FlipOptions, feature_edges, optimise, triangles_cross,
 };
 use glam::DVec3;
-use mesh_core::shapes::{Sphere, SplitMix64, inset_cube};
+use mesh_core::shapes::{Sphere, SplitMix64, inset_cube, scramble};
 use mesh_core::{EdgeId, FaceId, TriMesh, VertexId};
 
 #[test]

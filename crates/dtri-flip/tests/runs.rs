@@ -5,11 +5,11 @@ mod common;
 
 use std::ops::ControlFlow;
 
-use common::{mesh_of, model, scramble};
+use common::{mesh_of, model};
 use dcurv::{CurvatureOptions, Curvatures, VertexArea};
 use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Stop, Ties, Update};
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Sphere, SplitMix64};
+use mesh_core::shapes::{Sphere, SplitMix64, scramble};
 use proptest::prelude::*;
 
 fn run(mesh: &mut TriMesh, cost: CostName, options: &FlipOptions) -> FlipReport {

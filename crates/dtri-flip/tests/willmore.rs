@@ -3,14 +3,14 @@
 
 mod common;
 
-use common::{TORUS, mesh_of, paper_torus, scramble};
+use common::{TORUS, mesh_of, paper_torus};
 use dcurv::{VertexArea, total_willmore_energy};
 use dtri_flip::{
     CostName, FlipOptions, FlipReport, Stop, Ties, VirtualWillmore, Willmore, lattice_error,
     optimise,
 };
 use mesh_core::TriMesh;
-use mesh_core::shapes::{SignedDistance, SplitMix64, inset_cube};
+use mesh_core::shapes::{SignedDistance, SplitMix64, inset_cube, scramble};
 
 fn literal(mesh: &mut TriMesh) -> FlipReport {
     optimise(mesh, &VirtualWillmore, &FlipOptions::default()).unwrap()

@@ -315,6 +315,20 @@ impl Topology {
     pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.faces().map(|f| self.face_vertices(f).map(VertexId::get))
     }
+
+    /// The triangles in an order that depends on nothing but themselves: each begins with its
+    /// smallest vertex, and they are sorted.
+    ///
+    /// Two meshes over the same vertices are the same oriented surface exactly if these agree.
+    #[must_use]
+    pub fn canonical_triangles(&self) -> Vec<[u32; 3]> {
+        let smallest_first = |[a, b, c]: [u32; 3]| {
+            [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or([a, b, c])
+        };
+        let mut triangles: Vec<[u32; 3]> = self.triangles().map(smallest_first).collect();
+        triangles.sort_unstable();
+        triangles
+    }
 }
 
 fn handles<H: Handle>(count: usize) -> impl DoubleEndedIterator<Item = H> + Clone {

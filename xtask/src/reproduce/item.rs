@@ -14,6 +14,8 @@ pub(crate) struct Item {
     pub(crate) name: String,
     /// What was done, in a sentence or two.
     pub(crate) about: String,
+    /// What is missing, if the item could not be computed for that.
+    pub(crate) needs: Option<String>,
     pub(crate) rows: Vec<Row>,
     pub(crate) figures: Vec<Figure>,
     /// The public functions that did the work.

@@ -73,9 +73,12 @@ fn block(item: &Item, folder: &Path) -> Result<Markup, Failure> {
     Ok(html! {
         h3 { (item.name) }
         p { (item.about) }
-        table {
-            tr { th { "quantity" } th { "printed" } th { "ours" } th { "difference" } th { "verdict" } }
-            @for row in &item.rows { (table_row(row)) }
+        @if let Some(needs) = &item.needs { p { em { (needs) } } }
+        @if !item.rows.is_empty() {
+            table {
+                tr { th { "quantity" } th { "printed" } th { "ours" } th { "difference" } th { "verdict" } }
+                @for row in &item.rows { (table_row(row)) }
+            }
         }
         div.figures { @for figure in &figures { (figure) } }
         p {

@@ -1,8 +1,8 @@
 //! What the tests share.
 #![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::print_stdout)]
 
-use mesh_core::shapes::{SplitMix64, Torus};
-use mesh_core::{EdgeId, PolygonSoup, TriMesh};
+use mesh_core::shapes::Torus;
+use mesh_core::{PolygonSoup, TriMesh};
 
 pub(crate) const TORUS: Torus = Torus { major: 5.0, minor: 2.0 };
 
@@ -18,39 +18,7 @@ pub(crate) fn paper_torus() -> TriMesh {
 
 /// The faces as sorted triples, each starting with its smallest vertex.
 pub(crate) fn face_set(mesh: &TriMesh) -> Vec<[u32; 3]> {
-    let mut faces: Vec<[u32; 3]> = mesh
-        .topology()
-        .triangles()
-        .map(|t| {
-            let first = (0..3).min_by_key(|&i| t[i]).unwrap();
-            [t[first], t[(first + 1) % 3], t[(first + 2) % 3]]
-        })
-        .collect();
-    faces.sort_unstable();
-    faces
-}
-
-/// Flips random edges, as often as asked for, wherever that is legal and `allowed`.
-pub(crate) fn scramble(
-    mesh: &mut TriMesh,
-    flips: usize,
-    random: &mut SplitMix64,
-    allowed: impl Fn(&TriMesh, EdgeId) -> bool,
-) {
-    let mut left = flips;
-    for _ in 0..1000 * flips {
-        if left == 0 {
-            return;
-        }
-        let edge = EdgeId::new((random.bits() % mesh.topology().edge_capacity() as u64) as u32);
-        if !allowed(mesh, edge) {
-            continue;
-        }
-        if let Ok(flip) = mesh.topology().check_flip(edge) {
-            mesh.flip(flip);
-            left -= 1;
-        }
-    }
+    mesh.topology().canonical_triangles()
 }
 
 /// A mesh from the folder named by `CURVMESH_MODELS`; says so when there is none.

@@ -9,6 +9,7 @@
 //!
 //! Point sets and meshes without a surface behind them are free functions: the platonic solids
 //! ([`polyhedra`]), [`inset_cube`], the seven points of [`seven_points`].
+//! [`add_normal_noise`] and [`scramble`] spoil the vertices and the triangulation of a mesh.
 //!
 //! **Signs.** Curvatures are positive where the surface is convex seen from the side of its
 //! normal: a sphere of radius r has H = 1/r and K = 1/r². Every value is pointwise, in one over
@@ -27,6 +28,7 @@ mod irregular;
 mod lattice;
 mod noise;
 pub mod polyhedra;
+mod scramble;
 pub mod seven_points;
 mod sphere;
 mod splitmix;
@@ -43,6 +45,7 @@ pub use hull::{HullError, convex_hull};
 pub use inset_cube::inset_cube;
 pub use irregular::Irregular;
 pub use noise::{add_normal_noise, mean_edge_length};
+pub use scramble::scramble;
 pub use sphere::Sphere;
 pub use splitmix::SplitMix64;
 pub use torus::Torus;

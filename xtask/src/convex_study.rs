@@ -1,0 +1,356 @@
+//! `cargo xtask convex-study`: how often a scrambled convex hull is found again.
+//!
+//! DHKL01, sec. 4: for convex data, "in almost all cases" every cost leads to the convex
+//! triangulation, whatever the initial one. Here the initial one is the hull after a number of
+//! random flips.
+
+use std::fs::File;
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use dcurv::VertexArea;
+use dtri_flip::{Anneal, CostName, FlipOptions, Quad};
+use glam::DVec3;
+use indicatif::{ProgressBar, ProgressStyle};
+use mesh_core::shapes::{Ellipsoid, ShapeError, Sphere, SplitMix64, scramble};
+use mesh_core::{EdgeId, PolygonSoup, Repair, TriMesh, build};
+use rayon::prelude::*;
+
+use crate::failure::Failure;
+
+/// What to run, and how often.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ConvexStudy {
+    /// How many starts per case
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
+    seeds: u64,
+    /// How many points, on the sphere and on the ellipsoid
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "60,200")]
+    points: Vec<usize>,
+    /// Which strategies; all of them by default
+    #[arg(long, value_name = "STRATEGY", value_delimiter = ',')]
+    strategies: Vec<Strategy>,
+    /// Six starts per case and 60 points only
+    #[arg(long, conflicts_with_all = ["seeds", "points"])]
+    quick: bool,
+    /// The folder for the table (convex-study.txt) and the numbers (convex-study.csv)
+    #[arg(long, value_name = "DIR", default_value = "target/convex-study")]
+    out: PathBuf,
+}
+
+/// How the optimisation gets out of local minima.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Strategy {
+    Greedy,
+    #[value(name = "look-ahead-2")]
+    LookAhead2,
+    #[value(name = "look-ahead-3")]
+    LookAhead3,
+    Anneal,
+    #[value(name = "anneal-look-ahead-3")]
+    AnnealLookAhead3,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Shape {
+    Sphere,
+    Ellipsoid,
+}
+
+/// Which flips scramble the hull.
+#[derive(Clone, Copy, Debug)]
+enum Scramble {
+    /// Every legal one, also those that make the surface cross itself.
+    Free,
+    /// Those that keep the surface without overlaps, seen from the centre.
+    Embedded,
+}
+
+/// The costs of DHKL01.
+const COSTS: [CostName; 3] = [CostName::F1, CostName::F2, CostName::F3];
+/// How many random flips.
+const FLIPS: [usize; 4] = [20, 60, 150, 600];
+/// Where the random numbers of the scrambles start, apart from those of the points.
+const SCRAMBLE_SEED: u64 = 1000;
+
+/// Runs the study, writes its numbers case by case, and prints the table.
+pub(crate) fn run(options: &ConvexStudy) -> Result<(), Failure> {
+    std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
+    let path = options.out.join("convex-study.csv");
+    let failed = |e: csv::Error| Failure::writing(&path)(e.into());
+    let mut numbers =
+        csv::Writer::from_writer(File::create(&path).map_err(Failure::writing(&path))?);
+    numbers
+        .write_record(["points", "shape", "strategy", "cost", "scramble", "flips", "runs", "hull"])
+        .map_err(failed)?;
+    let mut table = Table::new();
+    let cases = options.cases();
+    let bar = progress_bar(cases.len());
+    for case in cases {
+        bar.set_message(case.to_string());
+        let hulls = case.hulls(options.seeds())?;
+        numbers.write_record(case.record(options.seeds(), hulls)).map_err(failed)?;
+        numbers.flush().map_err(Failure::writing(&path))?;
+        table.add(&case, hulls as f64 / options.seeds() as f64);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let text = table.finish(options.seeds());
+    let path = options.out.join("convex-study.txt");
+    std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
+    print!("{text}");
+    Ok(())
+}
+
+fn progress_bar(cases: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(cases as u64).with_style(style)
+}
+
+impl ConvexStudy {
+    fn seeds(&self) -> u64 {
+        if self.quick { 6 } else { self.seeds }
+    }
+
+    /// All cases, those of one line of the table in a row.
+    fn cases(&self) -> Vec<Case> {
+        let points = if self.quick { &[60][..] } else { &self.points[..] };
+        let strategies = match &self.strategies[..] {
+            [] => Strategy::value_variants(),
+            some => some,
+        };
+        let mut cases = Vec::new();
+        for &points in points {
+            for shape in [Shape::Sphere, Shape::Ellipsoid] {
+                for &strategy in strategies {
+                    for cost in COSTS {
+                        for scramble in [Scramble::Free, Scramble::Embedded] {
+                            cases.extend(FLIPS.map(|flips| Case {
+                                points,
+                                shape,
+                                strategy,
+                                cost,
+                                scramble,
+                                flips,
+                            }));
+                        }
+                    }
+                }
+            }
+        }
+        cases
+    }
+}
+
+/// One number of the study.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    points: usize,
+    shape: Shape,
+    strategy: Strategy,
+    cost: CostName,
+    scramble: Scramble,
+    /// How many random flips.
+    flips: usize,
+}
+
+impl Case {
+    /// How many of the runs end at the hull.
+    fn hulls(&self, seeds: u64) -> Result<usize, Failure> {
+        let ends: Vec<bool> = (0..seeds)
+            .into_par_iter()
+            .map(|seed| self.ends_at_hull(seed))
+            .collect::<Result<_, _>>()?;
+        Ok(ends.into_iter().filter(|&at_hull| at_hull).count())
+    }
+
+    fn ends_at_hull(&self, seed: u64) -> Result<bool, Failure> {
+        let soup = self.shape.random_hull(self.points, seed).map_err(Failure::mesh)?;
+        let mut mesh = build(&soup, &Repair::strict()).map_err(Failure::mesh)?.mesh;
+        let hull = mesh.topology().canonical_triangles();
+        let random = &mut SplitMix64::new(SCRAMBLE_SEED.wrapping_add(seed));
+        scramble(&mut mesh, self.flips, random, |mesh, edge| self.scramble.allows(mesh, edge));
+        let go_on = &mut |_| ControlFlow::Continue(());
+        self.cost
+            .optimise(&mut mesh, VertexArea::Voronoi, &self.strategy.options(), go_on)
+            .map_err(Failure::mesh)?;
+        Ok(mesh.topology().canonical_triangles() == hull)
+    }
+
+    fn record(&self, seeds: u64, hulls: usize) -> [String; 8] {
+        [
+            self.points.to_string(),
+            self.shape.name().to_owned(),
+            self.strategy.to_string(),
+            self.cost.to_string(),
+            self.scramble.name().to_owned(),
+            self.flips.to_string(),
+            seeds.to_string(),
+            hulls.to_string(),
+        ]
+    }
+
+    /// What the lines of the table are called by.
+    fn line(&self) -> [String; 4] {
+        [
+            self.points.to_string(),
+            self.shape.name().to_owned(),
+            self.strategy.to_string(),
+            self.cost.to_string(),
+        ]
+    }
+}
+
+impl std::fmt::Display for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.line().join(", "))
+    }
+}
+
+impl Strategy {
+    fn options(self) -> FlipOptions {
+        let (look_ahead, anneal) = match self {
+            Self::Greedy => (1, None),
+            Self::LookAhead2 => (2, None),
+            Self::LookAhead3 => (3, None),
+            Self::Anneal => (1, Some(Anneal::default())),
+            Self::AnnealLookAhead3 => (3, Some(Anneal::default())),
+        };
+        FlipOptions { look_ahead, anneal, ..FlipOptions::default() }
+    }
+}
+
+impl std::fmt::Display for Strategy {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(match self {
+            Self::Greedy => "greedy",
+            Self::LookAhead2 => "look-ahead 2",
+            Self::LookAhead3 => "look-ahead 3",
+            Self::Anneal => "anneal",
+            Self::AnnealLookAhead3 => "anneal + look-ahead 3",
+        })
+    }
+}
+
+impl Shape {
+    fn random_hull(self, points: usize, seed: u64) -> Result<PolygonSoup, ShapeError> {
+        match self {
+            Self::Sphere => Sphere { radius: 1.0 }.random_hull(points, seed),
+            Self::Ellipsoid => {
+                Ellipsoid { semi_axes: DVec3::new(3.0, 2.0, 1.0) }.random_hull(points, seed)
+            }
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Sphere => "sphere",
+            Self::Ellipsoid => "ellipsoid",
+        }
+    }
+}
+
+impl Scramble {
+    fn allows(self, mesh: &TriMesh, edge: EdgeId) -> bool {
+        match self {
+            Self::Free => true,
+            Self::Embedded => stays_embedded(mesh, edge),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Embedded => "embedded",
+        }
+    }
+}
+
+/// Whether a surface round the origin still has no overlaps after a flip, seen from there: the new
+/// triangles face outward.
+fn stays_embedded(mesh: &TriMesh, edge: EdgeId) -> bool {
+    Quad::around(mesh.topology(), edge).is_some_and(|quad| {
+        quad.flipped_triangles().iter().all(|triangle| {
+            let [a, b, c] = triangle.map(|v| mesh.position(v));
+            a.dot(b.cross(c)) > 0.0
+        })
+    })
+}
+
+/// The shares in percent: a line per points, shape, strategy and cost, a column per scramble.
+struct Table {
+    lines: Vec<Vec<String>>,
+}
+
+impl Table {
+    fn new() -> Self {
+        Self { lines: Vec::new() }
+    }
+
+    /// Adds to the last line if the case belongs there.
+    fn add(&mut self, case: &Case, share: f64) {
+        let name = case.line();
+        if self.lines.last().is_none_or(|line| line[..name.len()] != name) {
+            self.lines.push(name.to_vec());
+        }
+        if let Some(line) = self.lines.last_mut() {
+            line.push(format!("{:.0}", 100.0 * share));
+        }
+    }
+
+    fn finish(self, seeds: u64) -> String {
+        let mut table = comfy_table::Table::new();
+        table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
+        let scrambles = [Scramble::Free, Scramble::Embedded];
+        let columns = scrambles
+            .iter()
+            .flat_map(|scramble| FLIPS.map(|flips| format!("{} {flips}", scramble.name())));
+        let names = ["points", "shape", "strategy", "cost"].map(str::to_owned);
+        table.set_header(names.into_iter().chain(columns));
+        table.add_rows(self.lines);
+        format!(
+            "Runs that end at the convex hull, in percent of {seeds}, by the number of random \
+             flips\n{table}\n"
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{COSTS, Case, ConvexStudy, FLIPS, Scramble, Shape, Strategy};
+    use dtri_flip::CostName;
+
+    fn case(scramble: Scramble, flips: usize) -> Case {
+        let (shape, strategy, cost) = (Shape::Sphere, Strategy::Greedy, CostName::F2);
+        Case { points: 60, shape, strategy, cost, scramble, flips }
+    }
+
+    #[test]
+    fn greedy_finds_the_hull_after_few_flips_and_not_after_many_free_ones() {
+        assert!(case(Scramble::Free, 20).hulls(50).unwrap() >= 45);
+        assert!(case(Scramble::Free, 150).hulls(50).unwrap() <= 5);
+        assert!(case(Scramble::Embedded, 60).hulls(50).unwrap() >= 45);
+    }
+
+    #[test]
+    fn a_hull_of_too_few_points_is_an_error() {
+        let case = Case { points: 3, ..case(Scramble::Free, 20) };
+        assert!(case.hulls(1).unwrap_err().to_string().contains("points"));
+    }
+
+    #[test]
+    fn quick_runs_every_strategy_on_sixty_points() {
+        let study = ConvexStudy {
+            seeds: 50,
+            points: vec![60, 200],
+            strategies: Vec::new(),
+            quick: true,
+            out: "unused".into(),
+        };
+        assert_eq!(study.seeds(), 6);
+        assert_eq!(study.cases().len(), 2 * 5 * COSTS.len() * 2 * FLIPS.len());
+        assert!(study.cases().iter().all(|case| case.points == 60));
+    }
+}
