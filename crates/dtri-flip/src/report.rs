@@ -5,7 +5,8 @@
 pub struct FlipReport {
     /// The cost of the mesh as it was given.
     pub cost_before: f64,
-    /// The cost of the mesh as it is now, computed afresh.
+    /// The cost of the mesh as it is now, computed afresh. Where all flips were undone again it may
+    /// differ from `cost_before` in the last bits: the sums run in another order.
     pub cost_after: f64,
     /// The number of flips that lead from one to the other.
     pub flips: u64,

@@ -64,7 +64,9 @@ fn depth_three_and_annealing_reach_the_hull() {
             let (mesh, report) = run(cost, &options);
             let expected = if cost == CostName::F1 { &given } else { &convex };
             assert_eq!(&face_set(&mesh), expected, "{cost} {options:?} {report:?}");
-            assert!(report.cost_after <= report.cost_before);
+            // Undone flips leave other start corners, and sums in another order round differently.
+            let rounding = 1e-14 * report.cost_before;
+            assert!(report.cost_after <= report.cost_before + rounding, "{cost} {report:?}");
         }
     }
 }
