@@ -3,11 +3,14 @@
 use glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, parallel};
 
-use crate::cost::Change;
+use crate::cost::{Change, FlipCost, Reach};
 use crate::quad::Quad;
 
 /// The term of one edge, from `a`, `b`, the left apex and the right apex.
 pub(crate) trait EdgeTerm: Sync {
+    /// The power of a length that a term has as its unit.
+    const LENGTH_EXPONENT: i32;
+
     fn term(&self, a: DVec3, b: DVec3, left: DVec3, right: DVec3) -> f64;
 
     /// The term of an edge as it is; 0 for edges that are not between two triangles.
@@ -104,4 +107,38 @@ fn corner_points(mesh: &TriMesh, quad: &Quad) -> [DVec3; 4] {
 pub(crate) fn edges(quad: &Quad) -> [EdgeId; 5] {
     let [bc, ca, ad, db] = quad.sides.map(HalfEdgeId::edge);
     [quad.edge, bc, ca, ad, db]
+}
+
+impl<T: EdgeTerm> FlipCost for T {
+    type Cache = EdgeMap<f64>;
+
+    fn prepare(&self, mesh: &TriMesh) -> EdgeMap<f64> {
+        self.all_terms(mesh)
+    }
+
+    fn update(&self, mesh: &TriMesh, cache: &mut EdgeMap<f64>, flipped: &Quad) {
+        self.update_terms(mesh, cache, flipped);
+    }
+
+    fn total(&self, mesh: &TriMesh) -> f64 {
+        self.sum(mesh)
+    }
+
+    #[inline]
+    fn change(&self, mesh: &TriMesh, cache: &EdgeMap<f64>, quad: &Quad) -> Change {
+        self.change_of_terms(mesh, cache, quad)
+    }
+
+    #[inline]
+    fn change_if_lower(&self, mesh: &TriMesh, cache: &EdgeMap<f64>, quad: &Quad) -> Option<Change> {
+        self.lower_change_of_terms(mesh, cache, quad)
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::AdjacentTriangles
+    }
+
+    fn length_exponent(&self) -> i32 {
+        T::LENGTH_EXPONENT
+    }
 }
