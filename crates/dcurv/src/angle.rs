@@ -27,9 +27,20 @@ pub(crate) fn corner_direction(u: DVec3, w: DVec3, cross: f64) -> DVec2 {
     if corner == DVec2::ZERO { collapsed_corner(u, w) } else { corner }
 }
 
+/// What [`corner_direction`] is where one edge has no length.
 #[cold]
-fn collapsed_corner(u: DVec3, w: DVec3) -> DVec2 {
+pub(crate) fn collapsed_corner(u: DVec3, w: DVec3) -> DVec2 {
     if u == w { DVec2::new(0.5, 0.75_f64.sqrt()) } else { DVec2::Y }
+}
+
+/// The vector times the power of two that brings its longer coordinate between 1 and 2; exact, so
+/// that the angle has the same bits.
+#[inline]
+pub(crate) fn unit_scaled(vector: DVec2) -> DVec2 {
+    let (width, height) = (vector.x.abs(), vector.y.abs());
+    let longer = if width < height { height } else { width };
+    let exponent = longer.to_bits() >> 52;
+    vector * f64::from_bits(2046_u64.wrapping_sub(exponent) << 52)
 }
 
 /// A sum of angles between 0 and pi that takes one arc tangent in all.
@@ -41,23 +52,25 @@ pub(crate) struct AngleSum {
     /// The angle of this vector, from 0 to pi, is what the sum has beyond the half turns.
     direction: DVec2,
     half_turns: u32,
+    terms: u32,
 }
 
 impl AngleSum {
-    pub(crate) const ZERO: Self = Self { direction: DVec2::X, half_turns: 0 };
+    pub(crate) const ZERO: Self = Self { direction: DVec2::X, half_turns: 0, terms: 0 };
 
-    /// Adds the angle of a vector in the upper half-plane.
-    #[inline]
+    /// Adds the angle of a vector in the upper half-plane, of [`unit_scaled`] length.
+    #[inline(always)]
     pub(crate) fn add(&mut self, corner: DVec2) {
         let product = self.direction.rotate(corner);
         // In the lower half-plane: turn back by pi. The sign bit, rather than a comparison, also
         // tells pi + pi, whose sine is -0, from 0 + 0, whose sine is +0.
-        let below = product.y.to_bits() >> 63;
-        self.half_turns += below as u32;
-        self.direction = DVec2::new(negated_if(product.x, below), negated_if(product.y, below));
-        let length = product.x.abs() + product.y.abs();
-        if !(1e-100..1e100).contains(&length) {
-            self.direction /= length;
+        let sign = product.y.to_bits() & (1 << 63);
+        self.half_turns += (sign >> 63) as u32;
+        self.direction = DVec2::new(f64::from_bits(product.x.to_bits() ^ sign), product.y.abs());
+        self.terms += 1;
+        // Each term makes the product at most twice the square root of two as long.
+        if self.terms.is_multiple_of(512) {
+            self.direction = unit_scaled(self.direction);
         }
     }
 
@@ -66,12 +79,6 @@ impl AngleSum {
     pub(crate) fn radians(self) -> f64 {
         PI * f64::from(self.half_turns) + atan2(self.direction.y, self.direction.x)
     }
-}
-
-/// The number, negated when `negate` is 1 rather than 0.
-#[inline]
-fn negated_if(number: f64, negate: u64) -> f64 {
-    f64::from_bits(number.to_bits() ^ (negate << 63))
 }
 
 #[cfg(test)]
@@ -104,7 +111,7 @@ mod tests {
                     _ => PI * random.uniform(),
                 };
                 let corner = scale * DVec2::new(angle.cos(), angle.sin().abs());
-                by_product.add(corner);
+                by_product.add(unit_scaled(corner));
                 by_sum += corner.y.atan2(corner.x);
                 assert!((by_product.radians() - by_sum).abs() < 1e-12 * (1.0 + by_sum));
             }

@@ -71,6 +71,7 @@ pub mod edge;
 pub mod principal;
 pub mod quantity;
 pub mod star;
+mod star_block;
 pub mod totals;
 pub mod vertex;
 pub mod willmore;
