@@ -130,13 +130,24 @@ impl Greedy {
         match self.single_change(run, edge, key) {
             Some(change) => match run.allow(edge) {
                 Ok(flip) => {
-                    if let Some(quad) = run.flip_if_real(flip, change) {
+                    if let Some(quad) = run.flip(flip, change) {
                         self.refresh(run, &[quad]);
+                        self.keep_if_real(run, &quad, change);
                     }
                 }
                 Err(refusal) => self.refuse(run, edge, refusal),
             },
             None => self.take_row(run, edge, flips_left),
+        }
+    }
+
+    /// Undoes a flip, just done, whose way back is a gain, too; the edge waits for a change near it.
+    fn keep_if_real<C: FlipCost>(&mut self, run: &mut Run<'_, C>, quad: &Quad, change: Change) {
+        let way_back = zip(&self.outdated, &self.changes).find(|&(&edge, _)| edge == quad.edge);
+        if run.cost.is_potential() && way_back.is_some_and(|(_, change)| change.is_some()) {
+            run.undo_rounding(change);
+            self.refresh(run, &[*quad]);
+            self.queue.set(self.order.item(quad.edge), None);
         }
     }
 

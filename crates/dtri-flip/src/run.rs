@@ -217,18 +217,11 @@ impl<'a, C: FlipCost> Run<'a, C> {
         }
     }
 
-    /// Flips an edge for good, unless the way back would be a gain, too: then both gains are
-    /// rounding.
-    pub(crate) fn flip_if_real(&mut self, flip: LegalFlip, change: Change) -> Option<Quad> {
-        let edge = flip.edge();
-        let quad = self.flip(flip, change)?;
-        if self.cost.is_potential() && self.gainful_change(edge).is_some() {
-            self.undo_to(self.log.len() - 1);
-            self.running_cost += change.gain();
-            self.refused.rounding += 1;
-            return None;
-        }
-        Some(quad)
+    /// Undoes the last flip, whose way back would be a gain, too: both gains are rounding.
+    pub(crate) fn undo_rounding(&mut self, change: Change) {
+        self.undo_to(self.log.len() - 1);
+        self.running_cost += change.gain();
+        self.refused.rounding += 1;
     }
 
     /// Flips an edge for good.

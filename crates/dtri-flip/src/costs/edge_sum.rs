@@ -5,7 +5,7 @@ use core::iter::zip;
 use glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, parallel};
 
-use super::hinges::Hinges;
+use super::hinges::{Hinges, Quads};
 use crate::cost::{Change, FlipCost, Reach};
 use crate::quad::Quad;
 
@@ -70,55 +70,30 @@ pub(crate) trait EdgeTerm: Sync + Sized {
     /// The terms after the flip: of the edge, then of the sides; 0 for boundary edges.
     #[inline]
     fn terms_after(&self, mesh: &TriMesh, quad: &Quad) -> [f64; 5] {
-        let mut terms = [0.0; 5];
-        for_hinges_after(mesh, quad, |kind, [a, b, left, right]| {
-            terms[kind] = self.term(a, b, left, right);
-        });
-        terms
+        let [a, b, c, d] = corner_points(mesh, quad);
+        let side = |side: HalfEdgeId, from, to, inner| {
+            let outer = mesh.topology().apex(side.twin());
+            outer.map_or(0.0, |outer| self.term(from, to, inner, mesh.position(outer)))
+        };
+        let [bc, ca, ad, db] = quad.sides;
+        let turned = self.term(c, d, b, a);
+        [turned, side(bc, b, c, d), side(ca, c, a, d), side(ad, a, d, c), side(db, d, b, c)]
     }
 
     /// [`EdgeTerm::terms_after`] of up to [`QUADS`] quadrilaterals side by side.
     #[inline]
-    fn all_terms_after(&self, mesh: &TriMesh, quads: &[Option<Quad>]) -> [[f64; 5]; QUADS] {
-        let mut hinges = Hinges::<{ 5 * QUADS }>::new();
-        let mut present = [false; 5 * QUADS];
+    fn all_terms_after(&self, mesh: &TriMesh, quads: &[Option<Quad>]) -> [[f64; QUADS]; 5] {
+        let mut block = Quads::<QUADS>::new();
         for (place, quad) in quads.iter().enumerate().take(QUADS) {
             let Some(quad) = quad else { continue };
-            for_hinges_after(mesh, quad, |kind, points| {
-                hinges.set(5 * place + kind, points);
-                present[5 * place + kind] = true;
-            });
+            block.set(place, corner_points(mesh, quad));
+            for (side, half_edge) in quad.sides.into_iter().enumerate() {
+                if let Some(apex) = mesh.topology().apex(half_edge.twin()) {
+                    block.set_outer(place, side, mesh.position(apex));
+                }
+            }
         }
-        let mut terms = hinges.terms(self);
-        for (term, present) in zip(&mut terms, present) {
-            *term = if present { *term } else { 0.0 };
-        }
-        let (terms, _) = terms.as_chunks();
-        let mut by_quad = [[0.0; 5]; QUADS];
-        by_quad.copy_from_slice(terms);
-        by_quad
-    }
-}
-
-/// Calls a function for each edge whose term the flip changes, as it is after the flip: 0 is the
-/// edge, 1 to 4 are the sides that are not boundary edges.
-#[inline(always)]
-fn for_hinges_after(mesh: &TriMesh, quad: &Quad, mut call: impl FnMut(usize, [DVec3; 4])) {
-    let topology = mesh.topology();
-    let [a, b, c, d] = corner_points(mesh, quad);
-    let [bc, ca, ad, db] = quad.sides;
-    call(0, [c, d, b, a]);
-    if let Some(outer) = topology.apex(bc.twin()) {
-        call(1, [b, c, d, mesh.position(outer)]);
-    }
-    if let Some(outer) = topology.apex(ca.twin()) {
-        call(2, [c, a, d, mesh.position(outer)]);
-    }
-    if let Some(outer) = topology.apex(ad.twin()) {
-        call(3, [a, d, c, mesh.position(outer)]);
-    }
-    if let Some(outer) = topology.apex(db.twin()) {
-        call(4, [d, b, c, mesh.position(outer)]);
+        block.terms_after(self)
     }
 }
 
@@ -171,20 +146,6 @@ impl<T: EdgeTerm> FlipCost for T {
         self.change_of_terms(mesh, cache, quad)
     }
 
-    /// Terms are never negative: once those after the flip add up to more than those before it, the
-    /// rest does not matter.
-    #[inline]
-    fn change_if_lower(&self, mesh: &TriMesh, cache: &EdgeMap<f64>, quad: &Quad) -> Option<Change> {
-        let before = sum_before(cache, quad);
-        let mut after = 0.0;
-        for_hinges_after(mesh, quad, |_, [a, b, left, right]| {
-            if after < before {
-                after += self.term(a, b, left, right);
-            }
-        });
-        (after < before).then_some(Change { before, after })
-    }
-
     fn changes_if_lower(
         &self,
         mesh: &TriMesh,
@@ -193,11 +154,11 @@ impl<T: EdgeTerm> FlipCost for T {
         changes: &mut [Option<Change>],
     ) {
         for (quads, changes) in zip(quads.chunks(QUADS), changes.chunks_mut(QUADS)) {
-            let terms_after = self.all_terms_after(mesh, quads);
-            for ((change, quad), terms) in zip(zip(changes, quads), terms_after) {
-                let change_of =
-                    |quad| Change { before: sum_before(cache, quad), after: terms.iter().sum() };
-                *change = quad.as_ref().map(change_of);
+            let [turned, bc, ca, ad, db] = self.all_terms_after(mesh, quads);
+            for (i, (change, quad)) in zip(changes, quads).enumerate().take(QUADS) {
+                let after = [turned[i], bc[i], ca[i], ad[i], db[i]].iter().sum();
+                *change =
+                    quad.as_ref().map(|quad| Change { before: sum_before(cache, quad), after });
             }
         }
     }

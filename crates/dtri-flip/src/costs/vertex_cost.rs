@@ -147,9 +147,10 @@ impl FlipCost for VertexCost {
             let terms_after = if self.function.needs_areas_and_means() {
                 AbsMean.all_terms_after(mesh, quads)
             } else {
-                [[0.0; 5]; QUADS]
+                [[0.0; QUADS]; 5]
             };
-            for ((change, quad), terms) in zip(zip(changes, quads), terms_after) {
+            for (i, (change, quad)) in zip(changes, quads).enumerate() {
+                let terms = terms_after.map(|kind| kind[i]);
                 *change = quad.as_ref().and_then(|quad| {
                     let means = self.means_after(cache, quad, || terms);
                     self.lower_change_with_means(mesh, cache, quad, means)
