@@ -13,21 +13,25 @@
 //!   always guarded.
 //! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
 //!
-//! [`fit()`] then moves the vertices closer to the original, and [`anneal()`] spends patience on it.
+//! [`fit()`] then moves the vertices closer to the original, [`anneal()`] spends patience on it, and
+//! [`cut_peaks()`] takes down the largest errors.
 //!
 //! All lengths are in model units. Results are bitwise the same for any number of threads.
 
 mod anneal;
+mod collapse_back;
 mod constraint;
 mod cost;
 mod curve;
 mod driver;
+mod finish;
 mod fit;
 mod guard;
 mod intersection;
 mod log;
 mod options;
 mod patch;
+mod peaks;
 mod placement;
 mod quadric;
 mod queue;
@@ -51,6 +55,7 @@ pub use guard::{
 pub use log::{CollapseLog, LogEntry};
 pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};
 pub use patch::{EdgePatch, PatchFace, Place};
+pub use peaks::{PeakOptions, PeakReport, cut_peaks};
 pub use placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use quadric::Quadric;
 pub use simplify::{AchievedError, Simplified, SimplifyError, simplify, simplify_observed};
