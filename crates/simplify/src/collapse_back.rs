@@ -46,7 +46,7 @@ pub(crate) fn collapse_back(
     let policies =
         Policies { cost: Memoryless, placement: Optimal::default(), guards, update: Update::Lazy };
     let mut locked = mesh.topology().vertex_map(false);
-    let fixed = constraints.fixed.iter().flat_map(|map| map.iter());
+    let fixed = constraints.fixed.iter().flat_map(VertexMap::iter);
     fixed.filter(|(_, fixed)| **fixed).for_each(|(v, _)| locked[v] = true);
     to.locked.iter().for_each(|&v| locked[v] = true);
     let fixed = Constraints {

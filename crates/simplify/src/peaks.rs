@@ -120,8 +120,8 @@ pub fn cut_peaks(
     Ok(PeakReport { rounds, kept, largest_before, largest_after, vertex_map: map })
 }
 
-/// After so many rounds in vain it is enough.
-const PATIENCE: usize = 2;
+/// After so many rounds in vain in a row, it is enough.
+const PATIENCE: usize = 1;
 
 /// How much the mean square may rise in all: root mean squares by three percent.
 const MAX_RISE: f64 = 1.06;
