@@ -80,6 +80,9 @@ pub(crate) struct Finishing<'a> {
     peaks: Option<PeakOptions>,
 }
 
+/// The pieces of triangles to look at before a distance counts as above the limit.
+const MAX_PIECES: usize = 4_000_000;
+
 /// Levels whose numbers of faces are closer than this ratio are not told apart by the search.
 const RESOLUTION: f64 = 1.03;
 
@@ -154,7 +157,12 @@ impl<'a> Finishing<'a> {
             let size = self.original.bounding_box().diagonal();
             let limit = self.options.max_error;
             let tolerance = limit.map_or(1e-4 * size, |limit| 0.01 * limit);
-            let certify = CertifyOptions { tolerance, limit, ..Default::default() };
+            // Where the distance is so close to the limit that more pieces were needed to tell, it
+            // counts as above.
+            let certify = match limit {
+                None => CertifyOptions { tolerance, ..CertifyOptions::default() },
+                Some(_) => CertifyOptions { tolerance, limit, max_pieces: MAX_PIECES },
+            };
             let bounds = hausdorff_bounds(self.original, &surface, &certify);
             Ok(AchievedError { lower: bounds.lower, upper: Some(bounds.upper) })
         } else {
