@@ -121,7 +121,7 @@ pub fn cut_peaks(
 }
 
 /// After so many rounds in vain in a row, it is enough.
-const PATIENCE: usize = 1;
+const PATIENCE: usize = 2;
 
 /// How much the mean square may rise in all: root mean squares by three percent.
 const MAX_RISE: f64 = 1.06;
