@@ -9,26 +9,33 @@
 //!   them, raised where curvature changes), [`CurvatureNorm`] (Kim, Kim and Levin 2002).
 //! - [`Placement`]: where the remaining vertex goes. [`Optimal`], with or without keeping the volume,
 //!   [`ButterflyPoint`], [`BestEndpoint`], [`Midpoint`].
-//! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`]; manifoldness is
+//! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`], [`IntersectionGuard`]; manifoldness is
 //!   always guarded.
 //! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
 //!
-//! [`fit()`] then moves the vertices closer to the original, and [`anneal()`] spends patience on it.
+//! [`fit()`] then moves the vertices closer to the original, [`anneal()`] spends patience on it, and
+//! [`cut_peaks()`] takes down the largest errors.
 //!
 //! All lengths are in model units. Results are bitwise the same for any number of threads.
 
 mod anneal;
+mod collapse_back;
 mod constraint;
 mod cost;
+mod curve;
 mod driver;
+mod finish;
 mod fit;
 mod guard;
+mod intersection;
 mod log;
 mod options;
 mod patch;
+mod peaks;
 mod placement;
 mod quadric;
 mod queue;
+mod rounds;
 mod simplify;
 mod stop;
 mod symmetric;
@@ -39,12 +46,16 @@ pub use cost::{
     Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
     Reach,
 };
+pub use curve::Curve;
 pub use driver::{Policies, Progress, Run, Update, collapse_edges};
 pub use fit::{FitConstraints, FitOptions, FitReport, fit};
-pub use guard::{ComponentGuard, Guard, NormalGuard, Refusal, Refusals, ShapeGuard};
+pub use guard::{
+    ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusal, Refusals, ShapeGuard,
+};
 pub use log::{CollapseLog, LogEntry};
 pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};
 pub use patch::{EdgePatch, PatchFace, Place};
+pub use peaks::{PeakOptions, PeakReport, cut_peaks};
 pub use placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use quadric::Quadric;
 pub use simplify::{AchievedError, Simplified, SimplifyError, simplify, simplify_observed};

@@ -7,6 +7,7 @@ use crate::anneal::AnnealOptions;
 use crate::constraint::Constraints;
 use crate::driver::Update;
 use crate::fit::FitOptions;
+use crate::peaks::PeakOptions;
 use crate::stop::Limits;
 
 /// How a mesh is simplified; see [`crate::simplify`].
@@ -24,8 +25,8 @@ pub struct Options {
     /// When to stop.
     pub limits: Limits,
     /// The largest allowed distance from the original, in model units, both ways. The result is
-    /// the last one in the sequence of collapses, up to a half percent of its faces, that was
-    /// found within it.
+    /// the coarsest one in the sequence of collapses, up to three percent of its vertices, that was
+    /// found within it after it was fitted.
     pub max_error: Option<f64>,
     /// How the distance from the original is found.
     pub error: ErrorCheck,
@@ -40,10 +41,16 @@ pub struct Options {
     /// How many vertices every component keeps; `None` for as few as possible. See
     /// [`ComponentGuard`](crate::ComponentGuard).
     pub min_component_vertices: Option<usize>,
+    /// Whether collapses, fitting and annealing must not make faces cross that did not before. See
+    /// [`IntersectionGuard`](crate::IntersectionGuard).
+    pub forbid_intersections: bool,
     /// Whether and how the result is fitted to the original. See [`fit`](crate::fit()).
     pub fit: Option<FitOptions>,
     /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()).
     pub anneal: Option<AnnealOptions>,
+    /// Whether and how the largest errors are taken down in the end. See
+    /// [`cut_peaks`](crate::cut_peaks()). Guards are those of these options.
+    pub peaks: Option<PeakOptions>,
 }
 
 impl Default for Options {
@@ -182,8 +189,10 @@ impl Options {
             min_cosine: Some(crate::NormalGuard::default().min_cosine),
             min_shape: Some(crate::ShapeGuard::default().min_shape),
             min_component_vertices: None,
+            forbid_intersections: false,
             fit: Some(FitOptions::default()),
             anneal: None,
+            peaks: Some(PeakOptions::default()),
         };
         let paper = |metric| Self {
             metric,
@@ -191,13 +200,18 @@ impl Options {
             placement: PlacementRule::Butterfly,
             update: Update::Eager,
             fit: None,
+            peaks: None,
             ..base.clone()
         };
         let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
         match preset {
-            Preset::Fast => {
-                Self { metric: Metric::Marginal, curvature_weight: 0.0, fit: None, ..base }
-            }
+            Preset::Fast => Self {
+                metric: Metric::Marginal,
+                curvature_weight: 0.0,
+                fit: None,
+                peaks: None,
+                ..base
+            },
             Preset::Default => base,
             Preset::Quality => Self { fit: Some(long_fit), ..base },
             Preset::Extreme => {

@@ -3,20 +3,21 @@
 use core::ops::ControlFlow;
 
 use glam::DVec3;
-use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
-use mesh_metric::{
-    CertifyOptions, CompareOptions, Surface, SurfaceError, compare, hausdorff_bounds,
-};
+use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_metric::{Surface, SurfaceError};
 
-use crate::anneal::{AnnealOptions, AnnealReport, anneal};
+use crate::anneal::AnnealReport;
 use crate::cost::{
     Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
 };
+use crate::curve::Curve;
 use crate::driver::{Policies, Progress, Run, collapse_edges};
-use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
-use crate::guard::{ComponentGuard, Guard, NormalGuard, Refusals, ShapeGuard};
+use crate::finish::{Finished, Finishing, Found, Level};
+use crate::fit::FitReport;
+use crate::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusals, ShapeGuard};
 use crate::log::CollapseLog;
 use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
+use crate::peaks::PeakReport;
 use crate::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 use crate::stop::{Limits, StopReason};
 
@@ -41,11 +42,12 @@ pub struct Simplified {
     /// The largest distance of a boundary vertex of the original to the boundary of the result;
     /// `None` when there is no boundary.
     pub boundary_shift: Option<f64>,
-    /// What fitting did; `None` when there was none, or when it was undone because it exceeded the
-    /// largest allowed error.
+    /// What fitting did, if it was asked for.
     pub fit: Option<FitReport>,
-    /// What annealing did; `None` as for `fit`.
+    /// What annealing did, if it was asked for.
     pub anneal: Option<AnnealReport>,
+    /// What was done about the largest errors, if it was asked for.
+    pub peaks: Option<PeakReport>,
 }
 
 /// A distance between two surfaces: the larger of the two one-sided Hausdorff distances.
@@ -119,91 +121,51 @@ pub fn simplify_observed(
     check_positions(mesh)?;
     let mut working = mesh.clone();
     let mut run = collapse(&mut working, options, &options.limits, observe);
-    let is_open = !mesh.topology().is_closed();
     let is_cancelled = run.stop == StopReason::Cancelled;
-    let wants_fit = options.fit.filter(|_| !is_cancelled && !run.log.is_empty());
+    let is_changed = !is_cancelled && !run.log.is_empty();
+    let wants_finish = is_changed && (options.fit.is_some() || options.peaks.is_some());
     let wants_error = options.max_error.is_some() || options.error != ErrorCheck::None;
     let has_faces = mesh.topology().face_count() > 0;
-    let original = match has_faces && (wants_error || wants_fit.is_some()) {
-        true => Some(Surface::new(mesh)?),
-        false => None,
+    let mut level = Level::new(working, &run);
+    let finished = if has_faces && (wants_finish || wants_error) {
+        let original = Surface::new(mesh)?;
+        let finishing = Finishing::new(mesh, &original, options, wants_finish);
+        match options.max_error {
+            None => finishing.finish(&level)?,
+            Some(limit) => match finishing.search(&run, limit)? {
+                Found::All(finished) => finished,
+                Found::Fewer(collapses, finished) => {
+                    let mut working = mesh.clone();
+                    let limits =
+                        Limits { collapses: Some(collapses), time: None, ..options.limits };
+                    run = collapse(&mut working, options, &limits, observe);
+                    run.stop = StopReason::Error;
+                    level = Level::new(working, &run);
+                    finished
+                }
+            },
+        }
+    } else {
+        Finished::untouched(level.mesh.clone())
     };
-    let mut remap = working.compact();
-    let mut error = None;
-    if let (Some(original), true) = (&original, wants_error) {
-        let within = match options.max_error {
-            Some(limit) => restrict(mesh, original, options, limit, &run)?,
-            None => run.log.len(),
-        };
-        if within < run.log.len() {
-            working = mesh.clone();
-            let limits = Limits { collapses: Some(within), ..options.limits };
-            run = collapse(&mut working, options, &limits, observe);
-            run.stop = StopReason::Error;
-            remap = working.compact();
-        }
-        error = Some(measure(original, &working, options)?);
-    }
-    let mut finish = Finish { mesh: working, fit: None, anneal: None };
-    if let (Some(original), Some(fit_options)) = (&original, wants_fit) {
-        let constraints = FitConstraints {
-            fixed: run.locked.as_ref().map(|locked| locked.compact(&remap)),
-            features: run.features.as_ref().map(|features| features.compact(&remap)),
-        };
-        let closer = finish.fitted(original, &constraints, &fit_options, options.anneal)?;
-        let check = match wants_error {
-            true => Some(measure(original, &closer.mesh, options)?),
-            false => None,
-        };
-        let allowed = options.max_error.zip(check).is_none_or(|(limit, e)| e.is_within(limit));
-        if allowed {
-            (finish, error) = (closer, check);
-        }
-    }
-    let Finish { mesh: finished, fit, anneal } = finish;
-    let mut vertex_map = vertex_map(mesh, &run.log, &remap);
-    if let Some(report) = &anneal {
-        for new in vertex_map.as_mut_slice() {
-            *new = new.and_then(|v| report.vertex_map.get(v).copied().flatten());
-        }
-    }
+    let became = run.log.representatives(mesh, run.log.len());
+    let follow = |&v: &VertexId| {
+        let v = level.remap.new_handle(v)?;
+        finished.vertex_map.as_ref().map_or(Some(v), |map| map.get(v).copied().flatten())
+    };
     Ok(Simplified {
-        vertex_map,
-        boundary_shift: if is_open { boundary_shift(mesh, &finished)? } else { None },
-        mesh: finished,
+        vertex_map: VertexMap::from_vec(became.as_slice().iter().map(follow).collect()),
+        boundary_shift: boundary_shift(mesh, &finished.mesh),
+        mesh: finished.mesh,
         log: run.log,
         stop: run.stop,
         refusals: run.refusals,
         max_cost: run.max_cost,
-        error,
-        fit,
-        anneal,
+        error: finished.error,
+        fit: finished.fit,
+        anneal: finished.anneal,
+        peaks: finished.peaks,
     })
-}
-
-/// A mesh after the collapses, and what was done with it since.
-struct Finish {
-    mesh: TriMesh,
-    fit: Option<FitReport>,
-    anneal: Option<AnnealReport>,
-}
-
-impl Finish {
-    fn fitted(
-        &self,
-        original: &Surface,
-        constraints: &FitConstraints,
-        options: &FitOptions,
-        then: Option<AnnealOptions>,
-    ) -> Result<Self, SimplifyError> {
-        let mut mesh = self.mesh.clone();
-        let report = fit(&mut mesh, original, constraints, options)?;
-        let anneal = match then {
-            Some(then) => Some(anneal(&mut mesh, original, constraints, &then)?),
-            None => None,
-        };
-        Ok(Self { mesh, fit: Some(report), anneal })
-    }
 }
 
 impl AchievedError {
@@ -244,7 +206,7 @@ fn check_positions(mesh: &TriMesh) -> Result<(), SimplifyError> {
 }
 
 /// Runs the driver with the policies that the options name.
-fn collapse(
+pub(crate) fn collapse(
     mesh: &mut TriMesh,
     options: &Options,
     limits: &Limits,
@@ -301,85 +263,19 @@ impl Job<'_> {
         if let Some(min_shape) = options.min_shape {
             guards.push(Box::new(ShapeGuard { min_shape }));
         }
+        // The most expensive check comes last.
+        if options.forbid_intersections {
+            guards.push(Box::new(IntersectionGuard::default()));
+        }
         let policies = Policies { cost, placement, guards, update: options.update };
         collapse_edges(mesh, policies, &options.constraints, limits, observe)
     }
 }
 
-/// How many of the collapses may be carried out for the result to be within the limit, by
-/// bisection of the log.
-fn restrict(
-    mesh: &TriMesh,
-    original: &Surface,
-    options: &Options,
-    limit: f64,
-    run: &Run,
-) -> Result<usize, SimplifyError> {
-    let is_within = |count: usize| -> Result<bool, SimplifyError> {
-        // The log is of this very mesh, so that it can be replayed.
-        let Ok(mut level) = run.log.replay(mesh, count) else { return Ok(false) };
-        level.compact();
-        Ok(measure(original, &level, options)?.is_within(limit))
-    };
-    let (mut good, mut bad) = (0, run.log.len());
-    if is_within(bad)? {
-        return Ok(bad);
-    }
-    let vertices = mesh.topology().vertex_count();
-    while bad - good > 1 + (vertices - good) / 200 {
-        // In between as a ratio: errors grow with the size of the faces.
-        let middle = vertices as f64 - (((vertices - good) * (vertices - bad)) as f64).sqrt();
-        let middle = (middle as usize).clamp(good + 1, bad - 1);
-        if is_within(middle)? {
-            good = middle;
-        } else {
-            bad = middle;
-        }
-    }
-    Ok(good)
-}
-
-fn measure(
-    original: &Surface,
-    mesh: &TriMesh,
-    options: &Options,
-) -> Result<AchievedError, SimplifyError> {
-    let surface = Surface::new(mesh)?;
-    if options.error == ErrorCheck::Certified {
-        let size = original.bounding_box().diagonal();
-        let tolerance = options.max_error.map_or(1e-4 * size, |limit| 0.01 * limit);
-        let certify = CertifyOptions { tolerance, limit: options.max_error, ..Default::default() };
-        let bounds = hausdorff_bounds(original, &surface, &certify);
-        Ok(AchievedError { lower: bounds.lower, upper: Some(bounds.upper) })
-    } else {
-        let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
-        let lower = compare(original, &surface, &samples).hausdorff();
-        Ok(AchievedError { lower, upper: None })
-    }
-}
-
-fn vertex_map(mesh: &TriMesh, log: &CollapseLog, remap: &Remap) -> VertexMap<Option<VertexId>> {
-    let representatives = log.representatives(mesh, log.len());
-    let new = representatives.as_slice().iter().map(|&v| remap.new_handle(v)).collect();
-    VertexMap::from_vec(new)
-}
-
 /// The largest distance of a boundary vertex of one mesh to the boundary of another.
-fn boundary_shift(from: &TriMesh, to: &TriMesh) -> Result<Option<f64>, SimplifyError> {
-    let topology = to.topology();
-    let edges = topology.edges().filter(|&e| topology.is_boundary_edge(e));
-    // Edges as triangles without area.
-    let sides: Vec<[u32; 3]> = edges
-        .map(|e| {
-            let [a, b] = topology.edge_vertices(e).map(VertexId::get);
-            [a, b, b]
-        })
-        .collect();
-    if sides.is_empty() {
-        return Ok(None);
-    }
-    let boundary = Surface::from_triangles(to.positions(), &sides)?;
-    let vertices = from.topology().vertices().filter(|&v| from.topology().is_boundary_vertex(v));
+fn boundary_shift(from: &TriMesh, to: &TriMesh) -> Option<f64> {
+    let topology = from.topology();
+    let vertices = topology.vertices().filter(|&v| topology.is_boundary_vertex(v));
     let points: Vec<DVec3> = vertices.map(|v| from.position(v)).collect();
-    Ok(boundary.distances(&points).into_iter().reduce(f64::max))
+    Curve::boundary(to)?.farthest(&points)
 }

@@ -54,9 +54,11 @@ proptest! {
         let faces = topology.face_count();
         let before = mesh.topology().face_count();
         prop_assert!(faces + 1 >= floor.min(before));
+        // Cutting peaks may exchange vertices of the boundary for others, and end one face lower.
+        let cut = result.peaks.is_some_and(|peaks| peaks.kept > 0);
         match result.stop {
             StopReason::Faces => prop_assert!(faces <= floor),
-            _ => prop_assert!(faces > floor),
+            _ => prop_assert!(faces > floor || cut),
         }
         // Topology stays as it was.
         prop_assert_eq!(topology.components().count, mesh.topology().components().count);
@@ -68,13 +70,17 @@ proptest! {
         }
         let mut replayed = result.log.replay(&mesh, result.log.len()).unwrap();
         replayed.compact();
-        prop_assert_eq!(replayed.topology().face_count(), faces);
+        let fewer = replayed.topology().face_count() - faces;
+        prop_assert!(fewer == 0 || (fewer == 1 && cut));
         // Levels in between have as many faces as was asked for, or as few as there can be.
         let level = usize::midpoint(faces, before);
         let level_mesh = result.log.replay(&mesh, result.log.count_for_faces(level)).unwrap();
         let got = level_mesh.topology().face_count();
         prop_assert!(got <= level && got + 2 > level.min(before), "{got} {level}");
-        prop_assert_eq!(result.log.len() + topology.vertex_count(), mesh.topology().vertex_count());
+        if !cut {
+            let vertices = mesh.topology().vertex_count();
+            prop_assert_eq!(result.log.len() + topology.vertex_count(), vertices);
+        }
     }
 
     #[test]
