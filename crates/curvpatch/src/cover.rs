@@ -3,6 +3,8 @@
 mod candidates;
 mod selection;
 
+use core::ops::ControlFlow;
+
 use mesh_core::{FaceId, FaceMap, parallel};
 
 use crate::curvature::CurvatureEstimator;
@@ -128,6 +130,18 @@ pub struct Cover {
     pub seeds: usize,
     /// How many of them had one.
     pub candidates: usize,
+    /// Whether the search for candidates was broken off: residual faces may then have patches that
+    /// were not looked for.
+    pub cancelled: bool,
+}
+
+/// How far the search for candidates is, which takes nearly all of the time of a cover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CoverProgress {
+    /// Faces that some candidate covers, or that were tried as a seed.
+    pub settled: usize,
+    /// All faces of the mesh. The search ends when all are settled.
+    pub faces: usize,
 }
 
 impl Cover {
@@ -157,8 +171,21 @@ pub fn cover(
     estimator: &CurvatureEstimator<'_>,
     options: &CoverOptions,
 ) -> Result<Cover, OptionError> {
+    cover_watched(estimator, options, &mut |_| ControlFlow::Continue(()))
+}
+
+/// As [`cover()`], telling `watch` now and then how far it is. When `watch` breaks, the cover is
+/// made from the candidates found so far, and says that it was cancelled.
+///
+/// # Errors
+/// An option out of its range.
+pub fn cover_watched(
+    estimator: &CurvatureEstimator<'_>,
+    options: &CoverOptions,
+    watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+) -> Result<Cover, OptionError> {
     options.check()?;
-    let candidates = Candidates::find(estimator, options)?;
+    let (candidates, cancelled) = Candidates::find(estimator, options, watch)?;
     let areas = parallel::collect(candidates.face_capacity(), |index| candidates.face_area(index));
     let greedy = || (CoverMethod::Greedy, selection::greedy(&candidates, &areas));
     let sequential = || (CoverMethod::Sequential, selection::sequential(&candidates));
@@ -203,5 +230,6 @@ pub fn cover(
         method,
         seeds: candidates.seeds(),
         candidates: candidates.len(),
+        cancelled,
     })
 }

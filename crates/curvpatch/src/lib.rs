@@ -69,7 +69,9 @@ mod strip;
 mod surface_point;
 mod tessellate;
 
-pub use cover::{Cover, CoverMethod, CoverOptions, CoverPatch, Seeds, cover};
+pub use cover::{
+    Cover, CoverMethod, CoverOptions, CoverPatch, CoverProgress, Seeds, cover, cover_watched,
+};
 pub use curvature::{CurvatureError, CurvatureEstimator, DiscCurvature, PointClass};
 pub use export::{CoverMesh, CoverRecord, PatchRecord, patch_color};
 pub use fit::{FitError, PatchFit};

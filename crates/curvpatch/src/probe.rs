@@ -111,6 +111,19 @@ impl<'a> PatchProbe<'a> {
         PatchErrors { points, heights }
     }
 
+    /// The faces under a patch, whatever their distance from it: those of its region that have all
+    /// vertices in its footprint.
+    pub fn faces_under(&mut self, fit: &PatchFit) -> Vec<FaceId> {
+        let [l1, l2] = fit.patch.arcs();
+        self.grow_whole(fit, 0.5 * l1.max(l2));
+        let in_footprint = |corner: &DVec3| {
+            let local = fit.patch.to_local(*corner);
+            fit.patch.contains(local.x, local.y)
+        };
+        let faces = self.region.faces().iter().copied();
+        faces.filter(|&face| self.mesh.triangle(face).iter().all(in_footprint)).collect()
+    }
+
     /// Whether a patch keeps its limits; if so, [`PatchProbe::covered`] has its faces.
     pub(crate) fn accepts(&mut self, fit: &PatchFit, limits: &Limits) -> bool {
         self.test_over_sections(fit, limits);
