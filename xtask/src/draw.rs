@@ -8,7 +8,7 @@ use mesh_core::{TriMesh, VertexMap};
 use mesh_io::Model;
 
 use crate::failure::Failure;
-use crate::render::{Style, View, render};
+use crate::render::{Scene, Style, View, render};
 
 /// What to draw, and from where.
 #[derive(Debug, clap::Args)]
@@ -62,7 +62,7 @@ fn draw(
     let view = View { toward: options.from, up: options.up, bounds };
     let style =
         Style { size: [width, height], smooth: options.smooth, edge_width: options.edges.max(0.0) };
-    Ok(render(mesh, colors, &view, &style))
+    Ok(render(&Scene { mesh, colors, strokes: &[] }, &view, &style))
 }
 
 /// The colours of the file, for the vertices of the built mesh.

@@ -28,6 +28,32 @@ pub(crate) struct View {
     pub(crate) bounds: BoundingBox,
 }
 
+/// A mesh and what is drawn on it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scene<'a> {
+    pub(crate) mesh: &'a TriMesh,
+    /// Without, the mesh is light grey.
+    pub(crate) colors: Option<&'a VertexMap<[u8; 3]>>,
+    /// Lines on the surface or beside it; hidden where the surface is well in front.
+    pub(crate) strokes: &'a [Stroke],
+}
+
+/// A line through points, or a dot at a single one.
+#[derive(Clone, Debug)]
+pub(crate) struct Stroke {
+    pub(crate) points: Vec<DVec3>,
+    pub(crate) color: [u8; 3],
+    /// In pixels.
+    pub(crate) width: f64,
+}
+
+impl<'a> Scene<'a> {
+    /// The mesh alone.
+    pub(crate) fn of(mesh: &'a TriMesh) -> Self {
+        Self { mesh, colors: None, strokes: &[] }
+    }
+}
+
 /// How a mesh is drawn.
 #[derive(Clone, Debug)]
 pub(crate) struct Style {
@@ -45,16 +71,12 @@ impl Default for Style {
     }
 }
 
-/// Draws a mesh; vertices without a colour map are light grey.
-pub(crate) fn render(
-    mesh: &TriMesh,
-    colors: Option<&VertexMap<[u8; 3]>>,
-    view: &View,
-    style: &Style,
-) -> RgbImage {
+/// Draws a mesh and the lines on it.
+pub(crate) fn render(scene: &Scene<'_>, view: &View, style: &Style) -> RgbImage {
     let [width, height] = style.size.map(|n| n as usize * OVERSAMPLING);
     let camera = Camera::new(view, [width, height]);
-    let vertices = shaded_vertices(mesh, colors, &camera, style);
+    let mut vertices = shaded_vertices(scene.mesh, scene.colors, &camera, style);
+    vertices.extend(scene.strokes.iter().flat_map(|stroke| stroke_vertices(stroke, &camera)));
     let mut color = Buffer2d::new([width, height], BACKGROUND);
     let mut depth = Buffer2d::new([width, height], f32::INFINITY);
     let line = (style.edge_width * OVERSAMPLING as f64 / 2.0) as f32;
@@ -191,6 +213,33 @@ fn shaded_vertices(
         }
     }
     vertices
+}
+
+/// How far lines are drawn in front of where they are, as a share of the depth of the view: on a
+/// surface they would be half buried.
+const STROKE_LIFT: f64 = 0.004;
+
+/// Every piece of a line as a thin rectangle that faces the camera, a little longer than the piece
+/// so that bends have no gaps.
+fn stroke_vertices(stroke: &Stroke, camera: &Camera) -> Vec<([f32; 4], Surface)> {
+    let half = 0.5 * stroke.width * OVERSAMPLING as f64 / camera.resolution;
+    let lift = camera.toward * (STROKE_LIFT * camera.half.z);
+    let color = stroke.color.map(|c| f32::from(c) / 255.0);
+    let surface = Surface { color, to_edges: [f32::INFINITY; 3] };
+    let single = [stroke.points[..].first(), stroke.points[..].first()];
+    let pieces = match stroke.points.len() {
+        1 => single.iter().flatten().map(|&&p| p).collect::<Vec<_>>(),
+        _ => stroke.points.clone(),
+    };
+    let rectangle = |piece: &[DVec3]| {
+        let flat = piece[1] - piece[0];
+        let along = (flat - camera.toward * flat.dot(camera.toward)).normalize_or(camera.right);
+        let across = half * camera.toward.cross(along);
+        let [p, q] = [piece[0] + lift - half * along, piece[1] + lift + half * along];
+        [p - across, q - across, q + across, p - across, q + across, p + across]
+    };
+    let corners = pieces.windows(2).flat_map(rectangle);
+    corners.map(|p| (camera.project(p), surface)).collect()
 }
 
 /// Whether the projected triangle has an area: one seen edge-on would divide by zero.

@@ -1,25 +1,17 @@
 //! Fig. 7 to 9: scanned and technical models before and after minimising F2.
 //!
-//! The paper's own models are not public; these are of the same kinds and come from the folder
-//! that `CURVMESH_MODELS` names.
-
-use std::path::{Path, PathBuf};
+//! The paper's own models are not public; these are of the same kinds.
 
 use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions};
 use glam::DVec3;
-use mesh_core::{Repair, TriMesh, build};
+use mesh_core::TriMesh;
 
-use super::super::item::{Figure, Item, Row};
-use super::super::published::Paper;
-use super::{bounds, optimise, picture};
+use super::super::item::{Figure, Item};
+use super::super::run::{Run, view_of};
+use super::optimise;
 use crate::failure::Failure;
-use crate::render::{Style, View};
-
-pub(super) const NAME: &str = "Fig. 7 to 9";
-
-/// The environment variable with the folder of the models.
-const FOLDER: &str = "CURVMESH_MODELS";
+use crate::render::Style;
 
 struct Case {
     file: &'static str,
@@ -28,71 +20,55 @@ struct Case {
     up: DVec3,
 }
 
-const CASES: [Case; 3] = [
+const CASES: [Case; 4] = [
     Case { file: "face_52k.obj", name: "face", toward: DVec3::new(0.3, 0.1, 1.0), up: DVec3::Y },
     Case { file: "fandisk.obj", name: "fandisk", toward: DVec3::new(0.6, 0.5, -1.0), up: DVec3::Y },
     Case { file: "casting.off", name: "casting", toward: DVec3::new(0.3, 1.0, 0.6), up: DVec3::Y },
+    Case {
+        file: "anchor_dense.off",
+        name: "anchor",
+        toward: DVec3::new(0.5, 0.6, 1.0),
+        up: DVec3::Y,
+    },
 ];
 
 /// F2 before and after, and both pictures, for every model.
-pub(super) fn item(paper: &Paper, out: &Path) -> Result<Item, Failure> {
-    let mut item = Item {
-        paper: paper.short.clone(),
-        name: NAME.into(),
-        about:
-            "A head, a technical part and a casting, in place of the paper's models, before and \
-                after minimising F2, drawn with one normal per face. The paper shows pictures only."
-                .into(),
-        needs: None,
-        rows: Vec::new(),
-        figures: Vec::new(),
-        functions: vec!["dtri_flip::optimise"],
-        command: "curvmesh flip IN -o OUT --cost f2",
-    };
-    let paths = match std::env::var_os(FOLDER) {
-        Some(folder) => CASES.map(|case| PathBuf::from(&folder).join(case.file)),
-        None => {
-            item.needs = Some(format!("needs a model: set {FOLDER} to the folder of the models"));
-            return Ok(item);
+pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
+    item.about(
+        "A head, a technical part and a casting before and after minimising F2, drawn with one \
+         normal per face. The paper shows pictures only.",
+    );
+    item.stand_in(
+        "In place of the paper's head, technical part and tank cap, which are not public.",
+    );
+    item.how(&["dtri_flip::optimise"], &["curvmesh flip IN -o OUT --cost f2"]);
+    for case in &CASES {
+        if let Some(mesh) = run.model(item, case.file)? {
+            add(run, item, case, mesh)?;
         }
-    };
-    for (case, path) in CASES.iter().zip(&paths) {
-        if !path.exists() {
-            item.needs = Some(format!("needs a model: {FOLDER} has no {}", case.file));
-            continue;
-        }
-        add(&mut item, paper, case, path, out)?;
     }
-    Ok(item)
+    Ok(())
 }
 
-fn add(
-    item: &mut Item,
-    paper: &Paper,
-    case: &Case,
-    path: &Path,
-    out: &Path,
-) -> Result<(), Failure> {
-    let model = mesh_io::read(path).map_err(Failure::reading(path))?;
-    let mut mesh = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh;
-    item.figures.push(figure(&mesh, case, "before", out)?);
+fn add(run: &Run<'_>, item: &mut Item, case: &Case, mut mesh: TriMesh) -> Result<(), Failure> {
+    let before = figure(run, &mesh, case, "before")?;
     let options = FlipOptions::default();
     let report = optimise(&mut mesh, CostName::F2, VertexArea::Voronoi, &options)?;
-    item.figures.push(figure(&mesh, case, "after", out)?);
+    item.side_by_side([before, figure(run, &mesh, case, "after")?]);
     let numbers = [
         ("F2 before", report.cost_before),
         ("F2 after", report.cost_after),
         ("flips", report.flips as f64),
     ];
     for (quantity, value) in numbers {
-        item.rows.push(Row::new(paper, NAME, &format!("{}, {quantity}", case.name), value));
+        item.number(format!("{}, {quantity}", case.name), value);
     }
     Ok(())
 }
 
-fn figure(mesh: &TriMesh, case: &Case, when: &str, out: &Path) -> Result<Figure, Failure> {
-    let view = View { toward: case.toward, up: case.up, bounds: bounds(mesh)? };
-    let style = Style { size: [900, 760], smooth: false, edge_width: 0.0 };
+fn figure(run: &Run<'_>, mesh: &TriMesh, case: &Case, when: &str) -> Result<Figure, Failure> {
+    let view = view_of(mesh, case.toward, case.up)?;
+    let style = Style { size: [720, 600], smooth: false, edge_width: 0.0 };
     let name = format!("dhkl01-{}-{when}", case.name);
-    picture(mesh, &view, &style, &name, &format!("{}, {when} minimising F2", case.name), out)
+    run.picture(mesh, &view, &style, &name, &format!("{}, {when} minimising F2", case.name))
 }
