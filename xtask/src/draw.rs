@@ -62,7 +62,7 @@ fn draw(
     let view = View { toward: options.from, up: options.up, bounds };
     let style =
         Style { size: [width, height], smooth: options.smooth, edge_width: options.edges.max(0.0) };
-    Ok(render(&Scene { mesh, colors, strokes: &[] }, &view, &style))
+    Ok(render(&Scene { colors, ..Scene::of(mesh) }, &view, &style))
 }
 
 /// The colours of the file, for the vertices of the built mesh.

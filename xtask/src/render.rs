@@ -8,7 +8,7 @@ use euc::rasterizer::{BackfaceCullingDisabled, Triangles};
 use euc::{Interpolate, Pipeline, Target};
 use glam::DVec3;
 use image::RgbImage;
-use mesh_core::{BoundingBox, TriMesh, VertexMap};
+use mesh_core::{BoundingBox, FaceMap, TriMesh, VertexMap};
 
 /// Samples per pixel and direction.
 const OVERSAMPLING: usize = 3;
@@ -34,6 +34,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) mesh: &'a TriMesh,
     /// Without, the mesh is light grey.
     pub(crate) colors: Option<&'a VertexMap<[u8; 3]>>,
+    /// The faces whose edges are drawn; without, those of all faces.
+    pub(crate) edged: Option<&'a FaceMap<bool>>,
     /// Lines on the surface or beside it; hidden where the surface is well in front.
     pub(crate) strokes: &'a [Stroke],
 }
@@ -50,7 +52,7 @@ pub(crate) struct Stroke {
 impl<'a> Scene<'a> {
     /// The mesh alone.
     pub(crate) fn of(mesh: &'a TriMesh) -> Self {
-        Self { mesh, colors: None, strokes: &[] }
+        Self { mesh, colors: None, edged: None, strokes: &[] }
     }
 }
 
@@ -75,7 +77,7 @@ impl Default for Style {
 pub(crate) fn render(scene: &Scene<'_>, view: &View, style: &Style) -> RgbImage {
     let [width, height] = style.size.map(|n| n as usize * OVERSAMPLING);
     let camera = Camera::new(view, [width, height]);
-    let mut vertices = shaded_vertices(scene.mesh, scene.colors, &camera, style);
+    let mut vertices = shaded_vertices(scene, &camera, style);
     vertices.extend(scene.strokes.iter().flat_map(|stroke| stroke_vertices(stroke, &camera)));
     let mut color = Buffer2d::new([width, height], BACKGROUND);
     let mut depth = Buffer2d::new([width, height], f32::INFINITY);
@@ -182,12 +184,8 @@ impl Pipeline for Shader {
 }
 
 /// Three lit vertices for every face that is visible at all.
-fn shaded_vertices(
-    mesh: &TriMesh,
-    colors: Option<&VertexMap<[u8; 3]>>,
-    camera: &Camera,
-    style: &Style,
-) -> Vec<([f32; 4], Surface)> {
+fn shaded_vertices(scene: &Scene<'_>, camera: &Camera, style: &Style) -> Vec<([f32; 4], Surface)> {
+    let Scene { mesh, colors, edged, .. } = scene;
     let topology = mesh.topology();
     let vertex_normals = style.smooth.then(|| mesh.vertex_normals());
     let mut vertices = Vec::with_capacity(3 * topology.face_count());
@@ -200,14 +198,17 @@ fn shaded_vertices(
         }
         let heights = sample_heights(points, camera);
         let face_normal = mesh.face_normal(face);
+        let has_edges = edged.is_none_or(|edged| edged[face]);
         for corner in 0..3 {
             let normal =
                 vertex_normals.as_ref().map_or(face_normal, |normals| normals[corners[corner]]);
             let light = camera.brightness(normal);
             let base =
                 colors.map_or(CLAY, |map| map[corners[corner]].map(|c| f32::from(c) / 255.0));
-            let mut to_edges = [0.0; 3];
-            to_edges[corner] = heights[corner];
+            let mut to_edges = if has_edges { [0.0; 3] } else { [f32::INFINITY; 3] };
+            if has_edges {
+                to_edges[corner] = heights[corner];
+            }
             let surface = Surface { color: base.map(|c| c * light), to_edges };
             vertices.push((projected[corner], surface));
         }

@@ -30,6 +30,7 @@
 //! | to get | use |
 //! |---|---|
 //! | curvature at a point, a face, all faces | [`CurvatureEstimator`] |
+//! | a normal section to draw | [`CurvatureEstimator::trace`] |
 //! | a patch of given radius | [`CurvatureEstimator::patch`] |
 //! | its error against the mesh | [`PatchProbe`] |
 //! | the largest patch within a tolerance | [`PatchSizer`] |
@@ -68,6 +69,7 @@ mod size;
 mod strip;
 mod surface_point;
 mod tessellate;
+mod trace;
 
 pub use cover::{
     Cover, CoverMethod, CoverOptions, CoverPatch, CoverProgress, Seeds, cover, cover_watched,
@@ -83,3 +85,4 @@ pub use size::{ErrorTest, OptionError, PatchSizer, SizeOptions, SizedPatch, Stop
 pub use strip::{Strip, StripEnd, StripError, StripOptions};
 pub use surface_point::SurfacePoint;
 pub use tessellate::{Tessellation, TessellationError};
+pub use trace::SectionTrace;
