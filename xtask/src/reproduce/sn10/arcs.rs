@@ -6,12 +6,12 @@ use mesh_core::shapes::{AnalyticSurface, Diagonals, Saddle};
 
 use super::super::item::{Item, Outcome};
 use super::super::run::{Run, mesh_of, view_of};
-use super::drawing::{BLUE, BLUE_LINE, Drawing, RED_LINE, arc};
+use super::drawing::{BLUE, BLUE_LINE, DARK, Drawing, RED_LINE, arc};
 use super::{STYLE, estimator, face_at, patch};
 use crate::failure::Failure;
 
 const SADDLE: Saddle = Saddle { coefficient: 0.5, half_width: 1.0 };
-const RADIUS: f64 = 0.6;
+const RADIUS: f64 = 0.5;
 const TOWARD: DVec3 = DVec3::new(0.45, -1.0, 0.75);
 
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
@@ -23,7 +23,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["curvpatch::CurvatureEstimator::patch", "curvpatch::Patch::point"],
-        &["curvmesh patch IN -o OUT.glb --face 1055 --radius 0.6 --shape circle --preset paper"],
+        &["curvmesh patch IN -o OUT.glb --face 1055 --radius 0.5 --shape circle --preset paper"],
     );
     let mesh = mesh_of(&SADDLE.mesh(32, Diagonals::Alternating).map_err(Failure::mesh)?)?;
     let face = face_at(&mesh, DVec3::ZERO, DVec3::Z);
@@ -41,13 +41,13 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     beta_claim(item);
 
     let view = view_of(&mesh, TOWARD, DVec3::Z)?;
-    let lift = 0.012;
+    let lift = 1.5 * errors.max();
     let up = lift * fit.patch.frame()[2];
     let mut arcs = Drawing::of(&mesh, &[], BLUE);
     for (phi, color) in [(0.0, RED_LINE), (core::f64::consts::FRAC_PI_2, BLUE_LINE)] {
         arcs.line(arc(&fit.patch, phi).map(|p| p + up).collect(), color, 5.0);
     }
-    arcs.dot(fit.patch.center() + up, super::drawing::DARK, 11.0);
+    arcs.dot(fit.patch.center() + up, 0.022, TOWARD, DARK);
     let mut whole = Drawing::of(&mesh, &[], BLUE);
     whole.patch(&fit.patch, BLUE, lift, 4.0)?;
     item.side_by_side([

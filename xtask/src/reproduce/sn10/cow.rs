@@ -83,7 +83,7 @@ fn largest(
     drawing.draw(run, &view, &WIDE, &format!("sn10-large-patch-{name}"), &caption)
 }
 
-const WIDE: Style = Style { size: [900, 660], ..STYLE };
+const WIDE: Style = Style { size: [1000, 700], ..STYLE };
 
 /// How much the sizes of patches within one tolerance vary.
 fn sizes(item: &mut Item, mesh: &TriMesh) -> Result<(), Failure> {

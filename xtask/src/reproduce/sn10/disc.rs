@@ -12,10 +12,13 @@ use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE_LINE, DARK, Drawing, GREEN, ORANGE, RED_LINE};
 use super::{PRESETS, STYLE, estimator, face_at, mean_edge, median};
 use crate::failure::Failure;
+use crate::render::View;
 
 const ELLIPSOID: Ellipsoid = Ellipsoid { semi_axes: DVec3::new(1.5, 1.1, 0.8) };
 const SADDLE: Saddle = Saddle { coefficient: 0.5, half_width: 1.0 };
-const TOWARD: DVec3 = DVec3::new(0.35, -0.75, 1.0);
+/// Where the face is, seen from the centre, and where the camera is.
+const PLACE: DVec3 = DVec3::new(0.2, -0.35, 0.8);
+const TOWARD: DVec3 = DVec3::new(0.45, -1.0, 0.8);
 const RADIUS: f64 = 0.55;
 
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
@@ -37,7 +40,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     let irregular = Irregular { jitter: 0.2, seed: 5 };
     let mesh = mesh_of(&ELLIPSOID.irregular_icosphere(3, irregular).map_err(Failure::mesh)?)?;
-    let face = face_at(&mesh, 2.0 * TOWARD, TOWARD);
+    let face = face_at(&mesh, PLACE, PLACE);
     for (name, params) in PRESETS {
         let disc = estimator(&mesh, params)?.at(face, RADIUS).map_err(Failure::mesh)?;
         add_errors(item, name, &disc);
@@ -61,7 +64,7 @@ fn add_errors(item: &mut Item, preset: &str, disc: &DiscCurvature) {
 fn draw(run: &Run<'_>, item: &mut Item, mesh: &TriMesh, face: FaceId) -> Result<(), Failure> {
     let estimator = estimator(mesh, Params::paper())?;
     let disc = estimator.at(face, RADIUS).map_err(Failure::mesh)?;
-    let view = view_of(mesh, TOWARD, DVec3::Y)?;
+    let view = view_of(mesh, TOWARD, DVec3::Z)?;
     let figure = |drawing: &Drawing, name: &str, caption: &str| {
         drawing.draw(run, &view, &STYLE, name, caption)
     };
@@ -79,15 +82,21 @@ fn draw(run: &Run<'_>, item: &mut Item, mesh: &TriMesh, face: FaceId) -> Result<
     }
     neighbourhood.line(rim.clone(), RED_LINE, 4.0);
 
-    let mut circle = Drawing::of(mesh, &[face], ORANGE);
+    // Half of the mesh, cut open along the section, seen across it.
+    let across = disc.frame[1] * disc.frame[1].dot(TOWARD).signum();
+    let behind = |face: FaceId| {
+        mesh.triangle(face).iter().all(|corner| (*corner - disc.center).dot(across) < 0.0)
+    };
+    let mut circle = Drawing::part_of(mesh, &[face], ORANGE, behind);
     let trace = estimator.trace(face, &disc, 0.0);
     circle.line(osculating_circle(&disc, 0), RED_LINE, 4.0);
     if let (Some(start), Some(end)) = (first(&trace), last(&trace)) {
-        circle.line(vec![start, end], DARK, 2.5);
-        circle.dot(start, DARK, 10.0);
-        circle.dot(end, DARK, 10.0);
+        circle.line(vec![start, end], DARK, 3.0);
+        circle.dot(start, 0.025, across, DARK);
+        circle.dot(end, 0.025, across, DARK);
     }
-    circle.line(trace.points, BLUE_LINE, 4.0);
+    circle.line(trace.points, BLUE_LINE, 5.0);
+    let section_view = View { toward: across + 0.3 * disc.normal(), up: disc.normal(), ..view };
 
     let mut directions = Drawing::of(mesh, &[face], ORANGE);
     directions.line(rim, DARK, 2.0);
@@ -100,10 +109,12 @@ fn draw(run: &Run<'_>, item: &mut Item, mesh: &TriMesh, face: FaceId) -> Result<
             "sn10-neighbourhood",
             "Fig. 1: the sections of length r_g to either side of a face, and their ends",
         )?,
-        figure(
-            &circle,
+        circle.draw(
+            run,
+            &section_view,
+            &STYLE,
             "sn10-osculating-circle",
-            "Fig. 2: one section (blue), its diameter d (black), and its osculating circle (red)",
+            "Fig. 2: a section (blue), its diameter d (black) and its osculating circle (red), the mesh cut open",
         )?,
         figure(
             &directions,
@@ -115,11 +126,12 @@ fn draw(run: &Run<'_>, item: &mut Item, mesh: &TriMesh, face: FaceId) -> Result<
     Ok(())
 }
 
-/// The osculating circle of a principal section.
+/// The half of the osculating circle of a principal section that is nearer to the face.
 fn osculating_circle(disc: &DiscCurvature, axis: usize) -> Vec<DVec3> {
     let (radius, tangent) = (1.0 / disc.curvatures[axis], disc.frame[axis]);
     let center = disc.center - radius * disc.normal();
-    let angles = (0..=120).map(|i| TAU * f64::from(i) / 120.0);
+    // The upper part of it: the rest says nothing about the face.
+    let angles = (-60..=60).map(|i| 0.25 * TAU * f64::from(i) / 60.0);
     angles.map(|a| center + radius * (a.cos() * disc.normal() + a.sin() * tangent)).collect()
 }
 

@@ -21,7 +21,7 @@ pub(super) struct Drawing {
     strokes: Vec<Stroke>,
 }
 
-pub(super) const CLAY: [u8; 3] = [205, 203, 196];
+pub(super) const CLAY: [u8; 3] = [228, 226, 220];
 pub(super) const ORANGE: [u8; 3] = [240, 150, 60];
 pub(super) const BLUE: [u8; 3] = [90, 150, 220];
 pub(super) const GREEN: [u8; 3] = [60, 160, 90];
@@ -37,12 +37,22 @@ const PIECES: u32 = 72;
 impl Drawing {
     /// A mesh with its edges, some of its faces in another colour.
     pub(super) fn of(mesh: &TriMesh, marked: &[FaceId], color: [u8; 3]) -> Self {
+        Self::part_of(mesh, marked, color, |_| true)
+    }
+
+    /// The same for those faces of the mesh that `keep` wants.
+    pub(super) fn part_of(
+        mesh: &TriMesh,
+        marked: &[FaceId],
+        color: [u8; 3],
+        keep: impl Fn(FaceId) -> bool,
+    ) -> Self {
         let mut is_marked = mesh.topology().face_map(false);
         for &face in marked {
             is_marked[face] = true;
         }
         let mut drawing = Self::default();
-        for face in mesh.topology().faces() {
+        for face in mesh.topology().faces().filter(|&face| keep(face)) {
             let color = if is_marked[face] { color } else { CLAY };
             drawing.triangle(mesh.triangle(face), color, true);
         }
@@ -84,8 +94,18 @@ impl Drawing {
         self.strokes.push(Stroke { points, color, width });
     }
 
-    pub(super) fn dot(&mut self, at: DVec3, color: [u8; 3], width: f64) {
-        self.line(vec![at], color, width);
+    /// A round dot that faces the camera, a little in front of its place.
+    pub(super) fn dot(&mut self, at: DVec3, radius: f64, toward: DVec3, color: [u8; 3]) {
+        let toward = toward.normalize_or(DVec3::Z);
+        let (right, up) = toward.any_orthonormal_pair();
+        let center = at + radius * toward;
+        let corner = |i: u32| {
+            let (sin, cos) = (TAU * f64::from(i) / 24.0).sin_cos();
+            center + radius * (cos * right + sin * up)
+        };
+        for i in 0..24 {
+            self.triangle([center, corner(i), corner(i + 1)], color, false);
+        }
     }
 
     /// An arrow, its head spread across the direction to the camera.
@@ -133,11 +153,17 @@ pub(super) fn arc(patch: &Patch, phi: f64) -> impl Iterator<Item = DVec3> + '_ {
     })
 }
 
+/// The colour of a patch, paler than in files, and red for what no patch covers.
+fn cover_color(patch: Option<u32>) -> [u8; 3] {
+    let pale = |c: u8| ((u16::from(c) + 255) / 2) as u8;
+    patch.map_or(RESIDUAL, |patch| curvpatch::patch_color(patch).map(pale))
+}
+
 /// A cover: the mesh in the colours of its patches, and the faces that none covers in red.
 pub(super) fn cover(mesh: &TriMesh, cover: &Cover) -> Drawing {
     let mut drawing = Drawing::default();
     for face in mesh.topology().faces() {
-        let color = cover.patch_of_face[face].map_or(RESIDUAL, curvpatch::patch_color);
+        let color = cover_color(cover.patch_of_face[face]);
         drawing.triangle(mesh.triangle(face), color, true);
     }
     drawing
@@ -145,10 +171,10 @@ pub(super) fn cover(mesh: &TriMesh, cover: &Cover) -> Drawing {
 
 /// The patches of a cover themselves, and the faces that none covers as they are, in red.
 pub(super) fn patches(mesh: &TriMesh, cover: &Cover) -> Result<Drawing, Failure> {
-    let parts = cover.to_mesh(mesh, 0.5 * cover.tolerance).map_err(Failure::mesh)?;
+    let parts = cover.to_mesh(mesh, 0.05 * cover.tolerance).map_err(Failure::mesh)?;
     let mut drawing = Drawing::default();
     for (t, patch) in parts.triangles.iter().zip(&parts.patch_of_triangle) {
-        let color = patch.map_or(RESIDUAL, curvpatch::patch_color);
+        let color = cover_color(*patch);
         drawing.triangle(t.map(|v| parts.positions[v as usize]), color, patch.is_none());
     }
     Ok(drawing)

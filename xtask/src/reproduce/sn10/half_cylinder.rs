@@ -10,13 +10,15 @@ use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, ORANGE};
 use super::{PRESETS, STYLE, estimator, patch};
 use crate::failure::Failure;
+use crate::render::Style;
 
 const SPARSE: Cylinder = Cylinder { radius: 1.0, height: 6.0 };
 const DENSE: Cylinder = Cylinder { radius: 1.0, height: 4.0 };
 const RADIUS: f64 = 0.4;
 /// A face in the middle of the sparse mesh, and one of the dense mesh that cuts the same facet.
 const FACES: [FaceId; 2] = [FaceId::new(22), FaceId::new(1536)];
-const TOWARD: DVec3 = DVec3::new(0.55, 1.0, 0.35);
+const TOWARD: DVec3 = DVec3::new(0.3, 1.0, 0.3);
+const TALL: Style = Style { size: [380, 780], ..STYLE };
 
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.about(
@@ -86,7 +88,7 @@ fn figures(run: &Run<'_>, item: &mut Item, mesh: &TriMesh) -> Result<Vec<Figure>
         let mut drawing = Drawing::of(mesh, &[FACES[0]], [150, 150, 148]);
         drawing.patch(&fit.patch, color, 0.02, 3.0)?;
         let caption = format!("Fig. 7: {name} of r_g = {RADIUS} on the bare half cylinder");
-        drawing.draw(run, &view, &STYLE, &format!("sn10-half-cylinder-{name}"), &caption)
+        drawing.draw(run, &view, &TALL, &format!("sn10-half-cylinder-{name}"), &caption)
     };
     shapes.into_iter().map(draw).collect()
 }
