@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use curvpatch::{
-    Cover, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, Params, PatchProbe,
-    PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, cover_watched, patch_color,
+    Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, Params,
+    PatchProbe, PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, patch_color,
 };
 use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
@@ -314,13 +314,13 @@ impl What {
         };
         let faces = estimator.mesh().topology().face_count();
         let bar = console.progress(faces as u64, "fitting");
-        let cover = cover_watched(estimator, &options, &mut |progress| {
+        let candidates = CoverCandidates::find_watched(estimator, &options, &mut |progress| {
             bar.set_position(progress.settled as u64);
             ControlFlow::Continue(())
         });
         bar.finish_and_clear();
-        let cover = cover.map_err(|error| Failure::Usage(error.to_string()))?;
-        Ok(Made { cover, cut: 0.5 * tolerance })
+        let candidates = candidates.map_err(|error| Failure::Usage(error.to_string()))?;
+        Ok(Made { cover: candidates.choose(options.method), cut: 0.5 * tolerance })
     }
 
     fn method_name(&self, cover: &Cover) -> &'static str {

@@ -72,7 +72,7 @@ mod tessellate;
 mod trace;
 
 pub use cover::{
-    Cover, CoverMethod, CoverOptions, CoverPatch, CoverProgress, Seeds, cover, cover_watched,
+    Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CoverProgress, Seeds, cover,
 };
 pub use curvature::{CurvatureError, CurvatureEstimator, DiscCurvature, PointClass};
 pub use export::{CoverMesh, CoverRecord, PatchRecord, patch_color};

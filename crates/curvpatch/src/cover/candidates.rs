@@ -7,7 +7,7 @@ use mesh_core::{FaceId, FaceMap, Handle, TriMesh, parallel};
 use super::{CoverOptions, CoverProgress, Seeds};
 use crate::curvature::CurvatureEstimator;
 use crate::fit::PatchFit;
-use crate::size::{OptionError, PatchSizer, SizedPatch, StopReason};
+use crate::size::{OptionError, PatchSizer, SizeOptions, SizedPatch, StopReason};
 
 /// A patch that may become part of the cover.
 #[derive(Clone, Copy, Debug)]
@@ -20,10 +20,13 @@ pub(super) struct Candidate {
     faces_end: usize,
 }
 
-/// Candidates, and the faces that each of them covers in one flat list.
-#[derive(Debug)]
-pub(super) struct Candidates<'a> {
+/// The patches that a cover is chosen from: finding them takes nearly all of the time of a cover,
+/// so keep them to choose more than once.
+// The faces that each candidate covers are in one flat list.
+#[derive(Clone, Debug)]
+pub struct CoverCandidates<'a> {
     mesh: &'a TriMesh,
+    size: SizeOptions,
     candidates: Vec<Candidate>,
     faces: Vec<FaceId>,
     /// Whether a candidate was looked for at the face.
@@ -32,6 +35,7 @@ pub(super) struct Candidates<'a> {
     /// How many faces are tried or covered.
     settled: usize,
     seeds: usize,
+    cancelled: bool,
 }
 
 /// Seeds of the first round on a large mesh, and the least number of seeds of any round.
@@ -40,31 +44,46 @@ const PILOT_SEEDS: usize = 256;
 /// Seeds between two reports of progress.
 const BLOCK: usize = 1024;
 
-/// Hears of progress, and may break off the search.
-pub(super) type Watch<'w> = dyn FnMut(CoverProgress) -> ControlFlow<()> + 'w;
-
-impl<'a> Candidates<'a> {
-    /// Candidates that cover every face which has one, as far as `watch` lets the search go on, and
-    /// whether it broke it off.
-    pub(super) fn find(
+impl<'a> CoverCandidates<'a> {
+    /// Candidates of automatic size for the seeds, in parallel: enough to cover every face that has
+    /// one. `options.method` does not matter here.
+    ///
+    /// # Errors
+    /// An option out of its range.
+    pub fn find(
         estimator: &CurvatureEstimator<'a>,
         options: &CoverOptions,
-        watch: &mut Watch<'_>,
-    ) -> Result<(Self, bool), OptionError> {
+    ) -> Result<Self, OptionError> {
+        Self::find_watched(estimator, options, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`CoverCandidates::find`], telling `watch` now and then how far it is. When `watch`
+    /// breaks, the search ends with the candidates found so far.
+    ///
+    /// # Errors
+    /// An option out of its range.
+    pub fn find_watched(
+        estimator: &CurvatureEstimator<'a>,
+        options: &CoverOptions,
+        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+    ) -> Result<Self, OptionError> {
+        options.check()?;
         let mesh = estimator.mesh();
         let sizer = PatchSizer::new(estimator, options.size)?;
         let topology = mesh.topology();
         let mut found = Self {
             mesh,
+            size: options.size,
             candidates: Vec::new(),
             faces: Vec::new(),
             tried: topology.face_map(false),
             covered: topology.face_map(false),
             settled: 0,
             seeds: 0,
+            cancelled: false,
         };
-        let cancelled = found.search(&sizer, options, watch).is_break();
-        Ok((found, cancelled))
+        found.cancelled = found.search(&sizer, options, watch).is_break();
+        Ok(found)
     }
 
     /// Looks for candidates until every face is covered by one or was a seed itself.
@@ -72,7 +91,7 @@ impl<'a> Candidates<'a> {
         &mut self,
         sizer: &PatchSizer<'_, 'a>,
         options: &CoverOptions,
-        watch: &mut Watch<'_>,
+        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let all: Vec<FaceId> = self.mesh.topology().faces().collect();
         let redundancy = match options.seeds {
@@ -99,7 +118,7 @@ impl<'a> Candidates<'a> {
         sizer: &PatchSizer<'_, 'a>,
         options: &CoverOptions,
         seeds: &[FaceId],
-        watch: &mut Watch<'_>,
+        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
     ) -> ControlFlow<(), f64> {
         let seeds: Vec<FaceId> = seeds.iter().copied().filter(|&f| !self.tried[f]).collect();
         let before = self.faces.len();
@@ -141,12 +160,37 @@ impl<'a> Candidates<'a> {
         self.settled += usize::from(!self.tried[face] && !self.covered[face]);
     }
 
-    pub(super) fn len(&self) -> usize {
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
         self.candidates.len()
     }
 
-    pub(super) fn seeds(&self) -> usize {
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.candidates.is_empty()
+    }
+
+    /// For how many faces a candidate was looked for.
+    #[must_use]
+    pub fn seeds(&self) -> usize {
         self.seeds
+    }
+
+    /// Whether the search was broken off.
+    #[must_use]
+    pub fn cancelled(&self) -> bool {
+        self.cancelled
+    }
+
+    pub(super) fn mesh(&self) -> &'a TriMesh {
+        self.mesh
+    }
+
+    /// What every candidate keeps.
+    pub(super) fn size(&self) -> &SizeOptions {
+        &self.size
     }
 
     pub(super) fn get(&self, index: usize) -> &Candidate {

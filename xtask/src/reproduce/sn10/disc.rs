@@ -95,7 +95,8 @@ fn draw(run: &Run<'_>, item: &mut Item, mesh: &TriMesh, face: FaceId) -> Result<
         circle.dot(start, 0.025, across, DARK);
         circle.dot(end, 0.025, across, DARK);
     }
-    circle.line(trace.points, BLUE_LINE, 5.0);
+    // In front of the circle, which nearly coincides with it.
+    circle.line(trace.points.iter().map(|p| *p + 0.02 * across).collect(), BLUE_LINE, 6.0);
     let section_view = View { toward: across + 0.3 * disc.normal(), up: disc.normal(), ..view };
 
     let mut directions = Drawing::of(mesh, &[face], ORANGE);
