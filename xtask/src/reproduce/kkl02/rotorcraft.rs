@@ -1,4 +1,5 @@
-//! A helicopter with thin rotor blades, made of closed parts, with as many faces as the paper's.
+//! A helicopter with thin rotor blades, made of closed parts that are cut so as to have as many
+//! faces together as the paper's: 34,708.
 
 use core::f64::consts::TAU;
 
@@ -7,9 +8,6 @@ use mesh_core::PolygonSoup;
 use mesh_core::shapes::Sphere;
 
 use crate::failure::Failure;
-
-/// The faces of the paper's helicopter; the parts are cut so as to have that many together.
-pub(super) const FACES: usize = 34_708;
 
 /// The craft, and which of its vertices belong to a rotor blade.
 pub(super) struct Rotorcraft {
@@ -44,6 +42,12 @@ pub(super) fn rotorcraft() -> Result<Rotorcraft, Failure> {
     Ok(Rotorcraft { soup: craft.soup, blade_vertices: craft.blade_vertices })
 }
 
+/// Panels, windows and seams: how far the skin stands out in a direction.
+fn panels(direction: DVec3) -> f64 {
+    let (longitude, latitude) = (direction.y.atan2(direction.z), direction.x.asin());
+    0.02 * (16.0 * longitude).sin() * (21.0 * latitude).cos() * latitude.cos()
+}
+
 #[derive(Default)]
 struct Builder {
     soup: PolygonSoup,
@@ -73,7 +77,7 @@ impl Tube {
     /// A thin plate along `to - from`: `chord` is half its width, `thickness` half its height.
     fn plate(from: DVec3, to: DVec3, chord: DVec3, thickness: f64) -> Self {
         let normal = (to - from).cross(chord).normalize_or(DVec3::Y);
-        Self { sides: 10, rings: 119, from, to, half_axes: [chord, thickness * normal], taper: 0.8 }
+        Self { sides: 10, rings: 119, from, to, half_axes: [chord, thickness * normal], taper: 0.6 }
     }
 }
 
@@ -88,7 +92,7 @@ impl Builder {
         let sphere = Sphere::UNIT.uv_mesh(bands, sectors).map_err(Failure::mesh)?;
         let first = self.soup.vertex_count() as u32;
         for &p in sphere.positions() {
-            self.soup.push_vertex(center + half * p);
+            self.soup.push_vertex(center + half * p * (1.0 + panels(p)));
         }
         for face in sphere.faces() {
             self.face([face[0], face[1], face[2]].map(|v| first + v))?;
@@ -141,7 +145,7 @@ impl Builder {
             let (sin, cos) = (TAU * (f64::from(blade) / 4.0 + 0.07)).sin_cos();
             let (out, side) = (DVec3::new(cos, 0.0, sin), DVec3::new(-sin, 0.06, cos));
             let hub = DVec3::new(0.0, 1.58, 0.0);
-            self.blade(&Tube::plate(hub + 0.2 * out, hub + 5.0 * out, 0.16 * side, 0.02))?;
+            self.blade(&Tube::plate(hub + 0.2 * out, hub + 5.0 * out, 0.08 * side, 0.006))?;
         }
         Ok(())
     }
@@ -152,7 +156,7 @@ impl Builder {
         for blade in 0..3 {
             let (sin, cos) = (TAU * (f64::from(blade) / 3.0 + 0.1)).sin_cos();
             let (out, side) = (DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.1));
-            let plate = Tube::plate(hub + 0.07 * out, hub + 0.95 * out, 0.06 * side, 0.012);
+            let plate = Tube::plate(hub + 0.07 * out, hub + 0.95 * out, 0.03 * side, 0.004);
             self.blade(&Tube { sides: 8, rings: 59, ..plate })?;
         }
         Ok(())
@@ -194,7 +198,7 @@ mod tests {
     #[test]
     fn every_part_is_closed_and_the_faces_are_as_many_as_the_papers() {
         let craft = rotorcraft().unwrap();
-        assert_eq!(craft.soup.face_count(), FACES);
+        assert_eq!(craft.soup.face_count(), 34_708);
         let mesh = mesh_of(&craft.soup).unwrap();
         assert!(mesh.topology().is_closed());
         assert_eq!(mesh.topology().components().count, 22);
