@@ -78,6 +78,12 @@ pub trait Cost {
         Reach::OneRing
     }
 
+    /// Called before each collapse, which is certain by then, with the place of the vertex relative
+    /// to the midpoint of the edge.
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
+        let _ = (patch, x);
+    }
+
     /// Called after each collapse, with the mesh as it is then.
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         let _ = (mesh, collapse);

@@ -5,10 +5,12 @@
 //! that was refused is tried again once its neighbourhood has changed.
 
 mod component;
+mod intersection;
 mod normal;
 mod shape;
 
 pub use component::ComponentGuard;
+pub use intersection::IntersectionGuard;
 pub use normal::NormalGuard;
 pub use shape::ShapeGuard;
 

@@ -40,6 +40,9 @@ pub struct Options {
     /// How many vertices every component keeps; `None` for as few as possible. See
     /// [`ComponentGuard`](crate::ComponentGuard).
     pub min_component_vertices: Option<usize>,
+    /// Whether collapses, fitting and annealing must not make faces cross that did not before. See
+    /// [`IntersectionGuard`](crate::IntersectionGuard).
+    pub forbid_intersections: bool,
     /// Whether and how the result is fitted to the original. See [`fit`](crate::fit()).
     pub fit: Option<FitOptions>,
     /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()).
@@ -182,6 +185,7 @@ impl Options {
             min_cosine: Some(crate::NormalGuard::default().min_cosine),
             min_shape: Some(crate::ShapeGuard::default().min_shape),
             min_component_vertices: None,
+            forbid_intersections: false,
             fit: Some(FitOptions::default()),
             anneal: None,
         };

@@ -12,6 +12,9 @@ use super::super::verdict::{Content, Row};
 use super::{class, source};
 use crate::failure::Failure;
 
+/// Tables with more columns are set closer.
+const DENSE: usize = 7;
+
 pub(super) fn article(item: &Item, folder: &Path) -> Result<Markup, Failure> {
     let figures: Vec<Markup> =
         item.figures.iter().map(|row| side_by_side(row, folder)).collect::<Result<_, _>>()?;
@@ -92,8 +95,8 @@ fn number_table(rows: &[&Row]) -> Markup {
 
 fn plain_table(table: &Table) -> Markup {
     html! {
-        div.scroll { table {
-            caption { (table.caption) }
+        p.caption { (table.caption) }
+        div.scroll { table.dense[table.header.len() > DENSE] {
             tr { @for name in &table.header { th { (name) } } }
             @for line in &table.lines { tr { @for cell in line { td { (cell) } } } }
         } }
@@ -103,7 +106,7 @@ fn plain_table(table: &Table) -> Markup {
 fn side_by_side(figures: &[Figure], folder: &Path) -> Result<Markup, Failure> {
     let figures: Vec<Markup> =
         figures.iter().map(|f| figure(f, folder)).collect::<Result<_, _>>()?;
-    Ok(html! { div.row { @for figure in &figures { (figure) } } })
+    Ok(html! { div class={ "row n" (figures.len()) } { @for figure in &figures { (figure) } } })
 }
 
 fn figure(figure: &Figure, folder: &Path) -> Result<Markup, Failure> {
