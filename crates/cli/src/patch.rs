@@ -240,7 +240,7 @@ impl What {
     fn make(&self, mesh: &TriMesh, console: &Console) -> Result<Made, Failure> {
         let estimator = CurvatureEstimator::new(mesh, self.preset.params())
             .map_err(|error| Failure::Usage(error.to_string()))?;
-        let unit = if self.relative { diagonal(mesh) } else { 1.0 };
+        let unit = if self.relative { diagonal(mesh)? } else { 1.0 };
         let length = |value: Option<f64>| value.map(|value| unit * value);
         match (self.face, length(self.radius), length(self.tolerance)) {
             (Some(face), Some(radius), _) => {
@@ -332,8 +332,12 @@ impl What {
     }
 }
 
-fn diagonal(mesh: &TriMesh) -> f64 {
-    mesh.bounding_box().map_or(0.0, |bounds| bounds.diagonal())
+/// The diagonal of the bounding box, which relative lengths are shares of.
+fn diagonal(mesh: &TriMesh) -> Result<f64, Failure> {
+    match mesh.bounding_box().map(|bounds| bounds.diagonal()) {
+        Some(diagonal) if diagonal > 0.0 => Ok(diagonal),
+        _ => Err(Failure::refused("the mesh has no extent that lengths could be relative to")),
+    }
 }
 
 fn face_of(mesh: &TriMesh, index: usize) -> Result<FaceId, Failure> {

@@ -181,6 +181,14 @@ fn what_cannot_be_done_is_refused_with_its_code() {
     let (code, message) = refused(&["--face", "0", "--tolerance", "1e-9"], "out.ply");
     assert_eq!(code, 4);
     assert!(message.contains("larger tolerance"), "{message}");
+
+    let (empty, out) = (folder.path().join("empty.ply"), folder.path().join("of-nothing.ply"));
+    write(mesh_core::PolygonSoup::new(), &empty);
+    let arguments = ["patch", empty.to_str().unwrap(), "-o", out.to_str().unwrap()];
+    let report = json(&[&arguments[..], &["--tolerance", "1"]].concat());
+    assert_eq!((&report["patches"], &report["uncovered_faces"]), (&0.into(), &0.into()));
+    let relative = [&arguments[..], &["--tolerance", "1", "--relative"]].concat();
+    assert_eq!(curvmesh(&relative).status.code(), Some(4));
 }
 
 #[test]
