@@ -63,7 +63,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         item,
         &mut lines,
         "made face",
-        made_face,
+        &made_face,
         [DVec3::new(-0.35, 0.12, 1.0), DVec3::Y],
     )?;
     let made_part = mesh_of(&part::part()?)?;
@@ -72,14 +72,14 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         item,
         &mut lines,
         "made part",
-        made_part,
+        &made_part,
         [DVec3::new(-0.5, -1.0, 1.1), DVec3::Z],
     )?;
     claim(item, "smoother", &[face, part]);
     let mut real = Vec::new();
     for case in &CASES {
         if let Some(mesh) = run.model(item, case.file)? {
-            real.push(add(run, item, &mut lines, case.name, mesh, [case.toward, case.up])?);
+            real.push(add(run, item, &mut lines, case.name, &mesh, [case.toward, case.up])?);
         }
     }
     if real.len() == CASES.len() {
@@ -111,10 +111,10 @@ fn add(
     item: &mut Item,
     lines: &mut Vec<Vec<String>>,
     name: &str,
-    mesh: TriMesh,
+    mesh: &TriMesh,
     view: [DVec3; 2],
 ) -> Result<Change, Failure> {
-    let mut change = Change { name: name.to_owned(), before: costs(&mesh), after: [[0.0; 3]; 3] };
+    let mut change = Change { name: name.to_owned(), before: costs(mesh), after: [[0.0; 3]; 3] };
     let line = |minimised: &str, depth: &str, flips: u64, costs: [f64; 3]| {
         let names = [name, minimised, depth].map(str::to_owned);
         let costs = costs.map(|cost| format!("{cost:.4}"));
@@ -146,9 +146,9 @@ fn add(
         }
     }
     let by_f2 = runs.iter().zip(&results).find(|(run, _)| **run == (1, 1));
-    let by_f2 = by_f2.map_or(&mesh, |(_, (optimised, _))| optimised);
+    let by_f2 = by_f2.map_or(mesh, |(_, (optimised, _))| optimised);
     let draw = |mesh, when| figure(run, mesh, name, view, when);
-    item.side_by_side([draw(&mesh, "before")?, draw(by_f2, "after")?]);
+    item.side_by_side([draw(mesh, "before")?, draw(by_f2, "after")?]);
     Ok(change)
 }
 

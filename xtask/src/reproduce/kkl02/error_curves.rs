@@ -170,10 +170,9 @@ fn weights(item: &mut Item, model: &str, mesh: &TriMesh, faces: usize) -> Result
     let mean = |options| -> Result<f64, Failure> {
         original.mean_percent(&simplified(mesh, options, faces)?.mesh)
     };
-    let placements: [(&str, fn(Options) -> Options); 2] =
-        [("optimal", |o| o), ("butterfly", butterfly)];
     let mut lines = Vec::new();
-    for (placement, with) in placements {
+    for placement in ["optimal", "butterfly"] {
+        let with = |options| if placement == "optimal" { options } else { butterfly(options) };
         let weights: Vec<f64> = [0.0].into_iter().chain(WEIGHTS).collect();
         let means: Vec<f64> =
             weights.par_iter().map(|&w| mean(with(with_curvature(w)))).collect::<Result<_, _>>()?;

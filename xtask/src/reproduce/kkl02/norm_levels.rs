@@ -110,7 +110,7 @@ fn norm_levels(mesh: &TriMesh, preset: Preset) -> Result<Levels, Failure> {
 /// Eq. (1), or the square root of eq. (2), of a whole mesh: with a third of the adjacent faces as
 /// the area of a vertex.
 fn norm(mesh: &TriMesh, preset: Preset) -> f64 {
-    let options = CurvatureOptions { area: VertexArea::Barycentric, ..CurvatureOptions::default() };
+    let options = CurvatureOptions { area: VertexArea::Barycentric };
     let curvatures = Curvatures::of(mesh, &options);
     let all = curvatures.vertices().as_slice().iter();
     match preset {
