@@ -58,8 +58,8 @@ fn draw(
     if !(1..=16_384).contains(&width) || !(1..=16_384).contains(&height) {
         return Err(Failure::Usage("--size takes numbers from 1 to 16384".into()));
     }
-    let bounds = mesh.bounding_box().ok_or(Failure::Usage("the mesh has no faces".into()))?;
-    let view = View { toward: options.from, up: options.up, bounds };
+    let view = View::of(mesh, options.from, options.up)
+        .ok_or(Failure::Usage("the mesh has no faces".into()))?;
     let style =
         Style { size: [width, height], smooth: options.smooth, edge_width: options.edges.max(0.0) };
     Ok(render(&Scene { colors, ..Scene::of(mesh) }, &view, &style))

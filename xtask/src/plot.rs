@@ -215,14 +215,11 @@ fn round(x: f64) -> f64 {
 fn tick_text(tick: f64) -> String {
     // Steps of a linear axis gather rounding errors.
     let rounded: f64 = format!("{tick:.6e}").parse().unwrap_or(tick);
-    if rounded.abs() >= 10_000.0 || (rounded != 0.0 && rounded.abs() < 1e-4) {
-        let text = format!("{rounded:e}");
-        return match text.split_once('e') {
-            Some((mantissa, power)) if rounded.abs() < 1e-4 || rounded.abs() >= 1e7 => {
-                format!("{mantissa}·10^{power}")
-            }
-            _ => super::reproduce::plain_number(rounded),
-        };
+    if rounded.abs() >= 1000.0 {
+        return super::reproduce::plain_number(rounded);
+    }
+    if rounded != 0.0 && rounded.abs() < 1e-4 {
+        return format!("{rounded:e}");
     }
     rounded.to_string()
 }

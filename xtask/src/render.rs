@@ -26,6 +26,42 @@ pub(crate) struct View {
     pub(crate) up: DVec3,
     /// What has to fit into the picture.
     pub(crate) bounds: BoundingBox,
+    /// What has to fit into it as seen from a direction, which is tighter; used if it is this one.
+    pub(crate) frame: Option<Frame>,
+}
+
+/// The extent of a mesh as seen from a direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    toward: DVec3,
+    up: DVec3,
+    center: DVec3,
+    /// Half the extent to the right, up, and towards the camera.
+    half: DVec3,
+}
+
+/// Right, up and towards the camera, at right angles.
+fn axes(toward: DVec3, up: DVec3) -> [DVec3; 3] {
+    let toward = toward.normalize_or(DVec3::Z);
+    let right = up.cross(toward).normalize_or(toward.any_orthonormal_vector());
+    [right, toward.cross(right), toward]
+}
+
+impl View {
+    /// A mesh from a direction, as large as fits; `None` if it has no faces.
+    pub(crate) fn of(mesh: &TriMesh, toward: DVec3, up: DVec3) -> Option<Self> {
+        let bounds = mesh.bounding_box()?;
+        let axes = axes(toward, up);
+        let seen = mesh.topology().vertices().map(|v| {
+            let p = mesh.position(v) - bounds.center();
+            DVec3::from_array(axes.map(|axis| axis.dot(p)))
+        });
+        let seen = BoundingBox::of_points(seen)?;
+        let offset = seen.center();
+        let center = bounds.center() + offset.x * axes[0] + offset.y * axes[1] + offset.z * axes[2];
+        let frame = Frame { toward, up, center, half: 0.5 * seen.extent() };
+        Some(Self { toward, up, bounds, frame: Some(frame) })
+    }
 }
 
 /// A mesh and what is drawn on it.
@@ -104,20 +140,26 @@ struct Camera {
 
 impl Camera {
     fn new(view: &View, [width, height]: [usize; 2]) -> Self {
-        let toward = view.toward.normalize_or(DVec3::Z);
-        let right = view.up.cross(toward).normalize_or(toward.any_orthonormal_vector());
-        let up = toward.cross(right);
-        let extent = view.bounds.extent();
-        let reach = |axis: DVec3| 0.5 * axis.abs().dot(extent);
+        let [right, up, toward] = axes(view.toward, view.up);
+        let (center, half) = match view.frame {
+            Some(frame) if (frame.toward, frame.up) == (view.toward, view.up) => {
+                (frame.center, frame.half)
+            }
+            _ => {
+                let extent = view.bounds.extent();
+                let reach = |axis: DVec3| 0.5 * axis.abs().dot(extent);
+                (view.bounds.center(), DVec3::new(reach(right), reach(up), reach(toward)))
+            }
+        };
         let margin = 1.04;
         let aspect = width as f64 / height as f64;
-        let half_height = (margin * reach(up).max(reach(right) / aspect)).max(f64::MIN_POSITIVE);
-        let half_depth = (margin * reach(toward)).max(f64::MIN_POSITIVE);
+        let half_height = (margin * half.y.max(half.x / aspect)).max(f64::MIN_POSITIVE);
+        let half_depth = (margin * half.z).max(f64::MIN_POSITIVE);
         Self {
             right,
             up,
             toward,
-            center: view.bounds.center(),
+            center,
             half: DVec3::new(half_height * aspect, half_height, half_depth),
             resolution: height as f64 / (2.0 * half_height),
         }

@@ -3,7 +3,7 @@
 mod cube;
 mod energy;
 mod face;
-mod face_shape;
+pub(super) mod face_shape;
 mod torus;
 
 use core::f64::consts::{FRAC_PI_2, TAU};

@@ -44,7 +44,7 @@ impl Recorded {
     fn update(&mut self, items: &[Item]) {
         for item in items.iter().filter(|item| item.failure.is_none()) {
             if item.missing_models.is_empty() {
-                self.0.retain(|[paper, name, _], _| (&*paper, &*name) != (&item.paper, &item.name));
+                self.0.retain(|[paper, name, _], _| (paper, name) != (&item.paper, &item.name));
             }
             for number in &item.numbers {
                 let key = [&item.paper, &item.name, &number.quantity].map(String::clone);

@@ -96,6 +96,5 @@ pub(crate) fn view_of(
     toward: glam::DVec3,
     up: glam::DVec3,
 ) -> Result<View, Failure> {
-    let bounds = mesh.bounding_box().ok_or(Failure::Usage("the mesh has no faces".into()))?;
-    Ok(View { toward, up, bounds })
+    View::of(mesh, toward, up).ok_or(Failure::Usage("the mesh has no faces".into()))
 }

@@ -92,9 +92,9 @@ impl Judge<'_> {
     }
 
     fn absent(&self, item: &Item, needs: Option<&str>) -> Verdict {
-        // A model that only the authors have is never there; one of the folder is, if so named.
+        // One of the folder is a file name; in words, a model that only the authors have.
         let lacks =
-            |model: &str| !model.contains('.') || item.missing_models.iter().any(|m| m == model);
+            |model: &str| model.contains(' ') || item.missing_models.iter().any(|m| m == model);
         match needs {
             Some(model) if lacks(model) => Verdict::NeedsModel(model.to_owned()),
             _ if self.quick => Verdict::Skipped,

@@ -40,7 +40,7 @@ pub(super) fn height(x: f64, y: f64) -> f64 {
 }
 
 /// Points of the face, joined by Delaunay triangulation of their squeezed parameters.
-pub(super) fn scan() -> Result<PolygonSoup, Failure> {
+pub(crate) fn scan() -> Result<PolygonSoup, Failure> {
     let points = sample_points();
     let parameters = points.iter().map(|p| Point2::new(p.x, p.y / SQUEEZE)).collect();
     let delaunay = DelaunayTriangulation::<Point2<f64>>::bulk_load_stable(parameters)

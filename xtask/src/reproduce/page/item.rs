@@ -13,7 +13,7 @@ use super::{class, source};
 use crate::failure::Failure;
 
 /// Tables with more columns are set closer.
-const DENSE: usize = 7;
+const DENSE: usize = 5;
 
 pub(super) fn article(item: &Item, folder: &Path) -> Result<Markup, Failure> {
     let figures: Vec<Markup> =
@@ -97,10 +97,18 @@ fn plain_table(table: &Table) -> Markup {
     html! {
         p.caption { (table.caption) }
         div.scroll { table.dense[table.header.len() > DENSE] {
-            tr { @for name in &table.header { th { (name) } } }
-            @for line in &table.lines { tr { @for cell in line { td { (cell) } } } }
+            tr { @for (i, name) in table.header.iter().enumerate() { th.word[is_words(table, i)] { (name) } } }
+            @for line in &table.lines {
+                tr { @for (i, cell) in line.iter().enumerate() { td.word[is_words(table, i)] { (cell) } } }
+            }
         } }
     }
+}
+
+/// Whether a column holds words, not numbers.
+fn is_words(table: &Table, column: usize) -> bool {
+    let mut cells = table.lines.iter().filter_map(|line| line.get(column));
+    cells.any(|cell| cell.starts_with(char::is_alphabetic))
 }
 
 fn side_by_side(figures: &[Figure], folder: &Path) -> Result<Markup, Failure> {
