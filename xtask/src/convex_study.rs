@@ -41,7 +41,7 @@ pub(crate) struct ConvexStudy {
 
 /// How the optimisation gets out of local minima.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Strategy {
+pub(crate) enum Strategy {
     Greedy,
     #[value(name = "look-ahead-2")]
     LookAhead2,
@@ -53,14 +53,14 @@ enum Strategy {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Shape {
+pub(crate) enum Shape {
     Sphere,
     Ellipsoid,
 }
 
 /// Which flips scramble the hull.
 #[derive(Clone, Copy, Debug)]
-enum Scramble {
+pub(crate) enum Scramble {
     /// Every legal one, also those that make the surface cross itself.
     Free,
     /// Those that keep the surface without overlaps, seen from the centre.
@@ -68,9 +68,9 @@ enum Scramble {
 }
 
 /// The costs of DHKL01.
-const COSTS: [CostName; 3] = [CostName::F1, CostName::F2, CostName::F3];
+pub(crate) const COSTS: [CostName; 3] = [CostName::F1, CostName::F2, CostName::F3];
 /// How many random flips.
-const FLIPS: [usize; 4] = [20, 60, 150, 600];
+pub(crate) const FLIPS: [usize; 4] = [20, 60, 150, 600];
 /// Where the random numbers of the scrambles start, apart from those of the points.
 const SCRAMBLE_SEED: u64 = 1000;
 
@@ -89,7 +89,7 @@ pub(crate) fn run(options: &ConvexStudy) -> Result<(), Failure> {
     let bar = progress_bar(cases.len());
     for case in cases {
         bar.set_message(case.to_string());
-        let hulls = case.hulls(options.seeds())?;
+        let hulls = case.ends(options.seeds())?.at_hull;
         numbers.write_record(case.record(options.seeds(), hulls)).map_err(failed)?;
         numbers.flush().map_err(Failure::writing(&path))?;
         table.add(&case, hulls as f64 / options.seeds() as f64);
@@ -146,37 +146,51 @@ impl ConvexStudy {
 
 /// One number of the study.
 #[derive(Clone, Copy, Debug)]
-struct Case {
-    points: usize,
-    shape: Shape,
-    strategy: Strategy,
-    cost: CostName,
-    scramble: Scramble,
+pub(crate) struct Case {
+    pub(crate) points: usize,
+    pub(crate) shape: Shape,
+    pub(crate) strategy: Strategy,
+    pub(crate) cost: CostName,
+    pub(crate) scramble: Scramble,
     /// How many random flips.
-    flips: usize,
+    pub(crate) flips: usize,
+}
+
+/// Where runs end, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Ends {
+    /// At the hull.
+    pub(crate) at_hull: usize,
+    /// At a lower cost than that of the hull.
+    pub(crate) below_hull: usize,
 }
 
 impl Case {
-    /// How many of the runs end at the hull.
-    fn hulls(&self, seeds: u64) -> Result<usize, Failure> {
-        let ends: Vec<bool> = (0..seeds)
-            .into_par_iter()
-            .map(|seed| self.ends_at_hull(seed))
-            .collect::<Result<_, _>>()?;
-        Ok(ends.into_iter().filter(|&at_hull| at_hull).count())
+    /// How many of the runs end where.
+    pub(crate) fn ends(&self, seeds: u64) -> Result<Ends, Failure> {
+        let add = |a: Ends, b: Ends| Ends {
+            at_hull: a.at_hull + b.at_hull,
+            below_hull: a.below_hull + b.below_hull,
+        };
+        let runs = (0..seeds).into_par_iter().map(|seed| self.end(seed));
+        runs.try_reduce(Ends::default, |a, b| Ok(add(a, b)))
     }
 
-    fn ends_at_hull(&self, seed: u64) -> Result<bool, Failure> {
+    fn end(&self, seed: u64) -> Result<Ends, Failure> {
         let soup = self.shape.random_hull(self.points, seed).map_err(Failure::mesh)?;
         let mut mesh = build(&soup, &Repair::strict()).map_err(Failure::mesh)?.mesh;
         let hull = mesh.topology().canonical_triangles();
+        let cost_of_hull = self.cost.total(&mesh, VertexArea::Voronoi);
         let random = &mut SplitMix64::new(SCRAMBLE_SEED.wrapping_add(seed));
         scramble(&mut mesh, self.flips, random, |mesh, edge| self.scramble.allows(mesh, edge));
         let go_on = &mut |_| ControlFlow::Continue(());
-        self.cost
+        let report = self
+            .cost
             .optimise(&mut mesh, VertexArea::Voronoi, &self.strategy.options(), go_on)
             .map_err(Failure::mesh)?;
-        Ok(mesh.topology().canonical_triangles() == hull)
+        let at_hull = mesh.topology().canonical_triangles() == hull;
+        let below_hull = !at_hull && report.cost_after < cost_of_hull * (1.0 - 1e-9);
+        Ok(Ends { at_hull: usize::from(at_hull), below_hull: usize::from(below_hull) })
     }
 
     fn record(&self, seeds: u64, hulls: usize) -> [String; 8] {
@@ -260,7 +274,7 @@ impl Scramble {
         }
     }
 
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Free => "free",
             Self::Embedded => "embedded",
@@ -329,15 +343,15 @@ mod tests {
 
     #[test]
     fn greedy_finds_the_hull_after_few_flips_and_not_after_many_free_ones() {
-        assert!(case(Scramble::Free, 20).hulls(50).unwrap() >= 45);
-        assert!(case(Scramble::Free, 150).hulls(50).unwrap() <= 5);
-        assert!(case(Scramble::Embedded, 60).hulls(50).unwrap() >= 45);
+        assert!(case(Scramble::Free, 20).ends(50).unwrap().at_hull >= 45);
+        assert!(case(Scramble::Free, 150).ends(50).unwrap().at_hull <= 5);
+        assert!(case(Scramble::Embedded, 60).ends(50).unwrap().at_hull >= 45);
     }
 
     #[test]
     fn a_hull_of_too_few_points_is_an_error() {
         let case = Case { points: 3, ..case(Scramble::Free, 20) };
-        assert!(case.hulls(1).unwrap_err().to_string().contains("points"));
+        assert!(case.ends(1).unwrap_err().to_string().contains("points"));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use mesh_core::{TriMesh, VertexMap};
 use mesh_io::Model;
 
 use crate::failure::Failure;
-use crate::render::{Style, View, render};
+use crate::render::{Scene, Style, View, render};
 
 /// What to draw, and from where.
 #[derive(Debug, clap::Args)]
@@ -58,11 +58,11 @@ fn draw(
     if !(1..=16_384).contains(&width) || !(1..=16_384).contains(&height) {
         return Err(Failure::Usage("--size takes numbers from 1 to 16384".into()));
     }
-    let bounds = mesh.bounding_box().ok_or(Failure::Usage("the mesh has no faces".into()))?;
-    let view = View { toward: options.from, up: options.up, bounds };
+    let view = View::of(mesh, options.from, options.up)
+        .ok_or(Failure::Usage("the mesh has no faces".into()))?;
     let style =
         Style { size: [width, height], smooth: options.smooth, edge_width: options.edges.max(0.0) };
-    Ok(render(mesh, colors, &view, &style))
+    Ok(render(&Scene { colors, ..Scene::of(mesh) }, &view, &style))
 }
 
 /// The colours of the file, for the vertices of the built mesh.

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 pub(crate) enum Failure {
     #[error("a file of published numbers is malformed: {0}")]
     Published(Box<toml::de::Error>),
+    #[error("a file of recorded numbers is malformed: {0}")]
+    Recorded(Box<csv::Error>),
     #[error("cannot write {path}: {source}")]
     Write { path: PathBuf, source: std::io::Error },
     #[error("cannot write {path}: {source}")]
@@ -17,13 +19,19 @@ pub(crate) enum Failure {
     Mesh(Box<dyn std::error::Error + Send + Sync>),
     #[error("{0}")]
     Usage(String),
-    #[error("{0} of the numbers differ from what is expected")]
+    #[error("{0} of the numbers and claims are not what is on record; the table says which")]
     Drift(usize),
+    #[error("{0} of the items could not be computed; the table says why")]
+    Items(usize),
 }
 
 impl Failure {
     pub(crate) fn published(source: toml::de::Error) -> Self {
         Self::Published(Box::new(source))
+    }
+
+    pub(crate) fn recorded(source: csv::Error) -> Self {
+        Self::Recorded(Box::new(source))
     }
 
     pub(crate) fn mesh(source: impl std::error::Error + Send + Sync + 'static) -> Self {

@@ -8,6 +8,7 @@
 mod convex_study;
 mod draw;
 mod failure;
+mod plot;
 mod render;
 mod reproduce;
 

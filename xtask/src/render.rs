@@ -8,7 +8,7 @@ use euc::rasterizer::{BackfaceCullingDisabled, Triangles};
 use euc::{Interpolate, Pipeline, Target};
 use glam::DVec3;
 use image::RgbImage;
-use mesh_core::{BoundingBox, TriMesh, VertexMap};
+use mesh_core::{BoundingBox, FaceMap, TriMesh, VertexMap};
 
 /// Samples per pixel and direction.
 const OVERSAMPLING: usize = 3;
@@ -26,6 +26,70 @@ pub(crate) struct View {
     pub(crate) up: DVec3,
     /// What has to fit into the picture.
     pub(crate) bounds: BoundingBox,
+    /// What has to fit into it as seen from a direction, which is tighter; used if it is this one.
+    pub(crate) frame: Option<Frame>,
+}
+
+/// The extent of a mesh as seen from a direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    toward: DVec3,
+    up: DVec3,
+    center: DVec3,
+    /// Half the extent to the right, up, and towards the camera.
+    half: DVec3,
+}
+
+/// Right, up and towards the camera, at right angles.
+fn axes(toward: DVec3, up: DVec3) -> [DVec3; 3] {
+    let toward = toward.normalize_or(DVec3::Z);
+    let right = up.cross(toward).normalize_or(toward.any_orthonormal_vector());
+    [right, toward.cross(right), toward]
+}
+
+impl View {
+    /// A mesh from a direction, as large as fits; `None` if it has no faces.
+    pub(crate) fn of(mesh: &TriMesh, toward: DVec3, up: DVec3) -> Option<Self> {
+        let bounds = mesh.bounding_box()?;
+        let axes = axes(toward, up);
+        let seen = mesh.topology().vertices().map(|v| {
+            let p = mesh.position(v) - bounds.center();
+            DVec3::from_array(axes.map(|axis| axis.dot(p)))
+        });
+        let seen = BoundingBox::of_points(seen)?;
+        let offset = seen.center();
+        let center = bounds.center() + offset.x * axes[0] + offset.y * axes[1] + offset.z * axes[2];
+        let frame = Frame { toward, up, center, half: 0.5 * seen.extent() };
+        Some(Self { toward, up, bounds, frame: Some(frame) })
+    }
+}
+
+/// A mesh and what is drawn on it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scene<'a> {
+    pub(crate) mesh: &'a TriMesh,
+    /// Without, the mesh is light grey.
+    pub(crate) colors: Option<&'a VertexMap<[u8; 3]>>,
+    /// The faces whose edges are drawn; without, those of all faces.
+    pub(crate) edged: Option<&'a FaceMap<bool>>,
+    /// Lines on the surface or beside it; hidden where the surface is well in front.
+    pub(crate) strokes: &'a [Stroke],
+}
+
+/// A line through points, or a dot at a single one.
+#[derive(Clone, Debug)]
+pub(crate) struct Stroke {
+    pub(crate) points: Vec<DVec3>,
+    pub(crate) color: [u8; 3],
+    /// In pixels.
+    pub(crate) width: f64,
+}
+
+impl<'a> Scene<'a> {
+    /// The mesh alone.
+    pub(crate) fn of(mesh: &'a TriMesh) -> Self {
+        Self { mesh, colors: None, edged: None, strokes: &[] }
+    }
 }
 
 /// How a mesh is drawn.
@@ -45,16 +109,12 @@ impl Default for Style {
     }
 }
 
-/// Draws a mesh; vertices without a colour map are light grey.
-pub(crate) fn render(
-    mesh: &TriMesh,
-    colors: Option<&VertexMap<[u8; 3]>>,
-    view: &View,
-    style: &Style,
-) -> RgbImage {
+/// Draws a mesh and the lines on it.
+pub(crate) fn render(scene: &Scene<'_>, view: &View, style: &Style) -> RgbImage {
     let [width, height] = style.size.map(|n| n as usize * OVERSAMPLING);
     let camera = Camera::new(view, [width, height]);
-    let vertices = shaded_vertices(mesh, colors, &camera, style);
+    let mut vertices = shaded_vertices(scene, &camera, style);
+    vertices.extend(scene.strokes.iter().flat_map(|stroke| stroke_vertices(stroke, &camera)));
     let mut color = Buffer2d::new([width, height], BACKGROUND);
     let mut depth = Buffer2d::new([width, height], f32::INFINITY);
     let line = (style.edge_width * OVERSAMPLING as f64 / 2.0) as f32;
@@ -80,20 +140,26 @@ struct Camera {
 
 impl Camera {
     fn new(view: &View, [width, height]: [usize; 2]) -> Self {
-        let toward = view.toward.normalize_or(DVec3::Z);
-        let right = view.up.cross(toward).normalize_or(toward.any_orthonormal_vector());
-        let up = toward.cross(right);
-        let extent = view.bounds.extent();
-        let reach = |axis: DVec3| 0.5 * axis.abs().dot(extent);
+        let [right, up, toward] = axes(view.toward, view.up);
+        let (center, half) = match view.frame {
+            Some(frame) if (frame.toward, frame.up) == (view.toward, view.up) => {
+                (frame.center, frame.half)
+            }
+            _ => {
+                let extent = view.bounds.extent();
+                let reach = |axis: DVec3| 0.5 * axis.abs().dot(extent);
+                (view.bounds.center(), DVec3::new(reach(right), reach(up), reach(toward)))
+            }
+        };
         let margin = 1.04;
         let aspect = width as f64 / height as f64;
-        let half_height = (margin * reach(up).max(reach(right) / aspect)).max(f64::MIN_POSITIVE);
-        let half_depth = (margin * reach(toward)).max(f64::MIN_POSITIVE);
+        let half_height = (margin * half.y.max(half.x / aspect)).max(f64::MIN_POSITIVE);
+        let half_depth = (margin * half.z).max(f64::MIN_POSITIVE);
         Self {
             right,
             up,
             toward,
-            center: view.bounds.center(),
+            center,
             half: DVec3::new(half_height * aspect, half_height, half_depth),
             resolution: height as f64 / (2.0 * half_height),
         }
@@ -160,12 +226,8 @@ impl Pipeline for Shader {
 }
 
 /// Three lit vertices for every face that is visible at all.
-fn shaded_vertices(
-    mesh: &TriMesh,
-    colors: Option<&VertexMap<[u8; 3]>>,
-    camera: &Camera,
-    style: &Style,
-) -> Vec<([f32; 4], Surface)> {
+fn shaded_vertices(scene: &Scene<'_>, camera: &Camera, style: &Style) -> Vec<([f32; 4], Surface)> {
+    let Scene { mesh, colors, edged, .. } = scene;
     let topology = mesh.topology();
     let vertex_normals = style.smooth.then(|| mesh.vertex_normals());
     let mut vertices = Vec::with_capacity(3 * topology.face_count());
@@ -178,19 +240,49 @@ fn shaded_vertices(
         }
         let heights = sample_heights(points, camera);
         let face_normal = mesh.face_normal(face);
+        let has_edges = edged.is_none_or(|edged| edged[face]);
         for corner in 0..3 {
             let normal =
                 vertex_normals.as_ref().map_or(face_normal, |normals| normals[corners[corner]]);
             let light = camera.brightness(normal);
             let base =
                 colors.map_or(CLAY, |map| map[corners[corner]].map(|c| f32::from(c) / 255.0));
-            let mut to_edges = [0.0; 3];
-            to_edges[corner] = heights[corner];
+            let mut to_edges = if has_edges { [0.0; 3] } else { [f32::INFINITY; 3] };
+            if has_edges {
+                to_edges[corner] = heights[corner];
+            }
             let surface = Surface { color: base.map(|c| c * light), to_edges };
             vertices.push((projected[corner], surface));
         }
     }
     vertices
+}
+
+/// How far lines are drawn in front of where they are, as a share of the depth of the view: on a
+/// surface they would be half buried.
+const STROKE_LIFT: f64 = 0.004;
+
+/// Every piece of a line as a thin rectangle that faces the camera, a little longer than the piece
+/// so that bends have no gaps.
+fn stroke_vertices(stroke: &Stroke, camera: &Camera) -> Vec<([f32; 4], Surface)> {
+    let half = 0.5 * stroke.width * OVERSAMPLING as f64 / camera.resolution;
+    let lift = camera.toward * (STROKE_LIFT * camera.half.z);
+    let color = stroke.color.map(|c| f32::from(c) / 255.0);
+    let surface = Surface { color, to_edges: [f32::INFINITY; 3] };
+    let single = [stroke.points[..].first(), stroke.points[..].first()];
+    let pieces = match stroke.points.len() {
+        1 => single.iter().flatten().map(|&&p| p).collect::<Vec<_>>(),
+        _ => stroke.points.clone(),
+    };
+    let rectangle = |piece: &[DVec3]| {
+        let flat = piece[1] - piece[0];
+        let along = (flat - camera.toward * flat.dot(camera.toward)).normalize_or(camera.right);
+        let across = half * camera.toward.cross(along);
+        let [p, q] = [piece[0] + lift - half * along, piece[1] + lift + half * along];
+        [p - across, q - across, q + across, p - across, q + across, p + across]
+    };
+    let corners = pieces.windows(2).flat_map(rectangle);
+    corners.map(|p| (camera.project(p), surface)).collect()
 }
 
 /// Whether the projected triangle has an area: one seen edge-on would divide by zero.

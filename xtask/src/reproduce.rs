@@ -1,46 +1,113 @@
 //! `cargo xtask reproduce`: the papers' tables and figures, with the printed numbers beside ours.
+//!
+//! A paper is a list of [`Step`]s, in a module of its own. Each step computes an [`Item`]: it says
+//! what was done ([`Item::about`], [`Item::how`]), adds numbers ([`Item::number`]), says whether
+//! claims hold ([`Item::claim`]), and adds tables, plots and pictures ([`Run::draw`]). It knows
+//! nothing of what is printed: that is in `published/*.toml`, together with the claims, and what the
+//! program computed before is in `recorded/*.csv`. [`verdict`] compares them; every printed number
+//! and every claim whose item did not compute it gets a row too. [`page`] shows all.
 
+mod bar06;
 mod dhkl01;
+mod files;
 mod item;
+mod kkl02;
+mod numbers;
 mod page;
 mod published;
+mod recorded;
+mod run;
+mod sn10;
+mod summary;
+mod verdict;
 
-use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
 
 use crate::failure::Failure;
-use item::{Item, Row, Verdict};
+use item::Item;
+pub(crate) use numbers::plain as plain_number;
 use published::Paper;
+use recorded::Recorded;
+use run::Run;
+use verdict::Judge;
 
 /// What to reproduce, and where to put it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Reproduce {
-    /// The papers to reproduce, like DHKL01; all of them by default
+    /// The papers to reproduce: DHKL01, BAR06, SN10, KKL02; all of them by default
     #[arg(value_name = "PAPER")]
     papers: Vec<String>,
-    /// Fail when a number is not what it should be
+    /// The folder of real models, for the items that need one
+    #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
+    models: Option<PathBuf>,
+    /// Fail when a number or claim is not what is on record
     #[arg(long)]
     check: bool,
+    /// Leave out what is slow
+    #[arg(long)]
+    quick: bool,
+    /// Put on record what is computed now (xtask/recorded), after looking at it
+    #[arg(long, conflicts_with_all = ["check", "quick"])]
+    record: bool,
     /// The folder for the page, the pictures, the meshes and the numbers
     #[arg(long, value_name = "DIR", default_value = "target/reproduce")]
     out: PathBuf,
+}
+
+/// One item of a paper: its name there, and what computes it.
+#[derive(Clone, Copy)]
+struct Step {
+    name: &'static str,
+    compute: fn(&Run<'_>, &mut Item) -> Result<(), Failure>,
+}
+
+/// The items of a paper, in the order of the paper.
+fn steps_of(paper: &str) -> &'static [Step] {
+    match paper {
+        "DHKL01" => &dhkl01::STEPS,
+        "BAR06" => &bar06::STEPS,
+        "SN10" => &sn10::STEPS,
+        "KKL02" => &kkl02::STEPS,
+        _ => &[],
+    }
 }
 
 /// Reproduces, prints a summary, and writes the page.
 pub(crate) fn run(options: &Reproduce) -> Result<(), Failure> {
     let papers = selected(&options.papers)?;
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
-    let items = reproduce(&papers, &options.out)?;
-    write_numbers(&items, &options.out)?;
+    let run = Run { out: &options.out, models: options.models.as_deref(), quick: options.quick };
+    let mut items = reproduce(&papers, &run);
+    let mut recorded = Recorded::read()?;
+    if options.record {
+        recorded = recorded.record(&items)?;
+    }
+    judge(&papers, &recorded, options.quick, &mut items);
+    files::write(&items, &options.out)?;
     page::write(&papers, &items, &options.out)?;
-    print_summary(&items);
+    print!("{}", summary::text(&papers, &items));
     println!("\nThe page with pictures: {}", options.out.join("index.html").display());
-    let wrong = rows(&items)
-        .filter(|row| row.verdict != Verdict::Exact && row.verdict != Verdict::NotPublished);
-    match wrong.count() {
-        drift if options.check && drift > 0 => Err(Failure::Drift(drift)),
+    verdict_of(&items, options.check)
+}
+
+fn judge(papers: &[Paper], recorded: &Recorded, quick: bool, items: &mut [Item]) {
+    for paper in papers {
+        let judge = Judge { paper, recorded, quick };
+        items.iter_mut().filter(|item| item.paper == paper.short).for_each(|item| judge.fill(item));
+    }
+}
+
+/// Whether the run as a whole is good.
+fn verdict_of(items: &[Item], check: bool) -> Result<(), Failure> {
+    let failed = items.iter().filter(|item| item.failure.is_some()).count();
+    let drifted = items.iter().flat_map(|i| &i.rows).filter(|r| !r.verdict.is_expected()).count();
+    match (failed, drifted) {
+        (1.., _) => Err(Failure::Items(failed)),
+        (_, 1..) if check => Err(Failure::Drift(drifted)),
         _ => Ok(()),
     }
 }
@@ -59,81 +126,35 @@ fn selected(names: &[String]) -> Result<Vec<Paper>, Failure> {
     Ok(papers.into_iter().filter(wanted).collect())
 }
 
-fn reproduce(papers: &[Paper], out: &Path) -> Result<Vec<Item>, Failure> {
-    let steps: Vec<(&Paper, Step)> = papers
+/// Computes all items, several at once.
+fn reproduce(papers: &[Paper], run: &Run<'_>) -> Vec<Item> {
+    let steps: Vec<(&Paper, &Step)> = papers
         .iter()
-        .flat_map(|paper| steps_of(&paper.short).iter().map(move |&step| (paper, step)))
+        .flat_map(|paper| steps_of(&paper.short).iter().map(move |step| (paper, step)))
         .collect();
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {msg}")
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
         .unwrap_or_else(|_| ProgressStyle::default_bar());
     let bar = ProgressBar::new(steps.len() as u64).with_style(style);
-    let mut items = Vec::with_capacity(steps.len());
-    for (paper, (name, step)) in steps {
-        bar.set_message(format!("{}, {name}", paper.short));
-        items.push(step(paper, out)?);
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let compute = |(paper, step): (&Paper, &Step)| {
+        bar.set_message(format!("{}, {}", paper.short, step.name));
+        let item = step.item(&paper.short, run);
         bar.inc(1);
-    }
+        item
+    };
+    let items = steps.into_par_iter().with_max_len(1).map(compute).collect();
     bar.finish_and_clear();
-    Ok(items)
+    items
 }
 
-/// The name of an item and the function that computes it.
-type Step = (&'static str, fn(&Paper, &Path) -> Result<Item, Failure>);
-
-fn steps_of(paper: &str) -> &'static [Step] {
-    match paper {
-        "DHKL01" => &dhkl01::STEPS,
-        _ => &[],
-    }
-}
-
-fn rows(items: &[Item]) -> impl Iterator<Item = &Row> {
-    items.iter().flat_map(|item| &item.rows)
-}
-
-/// `results.json` with everything, `results.csv` with the numbers.
-fn write_numbers(items: &[Item], out: &Path) -> Result<(), Failure> {
-    let path = out.join("results.json");
-    let file = File::create(&path).map_err(Failure::writing(&path))?;
-    serde_json::to_writer_pretty(file, items).map_err(|e| Failure::writing(&path)(e.into()))?;
-
-    let path = out.join("results.csv");
-    let failed = |e: csv::Error| Failure::writing(&path)(e.into());
-    let mut table = csv::Writer::from_path(&path).map_err(failed)?;
-    table
-        .write_record(["paper", "item", "quantity", "printed", "ours", "verdict"])
-        .map_err(failed)?;
-    for item in items {
-        for row in &item.rows {
-            let printed = row.printed.map(|p| p.to_string()).unwrap_or_default();
-            let ours = row.ours.to_string();
-            let fields =
-                [&item.paper, &item.name, &row.quantity, &printed, &ours, row.verdict.label()];
-            table.write_record(fields).map_err(failed)?;
+impl Step {
+    fn item(&self, paper: &str, run: &Run<'_>) -> Item {
+        let mut item = Item { paper: paper.into(), name: self.name.into(), ..Item::default() };
+        let start = Instant::now();
+        if let Err(failure) = (self.compute)(run, &mut item) {
+            item.failure = Some(failure.to_string());
         }
+        item.took = start.elapsed();
+        item
     }
-    table.flush().map_err(Failure::writing(&path))
-}
-
-fn print_summary(items: &[Item]) {
-    let mut table = comfy_table::Table::new();
-    table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
-    table.set_header(["paper", "item", "quantity", "printed", "ours", "difference", "verdict"]);
-    for item in items {
-        if let Some(needs) = &item.needs {
-            table.add_row([&item.paper, &item.name, needs]);
-        }
-        for row in &item.rows {
-            table.add_row([
-                item.paper.clone(),
-                item.name.clone(),
-                row.quantity.clone(),
-                row.printed.map(|p| format!("{p:.10}")).unwrap_or_default(),
-                format!("{:.10}", row.ours),
-                row.difference().map(|d| format!("{d:+.1e}")).unwrap_or_default(),
-                row.verdict.label().to_owned(),
-            ]);
-        }
-    }
-    println!("{table}");
 }

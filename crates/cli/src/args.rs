@@ -6,7 +6,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcurv::VertexArea;
 use mesh_core::build::{Repair, Weld};
 
-use crate::{convert, curvature, flip, info};
+use crate::{convert, curvature, flip, info, patch};
 
 /// Curvature-driven work on triangle meshes.
 #[derive(Debug, Parser)]
@@ -29,6 +29,7 @@ pub(crate) enum Command {
     Convert(convert::Convert),
     Curvature(curvature::Curvature),
     Flip(flip::Flip),
+    Patch(patch::Patch),
 }
 
 /// Options of every command.

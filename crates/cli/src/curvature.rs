@@ -11,46 +11,52 @@ use serde::Serialize;
 use crate::args::{AreaName, RepairOptions};
 use crate::colormap::{ColorMap, Range, Scale};
 use crate::console::Console;
+use crate::face_curvature::{self, Estimate};
 use crate::failure::Failure;
 use crate::load::{Loaded, Seconds, load};
 use crate::save::{SaveOptions, check_target, save};
 
-/// Compute the curvature of every vertex, and colour the mesh by it
+/// Compute the curvature of every vertex or face, and colour the mesh by it
 ///
 /// PLY output carries every quantity as a named property; PLY, GLB, OBJ and OFF carry the colours.
-/// Signed quantities are positive where the surface is convex seen from outside.
+/// Signed quantities are positive where the surface is convex seen from outside. Curvature of
+/// faces is a property of faces; GLB and OBJ get the colours of vertices, which are the mean of the
+/// faces around.
 ///
 ///     curvmesh curvature scan.ply -o mean.ply --quantity mean
 ///     curvmesh curvature part.obj -o folds.glb --quantity abs-mean --colormap magma --range 0,2
+///     curvmesh curvature scan.ply -o k1.ply --quantity k1 --estimator face --radius 0.3
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Curvature {
     /// The file to read
     #[arg(value_name = "IN")]
-    input: PathBuf,
+    pub(crate) input: PathBuf,
     /// The file to write
     #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    pub(crate) output: PathBuf,
     /// What the colours show
     #[arg(long, value_enum, default_value_t)]
-    quantity: Quantity,
+    pub(crate) quantity: Quantity,
     /// The area that belongs to a vertex, by which integrals are divided
     #[arg(long, value_enum, default_value_t)]
     area: AreaName,
     /// The colours [default: viridis for quantities of one sign, red-blue for signed ones]
     #[arg(long, value_enum)]
-    colormap: Option<ColorMap>,
+    pub(crate) colormap: Option<ColorMap>,
     /// The values at the ends of the colours; `auto` leaves out the outer 2 % of the vertices
     #[arg(long, value_name = "LO,HI|auto", default_value = "auto", allow_hyphen_values = true)]
-    range: Range,
+    pub(crate) range: Range,
     #[command(flatten)]
-    save: SaveOptions,
+    pub(crate) estimate: Estimate,
     #[command(flatten)]
-    repair: RepairOptions,
+    pub(crate) save: SaveOptions,
+    #[command(flatten)]
+    pub(crate) repair: RepairOptions,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Quantity {
+pub(crate) enum Quantity {
     /// K, per area
     Gaussian,
     /// H, per length, signed
@@ -117,6 +123,9 @@ struct Values {
 
 pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure> {
     check_target(&options.output, &options.save)?;
+    if options.estimate.is_by_face() {
+        return face_curvature::run(options, console);
+    }
     let mut seconds = Seconds::default();
     let loaded =
         Seconds::time(&mut seconds.load, || load(&options.input, &options.repair, console))?;
@@ -160,7 +169,7 @@ impl Values {
 }
 
 impl Quantity {
-    fn is_signed(self) -> bool {
+    pub(crate) fn is_signed(self) -> bool {
         matches!(self, Self::Gaussian | Self::Mean | Self::K1 | Self::K2 | Self::ShapeIndex)
     }
 }

@@ -18,6 +18,9 @@ pub(crate) enum Failure {
     Model(Box<mesh_io::ModelError>),
     #[error("{0}")]
     Usage(String),
+    /// The mesh cannot be processed as asked.
+    #[error("{0}")]
+    Refused(String),
     #[error("cannot make a JSON object: {0}")]
     Json(Box<serde_json::Error>),
     #[error("cannot start threads: {0}")]
@@ -33,6 +36,10 @@ impl Failure {
         Self::Model(Box::new(source))
     }
 
+    pub(crate) fn refused(reason: impl std::fmt::Display) -> Self {
+        Self::Refused(reason.to_string())
+    }
+
     pub(crate) fn threads(source: rayon::ThreadPoolBuildError) -> Self {
         Self::Threads(Box::new(source))
     }
@@ -42,7 +49,7 @@ impl Failure {
             Self::Usage(_) => 2,
             Self::Read(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
-            Self::Build { .. } => 4,
+            Self::Build { .. } | Self::Refused(_) => 4,
             Self::Write { .. } | Self::Model(_) | Self::Json(_) | Self::Threads(_) => 1,
         }
     }

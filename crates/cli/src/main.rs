@@ -9,10 +9,12 @@ mod colormap;
 mod console;
 mod convert;
 mod curvature;
+mod face_curvature;
 mod failure;
 mod flip;
 mod info;
 mod load;
+mod patch;
 mod save;
 mod seams;
 
@@ -46,5 +48,6 @@ fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
         Command::Convert(options) => convert::run(options, console),
         Command::Curvature(options) => curvature::run(options, console),
         Command::Flip(options) => flip::run(options, console),
+        Command::Patch(options) => patch::run(options, console),
     }
 }

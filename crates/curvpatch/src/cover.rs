@@ -10,7 +10,7 @@ use crate::fit::PatchFit;
 use crate::probe::{PatchErrors, PatchProbe};
 use crate::shape::Shape;
 use crate::size::{OptionError, SizeOptions, StopReason};
-use candidates::Candidates;
+pub use candidates::CoverCandidates;
 
 /// How patches are chosen from the candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -128,6 +128,18 @@ pub struct Cover {
     pub seeds: usize,
     /// How many of them had one.
     pub candidates: usize,
+    /// Whether the search for candidates was broken off: residual faces may then have patches that
+    /// were not looked for.
+    pub cancelled: bool,
+}
+
+/// How far the search for candidates is, which takes nearly all of the time of a cover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CoverProgress {
+    /// Faces that some candidate covers, or that were tried as a seed.
+    pub settled: usize,
+    /// All faces of the mesh. The search ends when all are settled.
+    pub faces: usize,
 }
 
 impl Cover {
@@ -144,12 +156,8 @@ impl Cover {
     }
 }
 
-/// Covers the estimator's mesh with patches.
-///
-/// Candidates of automatic size are made for the seeds, in parallel; each knows the faces it
-/// covers. A greedy choice with a lazy heap, or one pass, takes patches until every face with a
-/// candidate is covered, and then drops those whose faces others cover too. What is left are
-/// faces without any admissible patch. The result does not depend on the number of threads.
+/// Covers the estimator's mesh with patches: [`CoverCandidates::find`] and
+/// [`CoverCandidates::choose`].
 ///
 /// # Errors
 /// An option out of its range.
@@ -157,51 +165,62 @@ pub fn cover(
     estimator: &CurvatureEstimator<'_>,
     options: &CoverOptions,
 ) -> Result<Cover, OptionError> {
-    options.check()?;
-    let candidates = Candidates::find(estimator, options)?;
-    let areas = parallel::collect(candidates.face_capacity(), |index| candidates.face_area(index));
-    let greedy = || (CoverMethod::Greedy, selection::greedy(&candidates, &areas));
-    let sequential = || (CoverMethod::Sequential, selection::sequential(&candidates));
-    let (method, chosen) = match options.method {
-        CoverMethod::Greedy => greedy(),
-        CoverMethod::Sequential => sequential(),
-        CoverMethod::Best => {
-            let (greedy, sequential) = (greedy(), sequential());
-            if sequential.1.len() < greedy.1.len() { sequential } else { greedy }
-        }
-    };
-    let mesh = estimator.mesh();
-    let patches = parallel::collect_with(
-        chosen.len(),
-        || PatchProbe::new(mesh),
-        |probe, i| {
-            let candidate = candidates.get(chosen[i]);
-            CoverPatch {
-                fit: candidate.fit,
-                stop: candidate.stop,
-                errors: probe.full_error(
-                    &candidate.fit,
-                    options.size.tolerance,
-                    options.size.overhang,
-                ),
-                faces: candidates.faces(chosen[i]).to_vec(),
+    Ok(CoverCandidates::find(estimator, options)?.choose(options.method))
+}
+
+impl CoverCandidates<'_> {
+    /// Takes patches until every face with a candidate is covered, and then drops those whose faces
+    /// others cover too. What is left are faces without any admissible patch. The result does not
+    /// depend on the number of threads.
+    #[must_use]
+    pub fn choose(&self, method: CoverMethod) -> Cover {
+        let (method, chosen) = self.chosen(method);
+        let mesh = self.mesh();
+        let SizeOptions { tolerance, overhang, .. } = *self.size();
+        let patches = parallel::collect_with(
+            chosen.len(),
+            || PatchProbe::new(mesh),
+            |probe, i| {
+                let candidate = self.get(chosen[i]);
+                CoverPatch {
+                    fit: candidate.fit,
+                    stop: candidate.stop,
+                    errors: probe.full_error(&candidate.fit, tolerance, overhang),
+                    faces: self.faces(chosen[i]).to_vec(),
+                }
+            },
+        );
+        let mut patch_of_face = mesh.topology().face_map(None);
+        for (patch, index) in patches.iter().zip(0_u32..) {
+            for &face in &patch.faces {
+                patch_of_face[face].get_or_insert(index);
             }
-        },
-    );
-    let mut patch_of_face = mesh.topology().face_map(None);
-    for (patch, index) in patches.iter().zip(0_u32..) {
-        for &face in &patch.faces {
-            patch_of_face[face].get_or_insert(index);
+        }
+        let residual = mesh.topology().faces().filter(|&f| patch_of_face[f].is_none()).collect();
+        Cover {
+            patches,
+            residual,
+            patch_of_face,
+            tolerance,
+            method,
+            seeds: self.seeds(),
+            candidates: self.len(),
+            cancelled: self.cancelled(),
         }
     }
-    let residual = mesh.topology().faces().filter(|&f| patch_of_face[f].is_none()).collect();
-    Ok(Cover {
-        patches,
-        residual,
-        patch_of_face,
-        tolerance: options.size.tolerance,
-        method,
-        seeds: candidates.seeds(),
-        candidates: candidates.len(),
-    })
+
+    /// The method that was used in the end, and the candidates that it chose.
+    fn chosen(&self, method: CoverMethod) -> (CoverMethod, Vec<usize>) {
+        let areas = || parallel::collect(self.face_capacity(), |index| self.face_area(index));
+        let greedy = || (CoverMethod::Greedy, selection::greedy(self, &areas()));
+        let sequential = || (CoverMethod::Sequential, selection::sequential(self));
+        match method {
+            CoverMethod::Greedy => greedy(),
+            CoverMethod::Sequential => sequential(),
+            CoverMethod::Best => {
+                let (greedy, sequential) = (greedy(), sequential());
+                if sequential.1.len() < greedy.1.len() { sequential } else { greedy }
+            }
+        }
+    }
 }

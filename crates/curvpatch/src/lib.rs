@@ -30,6 +30,7 @@
 //! | to get | use |
 //! |---|---|
 //! | curvature at a point, a face, all faces | [`CurvatureEstimator`] |
+//! | a normal section to draw | [`CurvatureEstimator::trace`] |
 //! | a patch of given radius | [`CurvatureEstimator::patch`] |
 //! | its error against the mesh | [`PatchProbe`] |
 //! | the largest patch within a tolerance | [`PatchSizer`] |
@@ -68,8 +69,11 @@ mod size;
 mod strip;
 mod surface_point;
 mod tessellate;
+mod trace;
 
-pub use cover::{Cover, CoverMethod, CoverOptions, CoverPatch, Seeds, cover};
+pub use cover::{
+    Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CoverProgress, Seeds, cover,
+};
 pub use curvature::{CurvatureError, CurvatureEstimator, DiscCurvature, PointClass};
 pub use export::{CoverMesh, CoverRecord, PatchRecord, patch_color};
 pub use fit::{FitError, PatchFit};
@@ -81,3 +85,4 @@ pub use size::{ErrorTest, OptionError, PatchSizer, SizeOptions, SizedPatch, Stop
 pub use strip::{Strip, StripEnd, StripError, StripOptions};
 pub use surface_point::SurfacePoint;
 pub use tessellate::{Tessellation, TessellationError};
+pub use trace::SectionTrace;

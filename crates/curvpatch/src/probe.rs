@@ -38,12 +38,14 @@ pub(crate) struct Limits {
     pub(crate) tolerance: f64,
     /// Whether test points that lie beyond the boundary of the mesh are ignored.
     pub(crate) overhang: bool,
+    /// At how many angles the full test looks.
+    pub(crate) angles: u32,
     /// Whether only the ends of the two principal arcs are tested, and vertices are not.
     pub(crate) ends_only: bool,
 }
 
-/// Angles of the full test.
-const TEST_ANGLES: u32 = 16;
+/// Angles of the full test, unless asked for otherwise.
+pub(crate) const TEST_ANGLES: u32 = 16;
 
 /// A test point and what is known about its distance from the mesh.
 #[derive(Clone, Copy, Debug)]
@@ -103,12 +105,26 @@ impl<'a> PatchProbe<'a> {
     /// arcs: errors up to there are exact, and what lies beyond is another part of the surface.
     /// With `overhang`, test points whose nearest point of the mesh is on its boundary are ignored.
     pub fn full_error(&mut self, fit: &PatchFit, tolerance: f64, overhang: bool) -> PatchErrors {
-        let mut points: Vec<TestPoint> =
-            full_test(&fit.patch).map(|local| TestPoint::new(fit.patch.to_world(local))).collect();
+        let mut points: Vec<TestPoint> = full_test(&fit.patch, TEST_ANGLES)
+            .map(|local| TestPoint::new(fit.patch.to_world(local)))
+            .collect();
         let heights = self.grow_whole(fit, 2.0 * tolerance);
         self.measure(&mut points);
         let points = points.iter().map(|point| point.error(overhang)).fold(0.0, f64::max);
         PatchErrors { points, heights }
+    }
+
+    /// The faces under a patch, whatever their distance from it: those of its region that have all
+    /// vertices in its footprint.
+    pub fn faces_under(&mut self, fit: &PatchFit) -> Vec<FaceId> {
+        let [l1, l2] = fit.patch.arcs();
+        self.grow_whole(fit, 0.5 * l1.max(l2));
+        let in_footprint = |corner: &DVec3| {
+            let local = fit.patch.to_local(*corner);
+            fit.patch.contains(local.x, local.y)
+        };
+        let faces = self.region.faces().iter().copied();
+        faces.filter(|&face| self.mesh.triangle(face).iter().all(in_footprint)).collect()
     }
 
     /// Whether a patch keeps its limits; if so, [`PatchProbe::covered`] has its faces.
@@ -152,7 +168,7 @@ impl<'a> PatchProbe<'a> {
         if limits.ends_only {
             arc_ends(patch).for_each(&mut test);
         } else {
-            full_test(patch).for_each(&mut test);
+            full_test(patch, limits.angles).for_each(&mut test);
         }
     }
 
@@ -254,9 +270,9 @@ fn height_error(patch: &Patch, point: DVec3) -> Option<f64> {
 }
 
 /// The points of the full test, in the frame of the patch.
-fn full_test(patch: &Patch) -> impl Iterator<Item = DVec3> + '_ {
-    let angle = |j: u32| TAU * f64::from(j) / f64::from(TEST_ANGLES);
-    let ring = move |u: f64| (0..TEST_ANGLES).map(move |j| patch.local_point(u, angle(j)));
+fn full_test(patch: &Patch, angles: u32) -> impl Iterator<Item = DVec3> + '_ {
+    let angle = move |j: u32| TAU * f64::from(j) / f64::from(angles);
+    let ring = move |u: f64| (0..angles).map(move |j| patch.local_point(u, angle(j)));
     ring(1.0).chain(ring(0.5))
 }
 

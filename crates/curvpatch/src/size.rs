@@ -4,7 +4,7 @@ use mesh_core::FaceId;
 
 use crate::curvature::{CurvatureError, CurvatureEstimator, DiscCurvature};
 use crate::fit::PatchFit;
-use crate::probe::{Limits, PatchProbe};
+use crate::probe::{Limits, PatchProbe, TEST_ANGLES};
 use crate::shape::Shape;
 use crate::surface_point::SurfacePoint;
 
@@ -31,6 +31,8 @@ pub struct SizeOptions {
     pub tolerance: f64,
     /// Where the tolerance has to be kept.
     pub test: ErrorTest,
+    /// At how many angles the full test looks; from 4 on.
+    pub test_angles: u32,
     /// Whether a patch may reach over the boundary of the mesh. Test points beyond it are ignored.
     pub overhang: bool,
     /// The largest angle that an arc may turn by, in radians; below π/2.
@@ -44,13 +46,14 @@ pub struct SizeOptions {
 }
 
 impl SizeOptions {
-    /// Defaults for a tolerance: the full test, no overhang, turns up to 1.2 radians, radii in
+    /// Defaults for a tolerance: the full test at 16 angles, no overhang, turns up to 1.2 radians, radii in
     /// steps of 1.25 with 5 bisections.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         Self {
             tolerance,
             test: ErrorTest::Full,
+            test_angles: TEST_ANGLES,
             overhang: false,
             max_turn: 1.2,
             max_radius: None,
@@ -65,6 +68,7 @@ impl SizeOptions {
         let max_turn = core::f64::consts::FRAC_PI_2;
         let rules = [
             ("the tolerance", self.tolerance, 0.0, f64::INFINITY),
+            ("the number of test angles", f64::from(self.test_angles), 3.0, 1e6),
             ("the largest turn", self.max_turn, 0.0, max_turn),
             ("the largest radius", max_radius, 0.0, f64::INFINITY),
             ("the growth of the radius", self.growth, 1.001, 100.0),
@@ -305,6 +309,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         let limits = Limits {
             tolerance: self.options.tolerance,
             overhang: self.options.overhang,
+            angles: self.options.test_angles,
             ends_only: self.options.test == ErrorTest::EndPoints,
         };
         if !self.probe.accepts(&fit, &limits) {

@@ -217,25 +217,53 @@ fn noise_is_averaged_by_larger_discs() {
     for (kind, noise, reference) in rows {
         // The saddle has only 61 faces away from its rim, whose errors go together: the median of
         // several draws of the noise is taken there.
-        let seeds = if matches!(kind, Mesh::Saddle(_)) { 11..20 } else { 11..12 };
+        let saddle = matches!(kind, Mesh::Saddle(_));
+        let seeds = if saddle { 11..20 } else { 11..12 };
         let meshes: Vec<TriMesh> =
             seeds.map(|seed| with_noise(&kind.build(), noise, seed)).collect();
         let surface = kind.surface();
         let h = mean_edge(&kind.build());
         for (edges, [paper, robust]) in [3.0, 5.0, 8.0].into_iter().zip(reference) {
             for (params, reference) in [(Params::paper(), paper), (Params::robust(), robust)] {
+                if saddle && params == Params::robust() {
+                    // See `noise_on_the_saddle_is_that_of_an_independent_program`.
+                    continue;
+                }
                 let draws = meshes.iter().map(|mesh| {
                     accuracy(mesh, surface.as_ref(), params, edges * h, kind.keep()).curvature
                 });
                 let (medians, tails) = draws.map(|[median, tail]| (median, tail)).unzip();
                 let ours = [medians, tails].map(|values| common::percentiles(values)[0]);
-                // The robust medians of the saddle come out up to 1.42 times the reference, for
-                // nine draws of the noise alike; those of the clean saddle and of all other noisy
-                // meshes do not. The cause is not known.
-                let robust_saddle = matches!(kind, Mesh::Saddle(_)) && params == Params::robust();
-                let allowance = if robust_saddle { 1.45 / 1.2 } else { 1.0 };
-                let reference = reference.map(|value| allowance * value);
                 check(&format!("{kind:?} noise {noise}, {edges} h"), ours, reference, 0.005);
+            }
+        }
+    }
+}
+
+/// The table's robust medians for the noisy saddle are lower than what its own formulas and noise
+/// yield: written once more in another language, they give the numbers below for seed 11, and for
+/// no seed from 11 to 19 the table's at noise 0.03 and 8 h. So these are the reference.
+#[test]
+fn noise_on_the_saddle_is_that_of_an_independent_program() {
+    // Medians and 95th percentiles [paper, robust] for 3, 5 and 8 mean edges.
+    #[rustfmt::skip]
+    let rows: [(f64, [[[f64; 2]; 2]; 3]); 3] = [
+        (0.01, [[[7.118, 14.392], [3.602, 8.707]], [[1.724, 4.354], [1.330, 2.964]], [[2.077, 2.958], [1.574, 2.305]]]),
+        (0.03, [[[45.041, 70.716], [10.461, 26.325]], [[14.953, 24.794], [3.631, 8.165]], [[4.855, 8.758], [2.305, 4.026]]]),
+        (0.1, [[[279.751, 375.163], [35.465, 87.810]], [[128.417, 175.436], [12.327, 26.795]], [[55.290, 72.387], [5.221, 12.695]]]),
+    ];
+    let saddle = Mesh::Saddle(64);
+    let h = mean_edge(&saddle.build());
+    for (noise, reference) in rows {
+        let mesh = with_noise(&saddle.build(), noise, 11);
+        for (edges, presets) in [3.0, 5.0, 8.0].into_iter().zip(reference) {
+            for (params, reference) in [Params::paper(), Params::robust()].into_iter().zip(presets)
+            {
+                let surface = saddle.surface();
+                let ours = accuracy(&mesh, surface.as_ref(), params, edges * h, saddle.keep());
+                for (ours, reference) in ours.curvature.into_iter().zip(reference) {
+                    assert!((ours - reference).abs() < 6e-4, "{noise} {edges} {ours} {reference}");
+                }
             }
         }
     }
@@ -286,18 +314,17 @@ fn literal_diameters_fail_on_a_saddle() {
         if disc.truncated || !inner(&disc) {
             continue;
         }
-        // The saddle itself has normal curvature κ₁ cos² + κ₂ sin²; its longest chord is where
-        // the absolute value of that is least.
         let exact = common::SADDLE.principal_curvatures(disc.center);
-        let chords = (0..36).map(|i| {
+        let traces = (0..36).map(|i| {
             let angle = core::f64::consts::PI * f64::from(i) / 36.0;
-            let kappa = exact.max * angle.cos().powi(2) + exact.min * angle.sin().powi(2);
-            (kappa.abs(), angle)
+            (angle, estimator.trace(face, &disc, angle))
         });
-        let (kappa, angle) = chords.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
+        let longest = traces.max_by(|a, b| a.1.chord().total_cmp(&b.1.chord())).unwrap();
         let scale = exact.max.max(-exact.min);
-        literal.push(100.0 * (scale - kappa) / scale);
-        let angle = angle.to_degrees() % 90.0;
+        // It should be the smaller one of the two; neither is small.
+        let smaller = exact.max.min(-exact.min);
+        literal.push(100.0 * (smaller - longest.1.curvature.abs()) / scale);
+        let angle = longest.0.to_degrees() % 90.0;
         directions.push(angle.min(90.0 - angle));
     }
     let [wrong, _] = common::percentiles(literal);

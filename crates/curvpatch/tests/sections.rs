@@ -12,7 +12,7 @@ use curvpatch::{
 };
 use dcurv::{CurvatureOptions, Curvatures};
 use glam::DVec3;
-use mesh_core::shapes::{Diagonals, Plane, RowPhase};
+use mesh_core::shapes::{Diagonals, Plane, RowPhase, SignedDistance};
 use mesh_core::{FaceId, TriMesh};
 
 /// The face and point of a half cylinder's mesh over this angle and height.
@@ -182,4 +182,39 @@ fn strips_follow_a_section() {
     let still = StripOptions { spacing: 0.0, ..options };
     let error = estimator.strip(start, DVec3::Z, &still).unwrap_err();
     assert!(matches!(error, StripError::BadSpacing { .. }));
+}
+
+/// The polygon of a section: on the mesh, in the plane, as long as asked for, and of the curvature
+/// that the estimate is made from.
+#[test]
+fn traces_are_the_sections_that_were_measured() {
+    let mesh = common::torus(48, 24);
+    for params in [Params::paper(), Params::robust()] {
+        let estimator = CurvatureEstimator::new(&mesh, params).unwrap();
+        for index in [0, 333, 1000] {
+            let face = FaceId::new(index);
+            let disc = estimator.at(face, 0.5).unwrap();
+            for i in 0..7 {
+                let angle = 0.45 * f64::from(i);
+                let trace = estimator.trace(face, &disc, angle);
+                let legs = trace.points.windows(2).map(|p| p[0].distance(p[1]));
+                let [back, forth]: [f64; 2] =
+                    [legs.clone().take(trace.center).sum(), legs.skip(trace.center).sum()];
+                assert!((back - 0.5).abs() < 1e-12 && (forth - 0.5).abs() < 1e-12);
+                assert!(trace.points[trace.center].distance(disc.center) < 1e-15);
+                let across = angle.cos() * disc.frame[1] - angle.sin() * disc.frame[0];
+                for point in &trace.points {
+                    assert!((*point - disc.center).dot(across).abs() < 1e-12);
+                    // Facets are inside of the torus, and by no more than their sag.
+                    let depth = common::TORUS.signed_distance(*point);
+                    assert!((-0.03..1e-12).contains(&depth), "{depth}");
+                }
+                assert!(trace.chord() < 1.0 && trace.chord() > 0.9);
+                // Euler's formula, within the error of one section.
+                let [k1, k2] = disc.curvatures;
+                let euler = k1 * angle.cos().powi(2) + k2 * angle.sin().powi(2);
+                assert!((trace.curvature - euler).abs() < 0.12, "{} {euler}", trace.curvature);
+            }
+        }
+    }
 }

@@ -46,6 +46,7 @@ mod read;
 mod stl;
 mod write;
 
+pub use atomic::replace;
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use format::Format;
 pub use model::{Alpha, Group, Image, ImageData, Material, Model, ModelError, Scalars};

@@ -1,39 +1,42 @@
 //! Dyn, Hormann, Kim, Levin 2001: the torus of Table 1 and Fig. 5, and what they share with the
 //! other figures.
 
+mod convex;
 mod look_ahead;
 mod models;
+mod part;
 mod seven_points;
 mod subdivided;
 mod tie_orders;
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
 
 use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions, FlipReport, LatticeError, Ties, lattice_error};
 use glam::DVec3;
+use mesh_core::TriMesh;
 use mesh_core::shapes::{SignedDistance, Torus};
-use mesh_core::{BoundingBox, PolygonSoup, Repair, TriMesh, build};
-use mesh_io::{Model, WriteOptions};
 
 use super::Step;
-use super::item::{Figure, Item, Row};
-use super::published::Paper;
+use super::item::{Item, Outcome};
+use super::run::{Run, mesh_of, view_of};
 use crate::failure::Failure;
-use crate::render::{Style, View, render};
+use crate::render::{Style, View};
 
-pub(super) const STEPS: [Step; 6] = [
-    ("Table 1", table_1),
-    (tie_orders::NAME, tie_orders::item),
-    (look_ahead::NAME, look_ahead::item),
-    (seven_points::NAME, seven_points::item),
-    (subdivided::NAME, subdivided::item),
-    (models::NAME, models::item),
+pub(super) const STEPS: [Step; 7] = [
+    Step { name: "Sec. 4, convex data", compute: convex::compute },
+    Step { name: "Fig. 4", compute: seven_points::compute },
+    Step { name: "Table 1 and Fig. 5", compute: table_1 },
+    Step { name: "Table 1, order of ties", compute: tie_orders::compute },
+    Step { name: "Look-ahead on the torus", compute: look_ahead::compute },
+    Step { name: "Fig. 6", compute: subdivided::compute },
+    Step { name: "Fig. 7 to 9", compute: models::compute },
 ];
 
-/// The paper's torus: m = 12, n = 6, R = 5, r = 2.
+/// The paper's torus.
 const TORUS: Torus = Torus { major: 5.0, minor: 2.0 };
+/// Its data points: m along, n around.
+const POINTS: [usize; 2] = [12, 6];
 /// Steps of the lattice on each side of a triangle, recovered from the initial row of the table.
 const SUBDIVISIONS: u32 = 100;
 
@@ -83,35 +86,75 @@ const SETTINGS: [Setting; 4] = [
 const F1_TIE_SEED: u64 = 2;
 
 /// Table 1 and Fig. 5: the distance to the torus before and after optimisation.
-fn table_1(paper: &Paper, out: &Path) -> Result<Item, Failure> {
-    let mut rows = Vec::new();
-    let mut figures = Vec::new();
+fn table_1(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
+    item.about(
+        "72 points of a torus with radii 5 and 2, triangulated as in the paper and after edge \
+         flips: mean, root mean square and maximum distance to the torus, over the points of a \
+         lattice of 100 steps per side on every triangle, each point counted once. The paper \
+         computed in single precision, so its last two or three digits are noise.",
+    );
+    item.how(
+        &["dtri_flip::optimise", "dtri_flip::lattice_error"],
+        &["curvmesh flip IN -o OUT --cost f2"],
+    );
+    let meshes = add_table(item, &TORUS)?;
+    let figures = SETTINGS.iter().zip(&meshes).map(|(setting, mesh)| {
+        let name = format!("dhkl01-torus-{}", setting.row.to_lowercase());
+        run.picture(mesh, &torus_view(mesh)?, &EDGES, &name, setting.how)
+    });
+    item.side_by_side(figures.collect::<Result<Vec<_>, _>>()?);
+    Ok(())
+}
+
+/// The whole table for a torus, which need not be the paper's; returns the meshes of its rows.
+fn add_table(item: &mut Item, torus: &Torus) -> Result<Vec<TriMesh>, Failure> {
+    item.number("data points along the torus, m", POINTS[0] as f64);
+    item.number("data points around the torus, n", POINTS[1] as f64);
+    item.number("radius R", torus.major);
+    item.number("radius r", torus.minor);
+    let mut errors = Vec::new();
+    let mut meshes = Vec::new();
     for setting in &SETTINGS {
-        let mesh = optimised(setting)?;
-        for (norm, value) in norms(&distance_to_torus(&mesh, SUBDIVISIONS)) {
-            rows.push(Row::new(paper, "Table 1", &format!("{}, {norm}", setting.row), value));
-        }
-        figures.push(figure(&mesh, setting, out)?);
+        let mesh = optimised(torus, setting)?;
+        let error = distance_to_torus(&mesh, SUBDIVISIONS);
+        add_row(item, setting.row, &error);
+        errors.push(norms(&error).map(|(_, value)| value));
+        meshes.push(mesh);
     }
-    Ok(Item {
-        paper: paper.short.clone(),
-        name: "Table 1".into(),
-        about: "72 points of a torus with radii 5 and 2, triangulated as in the paper and after \
-                edge flips: mean, root mean square and maximum distance to the torus, over the \
-                points of a lattice of 100 steps per side on every triangle, each point counted \
-                once."
-            .into(),
-        needs: None,
-        rows,
-        figures,
-        functions: vec!["dtri_flip::optimise", "dtri_flip::lattice_error"],
-        command: "curvmesh flip IN -o OUT --cost f2",
-    })
+    if let [initial, f1, f2, f3] = errors[..] {
+        let fall = |row: [f64; 3]| {
+            core::array::from_fn::<f64, 3, _>(|i| 100.0 * (1.0 - row[i] / initial[i]))
+        };
+        let falls: Vec<f64> = [f1, f2, f3].into_iter().flat_map(fall).collect();
+        let (least, most) = (
+            falls.iter().copied().fold(f64::INFINITY, f64::min),
+            falls.iter().copied().fold(0.0, f64::max),
+        );
+        let is_best_everywhere =
+            |row: [f64; 3]| (0..3).all(|i| [f1, f2, f3].iter().all(|other| row[i] <= other[i]));
+        let superior = [f1, f2, f3].into_iter().any(is_best_everywhere);
+        item.claim(
+            "errors fall",
+            Outcome::of(least > 10.0 && !superior),
+            format!(
+                "the nine errors fall by {least:.0} to {most:.0} %; the mean is least by F1, the \
+                 maximum by F3"
+            ),
+        );
+    }
+    Ok(meshes)
+}
+
+/// One row of the table.
+fn add_row(item: &mut Item, row: &str, error: &LatticeError) {
+    for (norm, value) in norms(error) {
+        item.number(format!("{row}, {norm}"), value);
+    }
 }
 
 /// The initial torus, or the optimised one.
-fn optimised(setting: &Setting) -> Result<TriMesh, Failure> {
-    let mut mesh = paper_torus()?;
+fn optimised(torus: &Torus, setting: &Setting) -> Result<TriMesh, Failure> {
+    let mut mesh = paper_mesh(torus)?;
     if let Some(cost) = setting.cost {
         let options = FlipOptions { ties: setting.ties, ..FlipOptions::default() };
         optimise(&mut mesh, cost, setting.area, &options)?;
@@ -119,12 +162,10 @@ fn optimised(setting: &Setting) -> Result<TriMesh, Failure> {
     Ok(mesh)
 }
 
-fn paper_torus() -> Result<TriMesh, Failure> {
-    mesh_of(&TORUS.shifted_mesh(12, 6).map_err(Failure::mesh)?)
-}
-
-fn mesh_of(soup: &PolygonSoup) -> Result<TriMesh, Failure> {
-    Ok(build(soup, &Repair::strict()).map_err(Failure::mesh)?.mesh)
+/// The paper's triangulation of a torus.
+fn paper_mesh(torus: &Torus) -> Result<TriMesh, Failure> {
+    let [along, around] = POINTS;
+    mesh_of(&torus.shifted_mesh(along, around).map_err(Failure::mesh)?)
 }
 
 fn optimise(
@@ -146,43 +187,46 @@ fn distance_to_torus(mesh: &TriMesh, subdivisions: u32) -> LatticeError {
     lattice_error(mesh, subdivisions, |p| TORUS.signed_distance(p))
 }
 
-/// Draws the torus with its edges, from the same side each time.
-fn figure(mesh: &TriMesh, setting: &Setting, out: &Path) -> Result<Figure, Failure> {
-    let style = Style { size: [900, 760], smooth: false, edge_width: 2.0 };
-    let name = format!("dhkl01-torus-{}", setting.row.to_lowercase());
-    picture(mesh, &torus_view(mesh)?, &style, &name, setting.how, out)
-}
+/// Flat faces with their edges: what matters is how the points are joined.
+const EDGES: Style = Style { size: [720, 600], smooth: false, edge_width: 1.8 };
 
 fn torus_view(mesh: &TriMesh) -> Result<View, Failure> {
-    Ok(View { toward: DVec3::new(0.0, -0.75, 1.0), up: DVec3::Y, bounds: bounds(mesh)? })
+    view_of(mesh, DVec3::new(0.0, -0.75, 1.0), DVec3::Y)
 }
 
-fn bounds(mesh: &TriMesh) -> Result<BoundingBox, Failure> {
-    mesh.bounding_box().ok_or(Failure::Usage("the mesh has no faces".into()))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reproduce::published::papers;
+    use crate::reproduce::recorded::Recorded;
+    use crate::reproduce::verdict::{Judge, Verdict};
 
-/// Draws a mesh to `name.png` and keeps it as `name.ply`.
-fn picture(
-    mesh: &TriMesh,
-    view: &View,
-    style: &Style,
-    name: &str,
-    caption: &str,
-    out: &Path,
-) -> Result<Figure, Failure> {
-    let file = PathBuf::from(name).with_extension("png");
-    let path = out.join(&file);
-    render(mesh, None, view, style)
-        .save(&path)
-        .map_err(|source| Failure::Picture { path, source: Box::new(source) })?;
-    let mesh_file = PathBuf::from(name).with_extension("ply");
-    save_mesh(mesh, &out.join(&mesh_file))?;
-    Ok(Figure { caption: caption.into(), file, mesh: mesh_file })
-}
+    /// The rows of Table 1 on a torus that need not be the paper's.
+    fn judged(torus: &Torus, recorded: &Recorded) -> Vec<Verdict> {
+        let paper = papers().unwrap().into_iter().find(|p| p.short == "DHKL01").unwrap();
+        let name = "Table 1 and Fig. 5".to_owned();
+        let mut item = Item { paper: paper.short.clone(), name, ..Item::default() };
+        add_table(&mut item, torus).unwrap();
+        Judge { paper: &paper, recorded, quick: false }.fill(&mut item);
+        let errors = item.rows.into_iter().filter(|row| row.quantity.contains(", L"));
+        errors.map(|row| row.verdict).collect()
+    }
 
-fn save_mesh(mesh: &TriMesh, path: &Path) -> Result<(), Failure> {
-    let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
-    let soup = PolygonSoup::from_triangles(mesh.positions(), &triangles).map_err(Failure::mesh)?;
-    mesh_io::write(path, &Model::from(soup), &WriteOptions::default()).map_err(Failure::mesh)?;
-    Ok(())
+    #[test]
+    fn a_change_of_the_input_is_noticed_in_every_number() {
+        let recorded = Recorded::read().unwrap();
+        assert_eq!(judged(&TORUS, &recorded), vec![Verdict::Exact; 12]);
+        let larger = Torus { major: TORUS.major, minor: TORUS.minor + 1e-5 };
+        let verdicts = judged(&larger, &recorded);
+        assert_eq!(verdicts.len(), 12);
+        assert!(verdicts.iter().all(|verdict| !verdict.is_expected()), "{verdicts:?}");
+    }
+
+    #[test]
+    fn a_change_of_the_record_is_noticed() {
+        let changed =
+            Recorded::read().unwrap().with("DHKL01", "Table 1 and Fig. 5", "F2, L1", 0.16403);
+        let verdicts = judged(&TORUS, &changed);
+        assert_eq!(verdicts.iter().filter(|verdict| !verdict.is_expected()).count(), 1);
+    }
 }

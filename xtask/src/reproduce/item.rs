@@ -1,118 +1,163 @@
-//! What a reproduction yields: items with numbers beside the printed ones, and figures.
+//! What a reproduction yields: items with numbers, claims, tables, plots and pictures.
+//!
+//! An item only says what was computed. What the papers print is not known here: the comparison
+//! comes later, in [`super::verdict`].
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use serde::Serialize;
 
-use super::published::{Paper, Value};
+use super::verdict::Row;
+use crate::plot::Plot;
 
 /// A table or figure of a paper, reproduced.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(crate) struct Item {
     pub(crate) paper: String,
     /// The table or figure as the paper calls it.
     pub(crate) name: String,
-    /// What was done, in a sentence or two.
+    /// What was done, and what came out, in a few sentences.
     pub(crate) about: String,
-    /// What is missing, if the item could not be computed for that.
-    pub(crate) needs: Option<String>,
-    pub(crate) rows: Vec<Row>,
-    pub(crate) figures: Vec<Figure>,
+    /// What takes the place of the paper's own data.
+    pub(crate) stand_in: Option<String>,
     /// The public functions that did the work.
     pub(crate) functions: Vec<&'static str>,
     /// How to do the same to one's own mesh.
-    pub(crate) command: &'static str,
+    pub(crate) commands: Vec<&'static str>,
+    /// Models that were asked for and not there.
+    pub(crate) missing_models: Vec<String>,
+    #[serde(skip)]
+    pub(crate) numbers: Vec<Number>,
+    #[serde(skip)]
+    pub(crate) claims: Vec<ClaimResult>,
+    pub(crate) tables: Vec<Table>,
+    #[serde(skip)]
+    pub(crate) plots: Vec<PlotFigure>,
+    /// Rows of pictures to be seen side by side.
+    pub(crate) figures: Vec<Vec<Figure>>,
+    /// The numbers and claims with their verdicts; filled by [`super::verdict`].
+    pub(crate) rows: Vec<Row>,
+    /// What went wrong, if the item could not be finished.
+    pub(crate) failure: Option<String>,
+    #[serde(skip)]
+    pub(crate) took: Duration,
 }
 
-/// A number of ours, beside the printed one where there is one.
-#[derive(Debug, Serialize)]
-pub(crate) struct Row {
+/// A number that was computed.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Number {
     pub(crate) quantity: String,
-    pub(crate) ours: f64,
-    pub(crate) printed: Option<f64>,
-    pub(crate) verdict: Verdict,
+    pub(crate) value: f64,
+    /// How far, relative to the recorded value, it may be from it without being another result.
+    pub(crate) leeway: f64,
 }
 
-/// How a number compares.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+/// What became of a claim of the paper.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ClaimResult {
+    /// The claim's name in the data file.
+    pub(crate) name: String,
+    pub(crate) outcome: Outcome,
+    /// By how much, in plain words with numbers.
+    pub(crate) how: String,
+}
+
+/// Whether a claim holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Verdict {
-    /// Within the tolerance of the printed number.
-    Exact,
-    /// Farther from the printed number than that.
-    Differs,
-    /// The paper prints no such number.
-    NotPublished,
-    /// Not what this program computed when it was checked: the code has changed its result.
-    Drifted,
+pub(crate) enum Outcome {
+    Holds,
+    InPart,
+    Fails,
+}
+
+/// Numbers to be read beside each other. They are shown only: what is to be checked is given as
+/// [`Item::number`] too.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct Table {
+    pub(crate) caption: String,
+    pub(crate) header: Vec<String>,
+    pub(crate) lines: Vec<Vec<String>>,
+}
+
+/// A plot, as SVG.
+#[derive(Debug)]
+pub(crate) struct PlotFigure {
+    pub(crate) caption: String,
+    pub(crate) svg: String,
 }
 
 /// A picture, written beside the page and shown on it.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub(crate) struct Figure {
     pub(crate) caption: String,
     pub(crate) file: PathBuf,
     /// The drawn mesh, to be opened elsewhere.
-    pub(crate) mesh: PathBuf,
+    pub(crate) meshes: Vec<PathBuf>,
 }
 
-impl Row {
-    /// Compares a number with what the paper prints.
-    pub(crate) fn new(paper: &Paper, item: &str, quantity: &str, ours: f64) -> Self {
-        let value = paper.value(item, quantity);
-        Self {
-            quantity: quantity.to_owned(),
-            ours,
-            printed: value.and_then(|v| v.printed),
-            verdict: value.map_or(Verdict::NotPublished, |v| Verdict::of(v, ours)),
-        }
+/// The leeway of a number that is the same on every machine but for rounding.
+const ROUNDING: f64 = 1e-6;
+
+impl Item {
+    /// Says what was done.
+    pub(crate) fn about(&mut self, text: impl Into<String>) {
+        self.about = text.into();
     }
 
-    /// How far ours is from the printed number.
-    pub(crate) fn difference(&self) -> Option<f64> {
-        self.printed.map(|printed| self.ours - printed)
+    /// Names what takes the place of the paper's own data.
+    pub(crate) fn stand_in(&mut self, text: impl Into<String>) {
+        self.stand_in = Some(text.into());
+    }
+
+    /// Names the public functions that did the work, and commands that do it to one's own mesh.
+    pub(crate) fn how(&mut self, functions: &[&'static str], commands: &[&'static str]) {
+        self.functions = functions.to_vec();
+        self.commands = commands.to_vec();
+    }
+
+    /// Adds a number that is the same everywhere but for rounding.
+    pub(crate) fn number(&mut self, quantity: impl Into<String>, value: f64) {
+        self.number_within(quantity, value, ROUNDING);
+    }
+
+    /// Adds a number that may be off by a share of itself and still be the same result: one that
+    /// comes from samples, or from long chains of decisions.
+    pub(crate) fn number_within(&mut self, quantity: impl Into<String>, value: f64, leeway: f64) {
+        self.numbers.push(Number { quantity: quantity.into(), value, leeway });
+    }
+
+    /// Says whether a claim of the data file holds, and by how much.
+    pub(crate) fn claim(&mut self, name: &str, outcome: Outcome, how: impl Into<String>) {
+        self.claims.push(ClaimResult { name: name.into(), outcome, how: how.into() });
+    }
+
+    /// Adds a table to be shown.
+    pub(crate) fn table<C: Into<String>>(
+        &mut self,
+        caption: impl Into<String>,
+        header: impl IntoIterator<Item = C>,
+        lines: Vec<Vec<String>>,
+    ) {
+        let header = header.into_iter().map(Into::into).collect();
+        self.tables.push(Table { caption: caption.into(), header, lines });
+    }
+
+    /// Adds a plot.
+    pub(crate) fn plot(&mut self, plot: &Plot, caption: impl Into<String>) {
+        self.plots.push(PlotFigure { caption: caption.into(), svg: plot.svg() });
+    }
+
+    /// Adds pictures that belong side by side.
+    pub(crate) fn side_by_side(&mut self, figures: impl IntoIterator<Item = Figure>) {
+        self.figures.push(figures.into_iter().collect());
     }
 }
 
-impl Verdict {
-    fn of(value: &Value, ours: f64) -> Self {
-        let near = |target: f64, tolerance: f64| (ours - target).abs() <= tolerance;
-        match (value.reference, value.printed) {
-            (Some(reference), _) if !near(reference.value, reference.tolerance) => Self::Drifted,
-            (_, None) => Self::NotPublished,
-            (_, Some(printed)) if near(printed, value.tolerance) => Self::Exact,
-            _ => Self::Differs,
-        }
-    }
-
-    pub(crate) fn label(self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Differs => "differs",
-            Self::NotPublished => "not published",
-            Self::Drifted => "drifted",
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::published::{Reference, Value};
-    use super::Verdict;
-
-    #[test]
-    fn a_changed_result_is_noticed_before_it_leaves_the_printed_digits() {
-        let value = Value {
-            item: String::new(),
-            quantity: String::new(),
-            printed: Some(0.2342743546),
-            tolerance: 2e-7,
-            reference: Some(Reference { value: 0.2342743622, tolerance: 1e-9 }),
-        };
-        assert_eq!(Verdict::of(&value, 0.2342743622), Verdict::Exact);
-        assert_eq!(Verdict::of(&value, 0.2342743546), Verdict::Drifted);
-        let printed_only = Value { reference: None, ..value };
-        assert_eq!(Verdict::of(&printed_only, 0.2342743546), Verdict::Exact);
-        assert_eq!(Verdict::of(&printed_only, 0.2342), Verdict::Differs);
+impl Outcome {
+    /// [`Outcome::Holds`] or [`Outcome::Fails`].
+    pub(crate) fn of(holds: bool) -> Self {
+        if holds { Self::Holds } else { Self::Fails }
     }
 }

@@ -1,26 +1,19 @@
 //! The page of a reproduction: one self-contained HTML file.
 
+mod item;
+mod source;
+
 use std::path::Path;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD as BASE64;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::item::{Figure, Item, Row, Verdict};
+use super::item::Item;
 use super::published::Paper;
+use super::summary::Counts;
+use super::verdict::Row;
 use crate::failure::Failure;
 
-const STYLE: &str = "
-body { font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.7rem; } h2 { margin-top: 3rem; border-bottom: 1px solid #ddd; } h3 { margin-top: 2rem; }
-table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
-th, td { padding: .2rem .9rem; text-align: right; border-bottom: 1px solid #eee; }
-th:first-child, td:first-child, td:last-child, th:last-child { text-align: left; }
-.exact { color: #176d2f; } .differs, .drifted { color: #b3261e; font-weight: 600; } .not-published { color: #666; }
-.figures { display: flex; flex-wrap: wrap; gap: 1rem; }
-figure { margin: 0; width: 22rem; } figure img { width: 100%; border: 1px solid #eee; } figcaption { color: #555; font-size: .9rem; }
-code { background: #f4f4f2; padding: .1rem .3rem; border-radius: .2rem; }
-";
+const STYLE: &str = include_str!("page/style.css");
 
 /// Writes the page to `folder/index.html`, with the pictures of the items inlined.
 pub(super) fn write(papers: &[Paper], items: &[Item], folder: &Path) -> Result<(), Failure> {
@@ -42,83 +35,129 @@ fn page(papers: &[Paper], items: &[Item], folder: &Path) -> Result<Markup, Failu
                 style { (PreEscaped(STYLE)) }
             }
             body {
-                h1 { "What the papers print, and what curvmesh computes" }
-                p {
-                    "Every number is computed anew by " code { "cargo xtask reproduce" }
-                    ". " span.exact { "exact" } " means within the stated tolerance of the printed number."
+                div.layout {
+                    (contents(papers, items))
+                    main {
+                        (summary(papers, items))
+                        @for section in &sections { (section) }
+                        footer {
+                            "Made by " code { "cargo xtask reproduce" } ". The numbers of this page, as "
+                            a href="results.csv" { "CSV" } " and " a href="results.json" { "JSON" } "."
+                        }
+                    }
                 }
-                @for section in &sections { (section) }
             }
         }
     })
 }
 
-fn section(paper: &Paper, items: &[Item], folder: &Path) -> Result<Markup, Failure> {
-    let blocks: Vec<Markup> = items
-        .iter()
-        .filter(|item| item.paper == paper.short)
-        .map(|item| block(item, folder))
-        .collect::<Result<_, _>>()?;
-    Ok(html! {
-        @if !blocks.is_empty() {
-            h2 { (paper.short) ": " (paper.title) }
-            @for block in &blocks { (block) }
-        }
-    })
+fn items_of<'a>(paper: &'a Paper, items: &'a [Item]) -> impl Iterator<Item = &'a Item> {
+    items.iter().filter(|item| item.paper == paper.short)
 }
 
-fn block(item: &Item, folder: &Path) -> Result<Markup, Failure> {
-    let figures: Vec<Markup> =
-        item.figures.iter().map(|f| figure(f, folder)).collect::<Result<_, _>>()?;
-    Ok(html! {
-        h3 { (item.name) }
-        p { (item.about) }
-        @if let Some(needs) = &item.needs { p { em { (needs) } } }
-        @if !item.rows.is_empty() {
-            table {
-                tr { th { "quantity" } th { "printed" } th { "ours" } th { "difference" } th { "verdict" } }
-                @for row in &item.rows { (table_row(row)) }
-            }
-        }
-        div.figures { @for figure in &figures { (figure) } }
-        p {
-            "Computed by "
-            @for (i, function) in item.functions.iter().enumerate() {
-                @if i > 0 { ", " }
-                code { (function) }
-            }
-            ". On your own mesh: " code { (item.command) }
-        }
-    })
-}
-
-fn table_row(row: &Row) -> Markup {
-    let class = match row.verdict {
-        Verdict::Exact => "exact",
-        Verdict::Differs => "differs",
-        Verdict::Drifted => "drifted",
-        Verdict::NotPublished => "not-published",
-    };
+/// The table of contents: every item with a dot that tells its verdict.
+fn contents(papers: &[Paper], items: &[Item]) -> Markup {
     html! {
-        tr {
-            td { (row.quantity) }
-            td { @if let Some(printed) = row.printed { (format!("{printed:.10}")) } }
-            td { (format!("{:.10}", row.ours)) }
-            td { @if let Some(difference) = row.difference() { (format!("{difference:+.1e}")) } }
-            td class=(class) { (row.verdict.label()) }
+        nav {
+            a href="#summary" { strong { "Summary" } }
+            @for paper in papers {
+                ol {
+                    li.paper { a href={ "#" (paper.short) } { (paper.short) } }
+                    @for item in items_of(paper, items) {
+                        li {
+                            span class={ "dot " (worst_class(item)) } {}
+                            a href={ "#" (item.file_name()) } { (item.name) }
+                        }
+                    }
+                }
+            }
         }
     }
 }
 
-fn figure(figure: &Figure, folder: &Path) -> Result<Markup, Failure> {
-    let path = folder.join(&figure.file);
-    let bytes = std::fs::read(&path).map_err(Failure::writing(&path))?;
-    let source = format!("data:image/png;base64,{}", BASE64.encode(bytes));
-    let mesh = figure.mesh.to_string_lossy();
+/// The verdict of an item as a whole: the least favourable one of its rows.
+fn worst_class(item: &Item) -> &'static str {
+    let counts = Counts::of(&item.rows);
+    match counts {
+        _ if item.failure.is_some() || counts.drifted > 0 => "drifted",
+        _ if counts.differs > 0 => "differs",
+        _ if counts.agrees > 0 => "agrees",
+        _ if counts.exact > 0 => "exact",
+        _ if counts.needs_model > 0 => "needs-a-model",
+        _ => "not-published",
+    }
+}
+
+/// The class of a row's verdict.
+fn class(row: &Row) -> String {
+    row.verdict.label().replace(' ', "-")
+}
+
+fn summary(papers: &[Paper], items: &[Item]) -> Markup {
+    let all = Counts::of(items.iter().flat_map(|item| &item.rows));
+    let failed = items.iter().filter(|item| item.failure.is_some()).count();
+    html! {
+        header id="summary" {
+            h1 { "What the papers print, and what curvmesh computes" }
+            p.lead {
+                "Every number, table and figure of the four papers that curvmesh is built on, computed "
+                "anew by one command and held against what is printed. Where the paper gives no number, "
+                "ours is held against what was computed before, so that a change is noticed."
+            }
+            div.tiles {
+                (tile(all.exact, "exact", "within the stated tolerance of the printed number"))
+                (tile(all.agrees, "agree", "as near as the paper allows to tell, or the claim holds"))
+                (tile(all.differs, "differ", "with the reason beside it"))
+                (tile(all.needs_model, "need a model", "that is not here or not public"))
+                (tile(all.not_published, "not published", "recorded and watched"))
+                @if all.skipped > 0 { (tile(all.skipped, "skipped", "left out of a quick run")) }
+                @if all.drifted > 0 { (tile(all.drifted, "drifted", "not what is on record")) }
+                @if failed > 0 { (tile(failed, "failed", "items that could not be computed")) }
+            }
+            div.scroll { table {
+                tr { th { "paper" } th { "items" } th { "exact" } th { "agree" } th { "differ" } th { "need a model" } th { "not published" } }
+                @for paper in papers {
+                    @let counts = Counts::of(items_of(paper, items).flat_map(|item| &item.rows));
+                    tr {
+                        td { a href={ "#" (paper.short) } { (paper.short) } " " (paper.title) }
+                        td { (items_of(paper, items).count()) }
+                        td { (counts.exact) } td { (counts.agrees) } td { (counts.differs) }
+                        td { (counts.needs_model) } td { (counts.not_published) }
+                    }
+                }
+            } }
+        }
+    }
+}
+
+fn tile(count: usize, name: &str, meaning: &str) -> Markup {
+    html! { div.tile title=(meaning) { b { (count) } span { (name) } } }
+}
+
+fn section(paper: &Paper, items: &[Item], folder: &Path) -> Result<Markup, Failure> {
+    let blocks: Vec<Markup> =
+        items_of(paper, items).map(|item| item::article(item, folder)).collect::<Result<_, _>>()?;
     Ok(html! {
-        figure {
-            img src=(source) alt=(figure.caption);
-            figcaption { (figure.caption) " (" a href=(mesh) { (mesh) } ")" }
+        section.paper id=(paper.short) {
+            h2 { (paper.title) }
+            p.source { (paper.authors) ". " (paper.source) }
+            p { (paper.about) }
+            @for block in &blocks { (block) }
+            @if !paper.models.is_empty() { (models(paper)) }
         }
     })
+}
+
+fn models(paper: &Paper) -> Markup {
+    html! {
+        details {
+            summary { "Where the real models come from" }
+            div.scroll { table {
+                tr { th { "file" } th.verdict { "part it plays" } th.verdict { "source" } }
+                @for model in &paper.models {
+                    tr { td { code { (model.file) } } td.verdict { (model.role) } td.verdict { (model.from) } }
+                }
+            } }
+        }
+    }
 }

@@ -1,11 +1,13 @@
 //! The patches that a cover is chosen from.
 
+use core::ops::ControlFlow;
+
 use mesh_core::{FaceId, FaceMap, Handle, TriMesh, parallel};
 
-use super::{CoverOptions, Seeds};
+use super::{CoverOptions, CoverProgress, Seeds};
 use crate::curvature::CurvatureEstimator;
 use crate::fit::PatchFit;
-use crate::size::{OptionError, PatchSizer, SizedPatch, StopReason};
+use crate::size::{OptionError, PatchSizer, SizeOptions, SizedPatch, StopReason};
 
 /// A patch that may become part of the cover.
 #[derive(Clone, Copy, Debug)]
@@ -18,54 +20,95 @@ pub(super) struct Candidate {
     faces_end: usize,
 }
 
-/// Candidates, and the faces that each of them covers in one flat list.
-#[derive(Debug)]
-pub(super) struct Candidates<'a> {
+/// The patches that a cover is chosen from: finding them takes nearly all of the time of a cover,
+/// so keep them to choose more than once.
+// The faces that each candidate covers are in one flat list.
+#[derive(Clone, Debug)]
+pub struct CoverCandidates<'a> {
     mesh: &'a TriMesh,
+    size: SizeOptions,
     candidates: Vec<Candidate>,
     faces: Vec<FaceId>,
     /// Whether a candidate was looked for at the face.
     tried: FaceMap<bool>,
     covered: FaceMap<bool>,
+    /// How many faces are tried or covered.
+    settled: usize,
     seeds: usize,
+    cancelled: bool,
 }
 
 /// Seeds of the first round on a large mesh, and the least number of seeds of any round.
 const PILOT_SEEDS: usize = 256;
 
-impl<'a> Candidates<'a> {
-    /// Candidates that cover every face which has one.
-    pub(super) fn find(
+/// Seeds between two reports of progress.
+const BLOCK: usize = 1024;
+
+impl<'a> CoverCandidates<'a> {
+    /// Candidates of automatic size for the seeds, in parallel: enough to cover every face that has
+    /// one. `options.method` does not matter here.
+    ///
+    /// # Errors
+    /// An option out of its range.
+    pub fn find(
         estimator: &CurvatureEstimator<'a>,
         options: &CoverOptions,
     ) -> Result<Self, OptionError> {
+        Self::find_watched(estimator, options, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`CoverCandidates::find`], telling `watch` now and then how far it is. When `watch`
+    /// breaks, the search ends with the candidates found so far.
+    ///
+    /// # Errors
+    /// An option out of its range.
+    pub fn find_watched(
+        estimator: &CurvatureEstimator<'a>,
+        options: &CoverOptions,
+        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+    ) -> Result<Self, OptionError> {
+        options.check()?;
         let mesh = estimator.mesh();
         let sizer = PatchSizer::new(estimator, options.size)?;
         let topology = mesh.topology();
         let mut found = Self {
             mesh,
+            size: options.size,
             candidates: Vec::new(),
             faces: Vec::new(),
             tried: topology.face_map(false),
             covered: topology.face_map(false),
+            settled: 0,
             seeds: 0,
+            cancelled: false,
         };
-        let all: Vec<FaceId> = topology.faces().collect();
+        found.cancelled = found.search(&sizer, options, watch).is_break();
+        Ok(found)
+    }
+
+    /// Looks for candidates until every face is covered by one or was a seed itself.
+    fn search(
+        &mut self,
+        sizer: &PatchSizer<'_, 'a>,
+        options: &CoverOptions,
+        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let all: Vec<FaceId> = self.mesh.topology().faces().collect();
         let redundancy = match options.seeds {
             Seeds::Redundancy(redundancy) if all.len() > Seeds::FEW_FACES => redundancy,
             _ => f64::INFINITY,
         };
         let pilot = if redundancy.is_finite() { PILOT_SEEDS } else { all.len() };
-        let mut per_seed = found.add_round(&sizer, options, &spread(&all, pilot));
+        let mut per_seed = self.add_round(sizer, options, &spread(&all, pilot), watch)?;
         let mut open = all;
         while !open.is_empty() {
             let wanted = redundancy * open.len() as f64 / per_seed;
             let count = (wanted.min(open.len() as f64) as usize).max(PILOT_SEEDS);
-            per_seed = found.add_round(&sizer, options, &spread(&open, count));
+            per_seed = self.add_round(sizer, options, &spread(&open, count), watch)?;
             // After the first full round, only what is still bare is of interest.
-            open.retain(|&face| !found.tried[face] && !found.covered[face]);
+            open.retain(|&face| !self.tried[face] && !self.covered[face]);
         }
-        Ok(found)
+        ControlFlow::Continue(())
     }
 
     /// Looks for candidates at the seeds that were not tried before; returns the mean number of
@@ -75,29 +118,36 @@ impl<'a> Candidates<'a> {
         sizer: &PatchSizer<'_, 'a>,
         options: &CoverOptions,
         seeds: &[FaceId],
-    ) -> f64 {
+        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+    ) -> ControlFlow<(), f64> {
         let seeds: Vec<FaceId> = seeds.iter().copied().filter(|&f| !self.tried[f]).collect();
-        let sized = parallel::collect_with(
-            seeds.len(),
-            || sizer.clone(),
-            |sizer, i| sizer.fit_best(seeds[i], &options.shapes).ok(),
-        );
         let before = self.faces.len();
-        for (&seed, sized) in seeds.iter().zip(sized) {
-            self.tried[seed] = true;
-            // A patch that leaves out its own face stands for nothing.
-            if let Some(sized) = sized.filter(|sized| sized.faces.contains(&seed)) {
-                self.add(&sized);
+        for block in seeds.chunks(BLOCK) {
+            let sized = parallel::collect_with(
+                block.len(),
+                || sizer.clone(),
+                |sizer, i| sizer.fit_best(block[i], &options.shapes).ok(),
+            );
+            for (&seed, sized) in block.iter().zip(sized) {
+                self.settle(seed);
+                self.tried[seed] = true;
+                // A patch that leaves out its own face stands for nothing.
+                if let Some(sized) = sized.filter(|sized| sized.faces.contains(&seed)) {
+                    self.add(&sized);
+                }
             }
+            self.seeds += block.len();
+            let faces = self.mesh.topology().face_count();
+            watch(CoverProgress { settled: self.settled, faces })?;
         }
-        self.seeds += seeds.len();
         let gained = (self.faces.len() - before) as f64;
-        (gained / seeds.len().max(1) as f64).max(1.0)
+        ControlFlow::Continue((gained / seeds.len().max(1) as f64).max(1.0))
     }
 
     fn add(&mut self, sized: &SizedPatch) {
         let area = sized.faces.iter().map(|&face| self.mesh.face_area(face)).sum();
         for &face in &sized.faces {
+            self.settle(face);
             self.covered[face] = true;
         }
         self.faces.extend_from_slice(&sized.faces);
@@ -105,12 +155,42 @@ impl<'a> Candidates<'a> {
         self.candidates.push(Candidate { fit: sized.fit, stop: sized.stop, area, faces_end });
     }
 
-    pub(super) fn len(&self) -> usize {
+    /// Counts a face that is about to become tried or covered, unless it is already.
+    fn settle(&mut self, face: FaceId) {
+        self.settled += usize::from(!self.tried[face] && !self.covered[face]);
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
         self.candidates.len()
     }
 
-    pub(super) fn seeds(&self) -> usize {
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.candidates.is_empty()
+    }
+
+    /// For how many faces a candidate was looked for.
+    #[must_use]
+    pub fn seeds(&self) -> usize {
         self.seeds
+    }
+
+    /// Whether the search was broken off.
+    #[must_use]
+    pub fn cancelled(&self) -> bool {
+        self.cancelled
+    }
+
+    pub(super) fn mesh(&self) -> &'a TriMesh {
+        self.mesh
+    }
+
+    /// What every candidate keeps.
+    pub(super) fn size(&self) -> &SizeOptions {
+        &self.size
     }
 
     pub(super) fn get(&self, index: usize) -> &Candidate {

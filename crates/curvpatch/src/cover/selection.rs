@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use mesh_core::FaceId;
 
-use super::candidates::Candidates;
+use super::candidates::CoverCandidates;
 
 /// A candidate in the heap, by the area it would add when it was last looked at.
 #[derive(PartialEq)]
@@ -33,7 +33,7 @@ impl PartialOrd for Offer {
 struct Counts(Vec<u32>);
 
 impl Counts {
-    fn new(candidates: &Candidates<'_>) -> Self {
+    fn new(candidates: &CoverCandidates<'_>) -> Self {
         Self(vec![0; candidates.face_capacity()])
     }
 
@@ -51,7 +51,7 @@ impl Counts {
 /// Takes the candidate with the largest uncovered area until every face with a candidate is
 /// covered. Gains only shrink, so an offer that is still the best after being brought up to date
 /// is the best of all.
-pub(super) fn greedy(candidates: &Candidates<'_>, areas: &[f64]) -> Vec<usize> {
+pub(super) fn greedy(candidates: &CoverCandidates<'_>, areas: &[f64]) -> Vec<usize> {
     let offer = |candidate: usize, gain: f64| Offer {
         gain,
         base: Reverse(candidates.base(candidate)),
@@ -80,7 +80,7 @@ pub(super) fn greedy(candidates: &Candidates<'_>, areas: &[f64]) -> Vec<usize> {
 
 /// Goes through the candidates by descending area and takes those whose base face is not covered;
 /// then, where not every face is a seed, those that still add something.
-pub(super) fn sequential(candidates: &Candidates<'_>) -> Vec<usize> {
+pub(super) fn sequential(candidates: &CoverCandidates<'_>) -> Vec<usize> {
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     let rank = |i: usize| (candidates.get(i).area, Reverse(candidates.base(i)));
     order.sort_by(|&a, &b| {
@@ -106,7 +106,11 @@ pub(super) fn sequential(candidates: &Candidates<'_>) -> Vec<usize> {
 }
 
 /// Drops candidates whose faces are all covered by others, the last chosen first.
-fn prune(candidates: &Candidates<'_>, mut counts: Counts, mut chosen: Vec<usize>) -> Vec<usize> {
+fn prune(
+    candidates: &CoverCandidates<'_>,
+    mut counts: Counts,
+    mut chosen: Vec<usize>,
+) -> Vec<usize> {
     let mut kept = Vec::with_capacity(chosen.len());
     while let Some(candidate) = chosen.pop() {
         let faces = candidates.faces(candidate);

@@ -1,16 +1,12 @@
 //! Fig. 6: butterfly subdivision of the initial and of the optimised torus.
 
-use std::path::Path;
-
 use mesh_core::butterfly::{ButterflyOptions, subdivide};
 
-use super::super::item::{Item, Row};
-use super::super::published::Paper;
-use super::{SETTINGS, distance_to_torus, norms, optimised, picture, torus_view};
+use super::super::item::{Item, Outcome};
+use super::super::run::Run;
+use super::{SETTINGS, TORUS, distance_to_torus, norms, optimised, torus_view};
 use crate::failure::Failure;
 use crate::render::Style;
-
-pub(super) const NAME: &str = "Fig. 6";
 
 /// The subdivision steps of the figure.
 const STEPS: u32 = 3;
@@ -19,37 +15,53 @@ const STEPS: u32 = 3;
 const SUBDIVISIONS: u32 = 4;
 
 /// The distance to the torus before and after subdivision, without and with optimisation.
-pub(super) fn item(paper: &Paper, out: &Path) -> Result<Item, Failure> {
-    let mut rows = Vec::new();
+pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
+    item.about(
+        "Three butterfly steps from the torus as given and as optimised by F1, and the distance to \
+         the torus before and after, at lattice points that are equally dense on all four meshes. \
+         The paper shows pictures only.",
+    );
+    item.how(
+        &["dtri_flip::optimise", "mesh_core::butterfly::subdivide"],
+        &["curvmesh flip IN -o OUT --cost f1"],
+    );
+    item.number("subdivision steps", f64::from(STEPS));
     let mut figures = Vec::new();
+    let mut lines = Vec::new();
+    let mut means = Vec::new();
     for setting in SETTINGS.iter().filter(|setting| ["initial", "F1"].contains(&setting.row)) {
-        let coarse = optimised(setting)?;
+        let coarse = optimised(&TORUS, setting)?;
         let options = ButterflyOptions::default();
         let fine = subdivide(&coarse, STEPS, &options).map_err(Failure::mesh)?.mesh;
         let before = distance_to_torus(&coarse, SUBDIVISIONS << STEPS);
         let after = distance_to_torus(&fine, SUBDIVISIONS);
+        means.push(after.mean);
         for (when, error) in [("before", before), ("after", after)] {
+            let mut line = vec![setting.row.to_owned(), format!("{when} subdivision")];
             for (norm, value) in norms(&error) {
-                let quantity = format!("{}, {when} subdivision, {norm}", setting.row);
-                rows.push(Row::new(paper, NAME, &quantity, value));
+                item.number(format!("{}, {when} subdivision, {norm}", setting.row), value);
+                line.push(format!("{value:.6}"));
             }
+            lines.push(line);
         }
-        let style = Style { size: [900, 760], smooth: true, edge_width: 0.0 };
+        let style = Style { size: [720, 600], smooth: true, edge_width: 0.0 };
         let name = format!("dhkl01-subdivided-{}", setting.row.to_lowercase());
         let caption = format!("{}, after three butterfly steps", setting.how);
-        figures.push(picture(&fine, &torus_view(&coarse)?, &style, &name, &caption, out)?);
+        figures.push(run.picture(&fine, &torus_view(&coarse)?, &style, &name, &caption)?);
     }
-    Ok(Item {
-        paper: paper.short.clone(),
-        name: NAME.into(),
-        about: "Three butterfly steps from the torus as given and as optimised by F1, and the \
-                distance to the torus before and after, at lattice points that are equally dense \
-                on all four meshes. The paper shows pictures only."
-            .into(),
-        needs: None,
-        rows,
-        figures,
-        functions: vec!["dtri_flip::optimise", "mesh_core::butterfly::subdivide"],
-        command: "curvmesh flip IN -o OUT --cost f1",
-    })
+    if let [initial, optimised] = means[..] {
+        item.claim(
+            "better limit surface",
+            Outcome::of(optimised < initial),
+            format!(
+                "the mean distance of the subdivided surface falls from {initial:.4} to \
+                 {optimised:.4}, by {:.0} %",
+                100.0 * (1.0 - optimised / initial)
+            ),
+        );
+    }
+    let header = ["mesh", "", "L1", "L2", "Linf"];
+    item.table("Distance to the torus, in units of the model.", header, lines);
+    item.side_by_side(figures);
+    Ok(())
 }

@@ -1,0 +1,198 @@
+//! Fig. 7 (b): the mean error against the number of faces: the paper's headline claim.
+
+use mesh_core::TriMesh;
+use rayon::prelude::*;
+use simplify::{Options, Preset};
+
+use super::super::item::{Item, Outcome};
+use super::super::numbers::plain;
+use super::super::run::{Run, mesh_of};
+use super::{
+    CHAINS, IGEA, Original, butterfly, distance_only, head, levels, simplified, with_curvature,
+};
+use crate::failure::Failure;
+use crate::plot::{Axis, Plot, Series};
+
+/// The face counts of the curves, for Igea and for the made head.
+const IGEA_FACES: [usize; 4] = [30_000, 10_000, 3_000, 1_000];
+const MADE_FACES: [usize; 6] = [10_000, 5_000, 2_000, 1_000, 500, 250];
+/// Weights of the curvature that are tried.
+const WEIGHTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
+/// Means over all face counts that differ less are the same but for chance.
+const NOISE: f64 = 0.02;
+
+/// Other programs on Igea: mean distances measured the same way on results that the programs wrote.
+const PEERS: [(&str, [(f64, f64); 3]); 3] = [
+    ("CGAL, Lindstrom-Turk", [(30_000.0, 0.00401), (3_000.0, 0.02772), (1_000.0, 0.06749)]),
+    ("MeshLab, quadrics", [(30_000.0, 0.00581), (3_000.0, 0.04009), (1_000.0, 0.09794)]),
+    ("meshoptimizer", [(30_000.0, 0.00913), (3_000.0, 0.06352), (1_000.0, 0.15973)]),
+];
+
+pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
+    item.about(
+        "The mean distance between original and result, as Metro measures it: both ways, from \
+         samples that are uniform by area. The paper's claim is that distance and curvature together \
+         give a smaller error than the distance alone. Its curves are printed without numbers.",
+    );
+    item.stand_in("A head of 20,480 faces made of formulas; with models, Igea as in the paper.");
+    item.how(
+        &["simplify::simplify", "mesh_metric::compare"],
+        &["curvmesh simplify IN -o OUT --faces 3000", "curvmesh distance IN OUT"],
+    );
+    let made = mesh_of(&head::head()?)?;
+    let curves = Curves::of(&made, &MADE_FACES)?;
+    curves.add(item, "made head", &[]);
+    claim(item, "smaller error", &curves);
+    weights(item, "made head", &made, MADE_FACES[3])?;
+    if !run.quick
+        && let Some(igea) = run.model(item, IGEA)?
+    {
+        let curves = Curves::of(&igea, &IGEA_FACES)?;
+        curves.add(item, "Igea", &PEERS);
+        claim(item, "smaller error, Igea", &curves);
+        weights(item, "Igea", &igea, IGEA_FACES[2])?;
+    }
+    Ok(())
+}
+
+const NAMES: [&str; 6] = [
+    "distance only",
+    "distance and curvature",
+    "distance only, butterfly",
+    "distance and curvature, butterfly",
+    "curvature only (L1)",
+    "curvmesh, default",
+];
+
+/// Means in percent of the diagonal, by way and face count.
+struct Curves {
+    faces: Vec<usize>,
+    means: Vec<Vec<f64>>,
+}
+
+impl Curves {
+    fn of(mesh: &TriMesh, faces: &[usize]) -> Result<Self, Failure> {
+        let original = Original::new(mesh)?;
+        let nested = [
+            distance_only(),
+            with_curvature(1.0),
+            butterfly(distance_only()),
+            butterfly(with_curvature(1.0)),
+            Options::preset(Preset::PaperL1),
+        ];
+        let nested_means = nested.into_par_iter().rev().map(|options| {
+            let levels = levels(mesh, options, faces)?;
+            levels.iter().map(|level| original.mean_percent(level)).collect()
+        });
+        let mut means: Vec<Vec<f64>> = nested_means.rev().collect::<Result<_, Failure>>()?;
+        // The default fits each result to the original, so that they are not nested.
+        let fitted = faces.iter().map(|&faces| {
+            let result = simplified(mesh, Options::preset(Preset::Default), faces)?;
+            original.mean_percent(&result.mesh)
+        });
+        means.push(fitted.collect::<Result<_, Failure>>()?);
+        Ok(Self { faces: faces.to_vec(), means })
+    }
+
+    fn add(&self, item: &mut Item, model: &str, peers: &[(&str, [(f64, f64); 3])]) {
+        let mut series = Vec::new();
+        let mut lines = Vec::new();
+        for (name, means) in NAMES.iter().zip(&self.means) {
+            for (faces, &mean) in self.faces.iter().zip(means) {
+                item.number_within(format!("{model}, {name}, {faces} faces"), mean, CHAINS);
+            }
+            let points = self.faces.iter().zip(means).map(|(&f, &m)| [f as f64, m]).collect();
+            series.push(Series::new(name, points));
+            let cells = means.iter().map(|mean| format!("{mean:.5}"));
+            lines.push([(*name).to_owned()].into_iter().chain(cells).collect());
+        }
+        for (name, points) in peers {
+            let points = points.iter().map(|&(f, m)| [f, m]).collect();
+            series.push(Series { dashed: true, ..Series::new(name, points) });
+        }
+        let plot = Plot {
+            x: Axis::log("faces"),
+            y: Axis::log("mean distance (% of the diagonal of the bounding box)"),
+            series,
+        };
+        let dashed = if peers.is_empty() { "" } else { " Dashed: other programs, run by hand." };
+        item.plot(&plot, format!("{model}: mean distance against the number of faces.{dashed}"));
+        let counts = self.faces.iter().map(|&f| plain(f as f64));
+        let header = ["way".to_owned()].into_iter().chain(counts);
+        item.table(
+            format!("{model}: mean distance in % of the diagonal, by number of faces."),
+            header,
+            lines,
+        );
+    }
+
+    /// The mean of one way over that of another, at every face count.
+    fn ratios(&self, way: usize, over: usize) -> Vec<f64> {
+        self.means[way].iter().zip(&self.means[over]).map(|(a, b)| a / b).collect()
+    }
+}
+
+fn claim(item: &mut Item, name: &str, curves: &Curves) {
+    let optimal = curves.ratios(1, 0);
+    let butterfly = curves.ratios(3, 2);
+    let gains = |ratios: &[f64]| {
+        let logarithms: f64 = ratios.iter().map(|r| r.ln()).sum();
+        (logarithms / ratios.len().max(1) as f64).exp() < 1.0 - NOISE
+    };
+    let outcome = match (gains(&optimal), gains(&butterfly)) {
+        (true, true) => Outcome::Holds,
+        (false, false) => Outcome::Fails,
+        _ => Outcome::InPart,
+    };
+    let list = |ratios: &[f64]| {
+        let text: Vec<String> =
+            ratios.iter().map(|r| format!("{:+.1}", 100.0 * (r - 1.0))).collect();
+        text.join(", ")
+    };
+    item.claim(
+        name,
+        outcome,
+        format!(
+            "with the curvature the mean error changes by {} % (from many faces to few); with the new \
+             vertex at the butterfly point for both, by {} %. By itself the curvature norm is {:.0} \
+             times worse than the distance at {} faces",
+            list(&optimal),
+            list(&butterfly),
+            curves.ratios(4, 0)[2],
+            plain(curves.faces[2] as f64),
+        ),
+    );
+}
+
+/// How the error depends on the weight of the curvature.
+fn weights(item: &mut Item, model: &str, mesh: &TriMesh, faces: usize) -> Result<(), Failure> {
+    let original = Original::new(mesh)?;
+    let mean = |options| -> Result<f64, Failure> {
+        original.mean_percent(&simplified(mesh, options, faces)?.mesh)
+    };
+    let mut lines = Vec::new();
+    for placement in ["optimal", "butterfly"] {
+        let with = |options| if placement == "optimal" { options } else { butterfly(options) };
+        let weights: Vec<f64> = [0.0].into_iter().chain(WEIGHTS).collect();
+        let means: Vec<f64> =
+            weights.par_iter().map(|&w| mean(with(with_curvature(w)))).collect::<Result<_, _>>()?;
+        let mut line = vec![placement.to_owned(), format!("{:.5}", means[0])];
+        for (weight, &value) in weights.iter().zip(&means).skip(1) {
+            let quantity =
+                format!("{model}, {placement} placement, weight {weight}, {faces} faces");
+            item.number_within(quantity, value, CHAINS);
+            line.push(format!("{value:.5} ({:+.1} %)", 100.0 * (value / means[0] - 1.0)));
+        }
+        lines.push(line);
+    }
+    let header = ["placement".to_owned(), "distance only".to_owned()]
+        .into_iter()
+        .chain(WEIGHTS.map(|weight| format!("weight {weight}")));
+    let count = plain(faces as f64);
+    item.table(
+        format!("{model}, {count} faces: mean distance in %, by the weight of the curvature."),
+        header,
+        lines,
+    );
+    Ok(())
+}

@@ -1,0 +1,269 @@
+//! How what was computed compares with what is printed, and with what was computed before.
+
+use serde::Serialize;
+
+use super::item::{Item, Number, Outcome};
+use super::published::{Claim, Paper, Value};
+use super::recorded::Recorded;
+
+/// A number or claim, beside what the paper prints.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Row {
+    pub(crate) quantity: String,
+    /// Where the paper prints it.
+    pub(crate) place: Option<String>,
+    pub(crate) content: Content,
+    pub(crate) verdict: Verdict,
+}
+
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Content {
+    Number { printed: Option<f64>, ours: Option<f64> },
+    Claim { says: String, outcome: Option<Outcome>, how: String },
+}
+
+/// How something compares.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Verdict {
+    /// Within the tolerance of the printed number.
+    Exact,
+    /// As near as can be expected of other data or of a number read off a plot; or the claim holds.
+    Agrees,
+    /// Neither, and why.
+    Differs(String),
+    /// The paper prints no such number.
+    NotPublished,
+    /// Cannot be computed without this.
+    NeedsModel(String),
+    /// Left out of a quick run.
+    Skipped,
+    /// Not what this program computed when it was checked: the code has changed its result.
+    Drifted(String),
+}
+
+/// What makes a comparison complete.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Judge<'a> {
+    pub(crate) paper: &'a Paper,
+    pub(crate) recorded: &'a Recorded,
+    /// Whether items may leave numbers out.
+    pub(crate) quick: bool,
+}
+
+impl Judge<'_> {
+    /// Fills in the rows of an item: all that it computed, and all else that the paper prints.
+    pub(crate) fn fill(&self, item: &mut Item) {
+        let claims = self.paper.claims.iter().filter(|claim| claim.item == item.name);
+        let mut rows: Vec<Row> = claims.map(|claim| self.claim_row(item, claim)).collect();
+        rows.extend(item.numbers.iter().map(|number| self.number_row(&item.name, number)));
+        let unknown =
+            item.claims.iter().filter(|c| self.paper.claim(&item.name, &c.name).is_none());
+        rows.extend(unknown.map(|claim| unknown_claim(&claim.name)));
+        let values = self.paper.values.iter().filter(|value| value.item == item.name);
+        let absent = values.filter(|v| item.numbers.iter().all(|n| n.quantity != v.quantity));
+        rows.extend(absent.map(|value| self.absent_row(item, value)));
+        item.rows = rows;
+    }
+
+    fn number_row(&self, item: &str, number: &Number) -> Row {
+        let value = self.paper.value(item, &number.quantity);
+        let recorded = self.recorded.value(&self.paper.short, item, &number.quantity);
+        Row {
+            quantity: number.quantity.clone(),
+            place: value.and_then(|v| v.place.clone()),
+            content: Content::Number {
+                printed: value.and_then(|v| v.printed),
+                ours: Some(number.value),
+            },
+            verdict: Verdict::of(value, recorded, number),
+        }
+    }
+
+    /// A number that the paper prints, or that is watched, and that was not computed.
+    fn absent_row(&self, item: &Item, value: &Value) -> Row {
+        Row {
+            quantity: value.quantity.clone(),
+            place: value.place.clone(),
+            content: Content::Number { printed: value.printed, ours: None },
+            verdict: self.absent(item, value.needs.as_deref()),
+        }
+    }
+
+    fn absent(&self, item: &Item, needs: Option<&str>) -> Verdict {
+        // One of the folder is a file name; in words, a model that only the authors have.
+        let lacks =
+            |model: &str| model.contains(' ') || item.missing_models.iter().any(|m| m == model);
+        match needs {
+            Some(model) if lacks(model) => Verdict::NeedsModel(model.to_owned()),
+            _ if self.quick => Verdict::Skipped,
+            _ => Verdict::Drifted("was not computed".into()),
+        }
+    }
+
+    fn claim_row(&self, item: &Item, claim: &Claim) -> Row {
+        let result = item.claims.iter().find(|c| c.name == claim.name);
+        let verdict = match result {
+            None => self.absent(item, claim.needs.as_deref()),
+            Some(result) if Some(result.outcome) != claim.outcome => {
+                Verdict::Drifted(format!("{}, which is not what is recorded", result.outcome))
+            }
+            Some(result) if result.outcome == Outcome::Holds => Verdict::Agrees,
+            Some(result) => Verdict::Differs(result.outcome.to_string()),
+        };
+        Row {
+            quantity: claim.name.clone(),
+            place: claim.place.clone(),
+            content: Content::Claim {
+                says: claim.says.clone(),
+                outcome: result.map(|r| r.outcome),
+                how: result.map(|r| r.how.clone()).unwrap_or_default(),
+            },
+            verdict,
+        }
+    }
+}
+
+fn unknown_claim(name: &str) -> Row {
+    Row {
+        quantity: name.to_owned(),
+        place: None,
+        content: Content::Claim { says: String::new(), outcome: None, how: String::new() },
+        verdict: Verdict::Drifted("the data file has no such claim".into()),
+    }
+}
+
+impl Row {
+    /// How far ours is from the printed number.
+    pub(crate) fn difference(&self) -> Option<f64> {
+        match self.content {
+            Content::Number { printed: Some(printed), ours: Some(ours) } => Some(ours - printed),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn is_published(&self) -> bool {
+        match self.content {
+            Content::Number { printed, .. } => printed.is_some(),
+            Content::Claim { .. } => true,
+        }
+    }
+}
+
+impl Verdict {
+    /// The verdict on a number. Whatever is printed, a result that has changed is a drift; so is
+    /// one that differs from the printed number without a reason on record.
+    fn of(value: Option<&Value>, recorded: Option<f64>, number: &Number) -> Self {
+        let ours = number.value;
+        let near = |target: f64, tolerance: f64| (ours - target).abs() <= tolerance;
+        if let Some(reference) = value.and_then(|v| v.reference)
+            && !near(reference.value, reference.tolerance)
+        {
+            return Self::Drifted(format!("an independent program gave {}", reference.value));
+        }
+        match recorded {
+            None => return Self::Drifted("not recorded yet: run with --record".into()),
+            Some(recorded) if !near(recorded, number.leeway * recorded.abs()) => {
+                return Self::Drifted(format!("{recorded} is recorded"));
+            }
+            Some(_) => {}
+        }
+        let Some((value, printed)) = value.and_then(|v| Some((v, v.printed?))) else {
+            return Self::NotPublished;
+        };
+        match (&value.differs, value.agrees) {
+            _ if near(printed, value.tolerance) => Self::Exact,
+            (_, Some(agrees)) if near(printed, agrees) => Self::Agrees,
+            (Some(why), _) => Self::Differs(why.clone()),
+            (None, _) => Self::Drifted("differs from the printed number".into()),
+        }
+    }
+
+    /// Whether nothing is to be done about it.
+    pub(crate) fn is_expected(&self) -> bool {
+        !matches!(self, Self::Drifted(_))
+    }
+
+    /// The verdict in a word or two.
+    pub(crate) fn label(&self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Agrees => "agrees",
+            Self::Differs(_) => "differs",
+            Self::NotPublished => "not published",
+            Self::NeedsModel(_) => "needs a model",
+            Self::Skipped => "skipped",
+            Self::Drifted(_) => "drifted",
+        }
+    }
+
+    /// What is to be said besides: why, or which.
+    pub(crate) fn remark(&self) -> &str {
+        match self {
+            Self::Differs(text) | Self::NeedsModel(text) | Self::Drifted(text) => text,
+            _ => "",
+        }
+    }
+}
+
+impl std::fmt::Display for Verdict {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.remark() {
+            "" => f.write_str(self.label()),
+            remark => write!(f, "{}: {remark}", self.label()),
+        }
+    }
+}
+
+impl std::fmt::Display for Outcome {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Holds => "holds",
+            Self::InPart => "holds in part",
+            Self::Fails => "does not hold",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::item::Number;
+    use super::super::published::{Reference, Value};
+    use super::Verdict;
+
+    fn verdict(value: &Value, recorded: Option<f64>, ours: f64) -> Verdict {
+        let number = Number { quantity: String::new(), value: ours, leeway: 1e-6 };
+        Verdict::of(Some(value), recorded, &number)
+    }
+
+    fn is_drift(verdict: &Verdict) -> bool {
+        !verdict.is_expected()
+    }
+
+    #[test]
+    fn a_changed_result_is_noticed_before_it_leaves_the_printed_digits() {
+        let value = Value {
+            printed: Some(0.2342743546),
+            tolerance: 2e-7,
+            reference: Some(Reference { value: 0.2342743622, tolerance: 1e-9 }),
+            ..Value::default()
+        };
+        let recorded = Some(0.2342743622);
+        assert_eq!(verdict(&value, recorded, 0.2342743622), Verdict::Exact);
+        assert!(is_drift(&verdict(&value, recorded, 0.2342743546)));
+        assert!(is_drift(&verdict(&value, Some(0.2342), 0.2342743622)));
+        assert!(is_drift(&verdict(&value, None, 0.2342743622)));
+    }
+
+    #[test]
+    fn a_difference_needs_a_reason() {
+        let plain = Value { printed: Some(30.0), tolerance: 0.5, ..Value::default() };
+        assert_eq!(verdict(&plain, Some(30.4), 30.4), Verdict::Exact);
+        assert!(is_drift(&verdict(&plain, Some(33.0), 33.0)));
+        let near = Value { agrees: Some(5.0), ..plain.clone() };
+        assert_eq!(verdict(&near, Some(33.0), 33.0), Verdict::Agrees);
+        let why = Value { differs: Some("another model".into()), ..plain };
+        assert_eq!(verdict(&why, Some(33.0), 33.0), Verdict::Differs("another model".into()));
+    }
+}
