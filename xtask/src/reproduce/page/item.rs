@@ -125,7 +125,7 @@ fn figure(figure: &Figure, folder: &Path) -> Result<Markup, Failure> {
     let source = format!("data:image/png;base64,{}", BASE64.encode(bytes));
     Ok(html! {
         figure {
-            img src=(source) alt=(figure.caption) loading="lazy";
+            img src=(source) alt=(figure.caption);
             figcaption {
                 (figure.caption)
                 @for mesh in &figure.meshes {
