@@ -27,7 +27,7 @@ const IGEA: &str = "igea.ply";
 /// follows.
 const CHAINS: f64 = 0.02;
 
-/// Distance only: the quadrics of the paper's reference [1], as published.
+/// Distance only: the quadrics of the paper's first reference, as published.
 fn distance_only() -> Options {
     Options {
         metric: Metric::Classic,

@@ -176,10 +176,7 @@ fn add_plot(item: &mut Item, cases: &[Case]) {
             Series { dashed: true, ..series("least area", Case::least_area) },
         ],
     };
-    item.plot(
-        &plot,
-        "Where the remark on the minimum area holds: where the two lower curves meet.",
-    );
+    item.plot(&plot, "The remark on the minimum area would hold where the two lower curves meet.");
 }
 
 fn add_pictures(run: &Run<'_>, item: &mut Item, cases: &[Case]) -> Result<(), Failure> {

@@ -12,6 +12,8 @@ use super::super::verdict::{Content, Row};
 use super::{class, source};
 use crate::failure::Failure;
 
+/// So many numbers that the paper does not print are shown at once; more, only when asked for.
+const FEW: usize = 6;
 /// Tables with more columns are set closer.
 const DENSE: usize = 5;
 
@@ -40,7 +42,7 @@ pub(super) fn article(item: &Item, folder: &Path) -> Result<Markup, Failure> {
             }
             @for table in &item.tables { (plain_table(table)) }
             @if !rest.is_empty() {
-                details {
+                details open[rest.len() <= FEW] {
                     summary { (rest.len()) " numbers that the paper does not print, as they are watched" }
                     (number_table(&rest))
                 }
@@ -123,7 +125,7 @@ fn figure(figure: &Figure, folder: &Path) -> Result<Markup, Failure> {
     let source = format!("data:image/png;base64,{}", BASE64.encode(bytes));
     Ok(html! {
         figure {
-            img src=(source) alt=(figure.caption) loading="lazy";
+            img src=(source) alt=(figure.caption);
             figcaption {
                 (figure.caption)
                 @for mesh in &figure.meshes {
