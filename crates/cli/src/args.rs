@@ -1,12 +1,13 @@
 //! What all commands take from the command line.
 
 use std::num::NonZero;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcurv::VertexArea;
 use mesh_core::build::{Repair, Weld};
 
-use crate::{convert, curvature, flip, info};
+use crate::{convert, curvature, distance, flip, info, simplify};
 
 /// Curvature-driven work on triangle meshes.
 #[derive(Debug, Parser)]
@@ -29,6 +30,8 @@ pub(crate) enum Command {
     Convert(convert::Convert),
     Curvature(curvature::Curvature),
     Flip(flip::Flip),
+    Simplify(Box<simplify::Simplify>),
+    Distance(distance::Distance),
 }
 
 /// Options of every command.
@@ -122,5 +125,34 @@ fn parse_weld(text: &str) -> Result<Weld, String> {
     match text.parse() {
         Ok(distance) if f64::is_finite(distance) && distance >= 0.0 => Ok(Weld::Distance(distance)),
         _ => Err("expected `exact` or a distance in model units, like 0.001".into()),
+    }
+}
+
+/// Degrees to radians.
+pub(crate) fn parse_angle(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees.to_radians()),
+        _ => Err("expected an angle from 0 to 180 degrees".into()),
+    }
+}
+
+pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+}
+
+/// A number that is positive and finite.
+pub(crate) fn parse_positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a positive number".into()),
+    }
+}
+
+/// A number that is finite and not negative.
+pub(crate) fn parse_not_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a number that is not negative".into()),
     }
 }

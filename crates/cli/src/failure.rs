@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use mesh_core::build::BuildError;
 use mesh_io::{ReadError, WriteError};
+use mesh_metric::SurfaceError;
+use simplify::SimplifyError;
 
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -11,6 +13,10 @@ pub(crate) enum Failure {
     Read(Box<ReadError>),
     #[error("{}: {}", path.display(), as_options(&source.to_string()))]
     Build { path: PathBuf, source: Box<BuildError> },
+    #[error("{}: {source}", path.display())]
+    Surface { path: PathBuf, source: Box<SurfaceError> },
+    #[error("{0}")]
+    Simplify(Box<SimplifyError>),
     #[error("cannot write {}: {source}", path.display())]
     Write { path: PathBuf, source: Box<WriteError> },
     /// The content does not fit together, which is a mistake of this program.
@@ -33,6 +39,10 @@ impl Failure {
         Self::Model(Box::new(source))
     }
 
+    pub(crate) fn simplify(source: SimplifyError) -> Self {
+        Self::Simplify(Box::new(source))
+    }
+
     pub(crate) fn threads(source: rayon::ThreadPoolBuildError) -> Self {
         Self::Threads(Box::new(source))
     }
@@ -42,7 +52,8 @@ impl Failure {
             Self::Usage(_) => 2,
             Self::Read(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
-            Self::Build { .. } => 4,
+            Self::Simplify(error) if matches!(**error, SimplifyError::Option { .. }) => 2,
+            Self::Build { .. } | Self::Surface { .. } | Self::Simplify(_) => 4,
             Self::Write { .. } | Self::Model(_) | Self::Json(_) | Self::Threads(_) => 1,
         }
     }

@@ -1,6 +1,6 @@
 //! From a file to a mesh.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use mesh_core::TriMesh;
@@ -39,7 +39,6 @@ impl Seconds {
 
 /// A mesh with the file content that it was built from.
 pub(crate) struct Loaded {
-    pub(crate) path: PathBuf,
     pub(crate) model: Model,
     pub(crate) mesh: TriMesh,
     pub(crate) provenance: Provenance,
@@ -66,7 +65,20 @@ pub(crate) fn load(
     if !report.is_unchanged() {
         console.message(format_args!("{}: {report}", path.display()));
     }
-    Ok(Loaded { path: path.to_owned(), model, mesh, provenance })
+    Ok(Loaded { model, mesh, provenance })
+}
+
+/// The content of a file as it is, or of the mesh that the repairs make of it if there are any.
+pub(crate) fn content(
+    path: &Path,
+    repair: &RepairOptions,
+    console: &Console,
+) -> Result<Model, Failure> {
+    if !repair.any() {
+        return read(path, console);
+    }
+    let loaded = load(path, repair, console)?;
+    loaded.to_model(&loaded.provenance.corner_source)
 }
 
 impl Loaded {
@@ -79,8 +91,8 @@ impl Loaded {
             .map_err(Failure::model)
     }
 
-    /// The name of the input for reports.
-    pub(crate) fn input(&self) -> String {
-        self.path.display().to_string()
+    /// The number of vertices and faces.
+    pub(crate) fn counts(&self) -> [usize; 2] {
+        [self.mesh.topology().vertex_count(), self.mesh.topology().face_count()]
     }
 }

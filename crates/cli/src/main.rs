@@ -9,12 +9,16 @@ mod colormap;
 mod console;
 mod convert;
 mod curvature;
+mod distance;
 mod failure;
 mod flip;
 mod info;
+mod job;
 mod load;
 mod save;
 mod seams;
+mod simplify;
+mod simplify_options;
 
 use std::process::ExitCode;
 
@@ -46,5 +50,7 @@ fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
         Command::Convert(options) => convert::run(options, console),
         Command::Curvature(options) => curvature::run(options, console),
         Command::Flip(options) => flip::run(options, console),
+        Command::Simplify(options) => simplify::run(options, console),
+        Command::Distance(options) => distance::run(options, console),
     }
 }
