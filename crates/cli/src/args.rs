@@ -74,8 +74,8 @@ pub(crate) struct RepairOptions {
     /// All of the repairs below, with an exact weld: loads every mesh whose coordinates are finite
     #[arg(long)]
     pub(crate) lenient: bool,
-    /// Merge vertices at equal positions, or within a distance in model units
-    #[arg(long, value_name = "exact|DISTANCE", value_parser = parse_weld)]
+    /// Merge vertices at equal positions, or within a distance in model units; or none
+    #[arg(long, value_name = "none|exact|DISTANCE", value_parser = parse_weld)]
     pub(crate) weld: Option<Weld>,
     /// Drop faces that refer to vertices that are not there
     #[arg(long)]
@@ -119,12 +119,14 @@ impl RepairOptions {
 }
 
 fn parse_weld(text: &str) -> Result<Weld, String> {
-    if text == "exact" {
-        return Ok(Weld::Exact);
+    match text {
+        "none" => return Ok(Weld::None),
+        "exact" => return Ok(Weld::Exact),
+        _ => {}
     }
     match text.parse() {
         Ok(distance) if f64::is_finite(distance) && distance >= 0.0 => Ok(Weld::Distance(distance)),
-        _ => Err("expected `exact` or a distance in model units, like 0.001".into()),
+        _ => Err("expected `none`, `exact` or a distance in model units, like 0.001".into()),
     }
 }
 

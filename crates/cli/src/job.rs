@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::args::RepairOptions;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loaded, Seconds, load};
+use crate::load::{Loaded, Seconds, load, load_whole};
 use crate::save::{SaveOptions, check_target, save};
 
 /// Options of the commands that turn a mesh into a file.
@@ -31,6 +31,16 @@ impl Job {
     pub(crate) fn load(&self, seconds: &mut Seconds, console: &Console) -> Result<Loaded, Failure> {
         check_target(&self.output, &self.save)?;
         Seconds::time(&mut seconds.load, || load(&self.input, &self.repair, console))
+    }
+
+    /// As [`Job::load`], with the parts of split vertices joined; see [`load_whole`].
+    pub(crate) fn load_whole(
+        &self,
+        seconds: &mut Seconds,
+        console: &Console,
+    ) -> Result<Loaded, Failure> {
+        check_target(&self.output, &self.save)?;
+        Seconds::time(&mut seconds.load, || load_whole(&self.input, &self.repair, console))
     }
 
     /// Writes the output.

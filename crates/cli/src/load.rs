@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use mesh_core::TriMesh;
-use mesh_core::build::{Built, Provenance, build};
+use mesh_core::build::{Built, Provenance, Repair, Weld, build};
 use mesh_io::Model;
 use serde::Serialize;
 
@@ -60,7 +60,32 @@ pub(crate) fn load(
     console: &Console,
 ) -> Result<Loaded, Failure> {
     let model = read(path, console)?;
-    let Built { mesh, report, provenance } = build(&model.soup, &repair.repair())
+    assemble(path, model, &repair.repair(), console)
+}
+
+/// As [`load`], but where vertices of a file are split so that each has one texture coordinate and
+/// one normal, as glTF does it, the parts are one vertex of the mesh unless `--weld` says otherwise.
+pub(crate) fn load_whole(
+    path: &Path,
+    options: &RepairOptions,
+    console: &Console,
+) -> Result<Loaded, Failure> {
+    let model = read(path, console)?;
+    let mut repair = options.repair();
+    let has_corner_data = model.corner_uvs.is_some() || model.corner_normals.is_some();
+    if has_corner_data && options.weld.is_none() {
+        repair.weld = Weld::Exact;
+    }
+    assemble(path, model, &repair, console)
+}
+
+fn assemble(
+    path: &Path,
+    model: Model,
+    repair: &Repair,
+    console: &Console,
+) -> Result<Loaded, Failure> {
+    let Built { mesh, report, provenance } = build(&model.soup, repair)
         .map_err(|source| Failure::Build { path: path.to_owned(), source: Box::new(source) })?;
     if !report.is_unchanged() {
         console.message(format_args!("{}: {report}", path.display()));

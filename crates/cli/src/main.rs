@@ -5,6 +5,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
+mod attributes;
 mod colormap;
 mod console;
 mod convert;

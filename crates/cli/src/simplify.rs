@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use mesh_core::{PolygonSoup, TriMesh};
-use mesh_io::Model;
+use mesh_core::TriMesh;
 use serde::Serialize;
 use simplify::{FitReport, Refusals, Simplified, simplify_observed};
 
+use crate::attributes::{Attributes, Carry};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::{Job, Report};
@@ -28,6 +28,8 @@ pub(crate) struct Simplify {
     targets: Targets,
     #[command(flatten)]
     policy: Policy,
+    #[command(flatten)]
+    carry: Carry,
     #[command(flatten)]
     job: Job,
 }
@@ -75,10 +77,12 @@ impl From<&FitReport> for Fit {
 pub(crate) fn run(options: &Simplify, console: &Console) -> Result<(), Failure> {
     options.targets.check()?;
     let mut seconds = Seconds::default();
-    let loaded = options.job.load(&mut seconds, console)?;
-    let simplified =
-        Seconds::time(&mut seconds.compute, || reduce(&loaded.mesh, options, console))?;
-    let model = plain(&simplified.mesh)?;
+    let mut loaded = options.job.load_whole(&mut seconds, console)?;
+    let attributes = options.carry.find(&mut loaded, console);
+    let simplified = Seconds::time(&mut seconds.compute, || {
+        reduce(&loaded.mesh, options, &attributes, console)
+    })?;
+    let model = attributes.carry(&loaded, &simplified.mesh, &simplified.vertex_map)?;
     options.job.save(&model, &mut seconds, console)?;
     let results = Results::new(options, loaded.mesh.topology().face_count(), &simplified);
     let report = Report::new("simplify", &options.job.input, loaded.counts(), results, seconds)
@@ -86,19 +90,18 @@ pub(crate) fn run(options: &Simplify, console: &Console) -> Result<(), Failure> 
     console.result(&report, summary(&report))
 }
 
-fn reduce(mesh: &TriMesh, options: &Simplify, console: &Console) -> Result<Simplified, Failure> {
-    let settings = options.policy.options(mesh, &options.targets);
+fn reduce(
+    mesh: &TriMesh,
+    options: &Simplify,
+    attributes: &Attributes,
+    console: &Console,
+) -> Result<Simplified, Failure> {
+    let mut settings = options.policy.options(mesh, &options.targets);
+    attributes.constrain(mesh, &mut settings);
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
     bar.finish_and_clear();
     result.map_err(Failure::simplify)
-}
-
-/// The mesh alone.
-fn plain(mesh: &TriMesh) -> Result<Model, Failure> {
-    let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
-    let soup = PolygonSoup::from_triangles(mesh.positions(), &triangles);
-    soup.map(Model::from).map_err(|error| Failure::model(error.into()))
 }
 
 /// Refused edges by reason.

@@ -48,6 +48,6 @@ mod write;
 
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use format::Format;
-pub use model::{Alpha, Group, Image, ImageData, Material, Model, ModelError, Scalars};
+pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
 pub use read::{ReadOptions, read, read_from, read_with};
 pub use write::{Encoding, Precision, WriteOptions, WriteReport, write, write_to};

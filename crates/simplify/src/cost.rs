@@ -3,6 +3,7 @@
 //! The driver collapses the cheapest edge first. A new cost implements [`Cost`], most often
 //! through [`Cost::quadric`] and [`Cost::cost`] alone.
 
+mod attribute_deviation;
 mod curvature_change;
 mod curvature_factor;
 mod curvature_norm;
@@ -10,6 +11,7 @@ mod garland_heckbert;
 mod hybrid;
 mod memoryless;
 
+pub use attribute_deviation::AttributeDeviation;
 pub use curvature_factor::CurvatureFactor;
 pub use curvature_norm::{CurvatureNorm, Norm};
 pub use garland_heckbert::GarlandHeckbert;
@@ -76,6 +78,12 @@ pub trait Cost {
     /// How far a collapse is felt.
     fn reach(&self) -> Reach {
         Reach::OneRing
+    }
+
+    /// Called before each collapse, which is certain by then, with the place of the vertex relative
+    /// to the midpoint of the edge.
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
+        let _ = (patch, x);
     }
 
     /// Called after each collapse, with the mesh as it is then.

@@ -356,6 +356,7 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         if !collapse.position.is_finite() {
             return Err(Refusal::NotFinite);
         }
+        self.policies.cost.collapsing(&patch, offset);
         let faces_before = self.mesh.topology().face_count() as u32;
         let collapsed = self.mesh.collapse(legal, collapse.position);
         self.fixed.collapsed(&collapse, collapsed.merged_edges);

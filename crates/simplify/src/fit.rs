@@ -150,7 +150,7 @@ fn add_own_samples(
 }
 
 /// Barycentric coordinates of the point of a triangle that is closest to `point`.
-fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
+pub(crate) fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     let at = point + closest_on_triangle(point, triangle);
     let [a, b, c] = triangle.map(|corner| corner - at);
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);

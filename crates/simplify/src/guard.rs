@@ -7,10 +7,12 @@
 mod component;
 mod normal;
 mod shape;
+mod texture;
 
 pub use component::ComponentGuard;
 pub use normal::NormalGuard;
 pub use shape::ShapeGuard;
+pub use texture::TextureGuard;
 
 use glam::DVec3;
 use mesh_core::TriMesh;
@@ -62,6 +64,8 @@ pub enum Refusal {
     Component,
     /// Faces would run into each other.
     Intersection,
+    /// A face would turn over in the texture.
+    TextureFold,
     /// The cost or the new place is not a number.
     NotFinite,
     /// Something else, refused by a guard from outside this crate.
@@ -70,7 +74,7 @@ pub enum Refusal {
 
 impl Refusal {
     /// All reasons, in order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::LinkCondition,
         Self::JoinsBoundaries,
         Self::LastFace,
@@ -81,6 +85,7 @@ impl Refusal {
         Self::Sliver,
         Self::Component,
         Self::Intersection,
+        Self::TextureFold,
         Self::NotFinite,
         Self::Other,
     ];
@@ -99,6 +104,7 @@ impl Refusal {
             Self::Sliver => "sliver",
             Self::Component => "component",
             Self::Intersection => "intersection",
+            Self::TextureFold => "texture_fold",
             Self::NotFinite => "not_finite",
             Self::Other => "other",
         }

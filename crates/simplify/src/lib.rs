@@ -32,16 +32,18 @@ mod queue;
 mod simplify;
 mod stop;
 mod symmetric;
+mod transfer;
+mod wedges;
 
 pub use anneal::{AnnealOptions, AnnealReport, anneal};
 pub use constraint::{Boundary, Constraints};
 pub use cost::{
-    Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
-    Reach,
+    AttributeDeviation, Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid,
+    Memoryless, Norm, Reach,
 };
 pub use driver::{Policies, Progress, Run, Update, collapse_edges};
 pub use fit::{FitConstraints, FitOptions, FitReport, fit};
-pub use guard::{ComponentGuard, Guard, NormalGuard, Refusal, Refusals, ShapeGuard};
+pub use guard::{ComponentGuard, Guard, NormalGuard, Refusal, Refusals, ShapeGuard, TextureGuard};
 pub use log::{CollapseLog, LogEntry};
 pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};
 pub use patch::{EdgePatch, PatchFace, Place};
@@ -50,3 +52,5 @@ pub use quadric::Quadric;
 pub use simplify::{AchievedError, Simplified, SimplifyError, simplify, simplify_observed};
 pub use stop::{Limits, StopReason};
 pub use symmetric::Symmetric3;
+pub use transfer::{CornerSource, corner_sources, seam_nodes};
+pub use wedges::{CornerAttributes, MAX_CHANNELS};

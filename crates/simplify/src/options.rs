@@ -8,6 +8,7 @@ use crate::constraint::Constraints;
 use crate::driver::Update;
 use crate::fit::FitOptions;
 use crate::stop::Limits;
+use crate::wedges::CornerAttributes;
 
 /// How a mesh is simplified; see [`crate::simplify`].
 #[derive(Clone, Debug)]
@@ -40,6 +41,12 @@ pub struct Options {
     /// How many vertices every component keeps; `None` for as few as possible. See
     /// [`ComponentGuard`](crate::ComponentGuard).
     pub min_component_vertices: Option<usize>,
+    /// What should stay at the corners of the faces, besides the shape; see
+    /// [`AttributeDeviation`](crate::AttributeDeviation). The curvature norms pass over it. The
+    /// seams between wedges are not kept by this: give them as features.
+    pub attributes: Option<CornerAttributes>,
+    /// The weight of the attributes; 0 for none.
+    pub attribute_weight: f64,
     /// Whether and how the result is fitted to the original. See [`fit`](crate::fit()).
     pub fit: Option<FitOptions>,
     /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()).
@@ -182,6 +189,8 @@ impl Options {
             min_cosine: Some(crate::NormalGuard::default().min_cosine),
             min_shape: Some(crate::ShapeGuard::default().min_shape),
             min_component_vertices: None,
+            attributes: None,
+            attribute_weight: 1.0,
             fit: Some(FitOptions::default()),
             anneal: None,
         };

@@ -1,6 +1,8 @@
 //! Simplification from options to result: collapses, error limit, fit.
 
 use core::ops::ControlFlow;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 use glam::DVec3;
 use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
@@ -10,11 +12,12 @@ use mesh_metric::{
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal};
 use crate::cost::{
-    Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
+    AttributeDeviation, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless,
+    Norm,
 };
 use crate::driver::{Policies, Progress, Run, collapse_edges};
 use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
-use crate::guard::{ComponentGuard, Guard, NormalGuard, Refusals, ShapeGuard};
+use crate::guard::{ComponentGuard, Guard, NormalGuard, Refusals, ShapeGuard, TextureGuard};
 use crate::log::CollapseLog;
 use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
 use crate::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
@@ -230,6 +233,12 @@ fn check_options(options: &Options) -> Result<(), SimplifyError> {
         not_negative,
         "at least 0 and finite",
     )?;
+    check(
+        "attribute_weight",
+        Some(options.attribute_weight),
+        not_negative,
+        "at least 0 and finite",
+    )?;
     check("min_cosine", options.min_cosine, |x| (-1.0..=1.0).contains(&x), "between -1 and 1")?;
     check("min_shape", options.min_shape, |x| (0.0..=1.0).contains(&x), "between 0 and 1")?;
     check("fit pull", options.fit.map(|f| f.pull), not_negative, "at least 0 and finite")
@@ -250,7 +259,7 @@ fn collapse(
     limits: &Limits,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
-    let job = Job { mesh, options, limits, observe };
+    let job = Job { mesh, options, limits, texture: None, observe };
     match options.metric {
         Metric::Classic => job.with_factor(GarlandHeckbert::new()),
         Metric::Marginal => job.with_factor(GarlandHeckbert::marginal()),
@@ -266,17 +275,28 @@ struct Job<'a> {
     mesh: &'a mut TriMesh,
     options: &'a Options,
     limits: &'a Limits,
+    /// Set along with a cost that looks at attributes.
+    texture: Option<TextureGuard>,
     observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
 }
 
 impl Job<'_> {
-    fn with_factor(self, cost: impl Cost) -> Run {
+    fn with_factor(self, cost: impl Cost + 'static) -> Run {
         let weight = self.options.curvature_weight;
         if weight > 0.0 {
-            self.with_placement(CurvatureFactor::new(cost, weight))
+            self.with_attributes(CurvatureFactor::new(cost, weight))
         } else {
-            self.with_placement(cost)
+            self.with_attributes(cost)
         }
+    }
+
+    fn with_attributes(mut self, cost: impl Cost + 'static) -> Run {
+        let weight = self.options.attribute_weight;
+        let given = self.options.attributes.as_ref().filter(|_| weight > 0.0);
+        let Some(attributes) = given else { return self.with_placement(cost) };
+        let shared = Rc::new(RefCell::new(attributes.clone()));
+        self.texture = Some(TextureGuard::new(Rc::clone(&shared)));
+        self.with_placement(AttributeDeviation::new(Box::new(cost), weight, shared))
     }
 
     fn with_placement(self, cost: impl Cost) -> Run {
@@ -290,7 +310,7 @@ impl Job<'_> {
     }
 
     fn run(self, cost: impl Cost, placement: impl Placement) -> Run {
-        let Self { mesh, options, limits, observe } = self;
+        let Self { mesh, options, limits, texture, observe } = self;
         let mut guards: Vec<Box<dyn Guard>> = Vec::new();
         if let Some(min_vertices) = options.min_component_vertices {
             guards.push(Box::new(ComponentGuard::new(min_vertices)));
@@ -300,6 +320,9 @@ impl Job<'_> {
         }
         if let Some(min_shape) = options.min_shape {
             guards.push(Box::new(ShapeGuard { min_shape }));
+        }
+        if let Some(guard) = texture {
+            guards.push(Box::new(guard));
         }
         let policies = Policies { cost, placement, guards, update: options.update };
         collapse_edges(mesh, policies, &options.constraints, limits, observe)
