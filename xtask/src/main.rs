@@ -10,6 +10,7 @@ mod draw;
 mod failure;
 mod render;
 mod reproduce;
+mod texture;
 
 use std::process::ExitCode;
 

@@ -8,7 +8,9 @@ use euc::rasterizer::{BackfaceCullingDisabled, Triangles};
 use euc::{Interpolate, Pipeline, Target};
 use glam::DVec3;
 use image::RgbImage;
-use mesh_core::{BoundingBox, TriMesh, VertexMap};
+use mesh_core::{BoundingBox, Handle, TriMesh, VertexMap};
+
+use crate::texture::{NO_IMAGE, Skin, Texture};
 
 /// Samples per pixel and direction.
 const OVERSAMPLING: usize = 3;
@@ -52,13 +54,24 @@ pub(crate) fn render(
     view: &View,
     style: &Style,
 ) -> RgbImage {
+    render_textured(mesh, colors, None, view, style)
+}
+
+/// As [`render`], with the faces painted; the mesh must have no gaps.
+pub(crate) fn render_textured(
+    mesh: &TriMesh,
+    colors: Option<&VertexMap<[u8; 3]>>,
+    texture: Option<&Texture>,
+    view: &View,
+    style: &Style,
+) -> RgbImage {
     let [width, height] = style.size.map(|n| n as usize * OVERSAMPLING);
     let camera = Camera::new(view, [width, height]);
-    let vertices = shaded_vertices(mesh, colors, &camera, style);
+    let vertices = shaded_vertices(mesh, colors, texture, &camera, style);
     let mut color = Buffer2d::new([width, height], BACKGROUND);
     let mut depth = Buffer2d::new([width, height], f32::INFINITY);
     let line = (style.edge_width * OVERSAMPLING as f64 / 2.0) as f32;
-    Shader { line }.draw::<Triangles<'_, _, BackfaceCullingDisabled>, _>(
+    Shader { line, texture }.draw::<Triangles<'_, _, BackfaceCullingDisabled>, _>(
         &vertices,
         &mut color,
         Some(&mut depth),
@@ -116,10 +129,13 @@ impl Camera {
     }
 }
 
-/// What the rasteriser interpolates: a lit colour, and the distances in samples to the three edges.
+/// What the rasteriser interpolates: a lit colour, what to multiply it with, and the distances in
+/// samples to the three edges.
 #[derive(Clone, Copy)]
 struct Surface {
     color: [f32; 3],
+    image: f32,
+    uv: [f32; 2],
     to_edges: [f32; 3],
 }
 
@@ -129,22 +145,27 @@ impl Interpolate for Surface {
     }
 
     fn lerp3(a: Self, b: Self, c: Self, x: f32, y: f32, z: f32) -> Self {
-        let mix = |a: [f32; 3], b: [f32; 3], c: [f32; 3]| {
-            core::array::from_fn(|i| a[i] * x + b[i] * y + c[i] * z)
-        };
+        fn mix<const N: usize>(values: [[f32; N]; 3], [x, y, z]: [f32; 3]) -> [f32; N] {
+            core::array::from_fn(|i| values[0][i] * x + values[1][i] * y + values[2][i] * z)
+        }
+        let weights = [x, y, z];
         Self {
-            color: mix(a.color, b.color, c.color),
-            to_edges: mix(a.to_edges, b.to_edges, c.to_edges),
+            color: mix([a.color, b.color, c.color], weights),
+            // The same at the three corners.
+            image: a.image,
+            uv: mix([a.uv, b.uv, c.uv], weights),
+            to_edges: mix([a.to_edges, b.to_edges, c.to_edges], weights),
         }
     }
 }
 
-struct Shader {
+struct Shader<'a> {
     /// Half the width of an edge, in samples.
     line: f32,
+    texture: Option<&'a Texture>,
 }
 
-impl Pipeline for Shader {
+impl Pipeline for Shader<'_> {
     type Vertex = ([f32; 4], Surface);
     type VsOut = Surface;
     type Pixel = [f32; 3];
@@ -155,7 +176,14 @@ impl Pipeline for Shader {
 
     fn frag(&self, surface: &Surface) -> [f32; 3] {
         let nearest = surface.to_edges.into_iter().fold(f32::INFINITY, f32::min);
-        if nearest < self.line { EDGE } else { surface.color }
+        match self.texture {
+            _ if nearest < self.line => EDGE,
+            Some(texture) if surface.image != NO_IMAGE => {
+                let texel = texture.sample(surface.image, surface.uv);
+                core::array::from_fn(|i| surface.color[i] * texel[i])
+            }
+            _ => surface.color,
+        }
     }
 }
 
@@ -163,6 +191,7 @@ impl Pipeline for Shader {
 fn shaded_vertices(
     mesh: &TriMesh,
     colors: Option<&VertexMap<[u8; 3]>>,
+    texture: Option<&Texture>,
     camera: &Camera,
     style: &Style,
 ) -> Vec<([f32; 4], Surface)> {
@@ -178,15 +207,19 @@ fn shaded_vertices(
         }
         let heights = sample_heights(points, camera);
         let face_normal = mesh.face_normal(face);
+        let bare = Skin { color: CLAY, image: NO_IMAGE, uvs: [[0.0; 2]; 3] };
+        let skin = texture.map_or(bare, |texture| texture.skin(face.index()));
         for corner in 0..3 {
             let normal =
                 vertex_normals.as_ref().map_or(face_normal, |normals| normals[corners[corner]]);
             let light = camera.brightness(normal);
             let base =
-                colors.map_or(CLAY, |map| map[corners[corner]].map(|c| f32::from(c) / 255.0));
+                colors.map_or(skin.color, |map| map[corners[corner]].map(|c| f32::from(c) / 255.0));
             let mut to_edges = [0.0; 3];
             to_edges[corner] = heights[corner];
-            let surface = Surface { color: base.map(|c| c * light), to_edges };
+            let color = base.map(|c| c * light);
+            let Skin { image, uvs, .. } = skin;
+            let surface = Surface { color, image, uv: uvs[corner], to_edges };
             vertices.push((projected[corner], surface));
         }
     }

@@ -1,5 +1,6 @@
 //! What goes to stdout, and what goes to stderr.
 
+use std::io::{ErrorKind, Write};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -33,12 +34,17 @@ impl Console {
         json: &impl Serialize,
         text: impl std::fmt::Display,
     ) -> Result<(), Failure> {
-        if self.json {
-            println!("{}", serde_json::to_string(json).map_err(Failure::json)?);
+        let mut stdout = std::io::stdout().lock();
+        let written = if self.json {
+            writeln!(stdout, "{}", serde_json::to_string(json).map_err(Failure::json)?)
         } else {
-            println!("{text}");
+            writeln!(stdout, "{text}")
+        };
+        match written {
+            // Whoever reads this has read enough.
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+            other => other.map_err(Failure::Stdout),
         }
-        Ok(())
     }
 
     /// A progress bar of so many steps; hidden when stderr is no terminal.

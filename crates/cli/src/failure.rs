@@ -26,6 +26,8 @@ pub(crate) enum Failure {
     Usage(String),
     #[error("cannot make a JSON object: {0}")]
     Json(Box<serde_json::Error>),
+    #[error("cannot write to stdout: {0}")]
+    Stdout(std::io::Error),
     #[error("cannot start threads: {0}")]
     Threads(Box<rayon::ThreadPoolBuildError>),
 }
@@ -54,7 +56,11 @@ impl Failure {
             Self::Build { source, .. } if is_malformed(source) => 3,
             Self::Simplify(error) if matches!(**error, SimplifyError::Option { .. }) => 2,
             Self::Build { .. } | Self::Surface { .. } | Self::Simplify(_) => 4,
-            Self::Write { .. } | Self::Model(_) | Self::Json(_) | Self::Threads(_) => 1,
+            Self::Write { .. }
+            | Self::Model(_)
+            | Self::Json(_)
+            | Self::Stdout(_)
+            | Self::Threads(_) => 1,
         }
     }
 }

@@ -32,6 +32,7 @@ mod queue;
 mod simplify;
 mod stop;
 mod symmetric;
+mod texture_fit;
 mod transfer;
 mod wedges;
 

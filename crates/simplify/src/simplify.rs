@@ -22,6 +22,7 @@ use crate::log::CollapseLog;
 use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
 use crate::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 use crate::stop::{Limits, StopReason};
+use crate::texture_fit::{TextureCheck, fit_unfolded};
 
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
@@ -147,13 +148,21 @@ pub fn simplify_observed(
         }
         error = Some(measure(original, &working, options)?);
     }
+    let base_map = vertex_map(mesh, &run.log, &remap);
     let mut finish = Finish { mesh: working, fit: None, anneal: None };
     if let (Some(original), Some(fit_options)) = (&original, wants_fit) {
         let constraints = FitConstraints {
             fixed: run.locked.as_ref().map(|locked| locked.compact(&remap)),
             features: run.features.as_ref().map(|features| features.compact(&remap)),
         };
-        let closer = finish.fitted(original, &constraints, &fit_options, options.anneal)?;
+        let texture = texture_check(mesh, options, &base_map);
+        let closer = finish.fitted(
+            original,
+            &constraints,
+            &fit_options,
+            options.anneal,
+            texture.as_ref(),
+        )?;
         let check = match wants_error {
             true => Some(measure(original, &closer.mesh, options)?),
             false => None,
@@ -164,7 +173,7 @@ pub fn simplify_observed(
         }
     }
     let Finish { mesh: finished, fit, anneal } = finish;
-    let mut vertex_map = vertex_map(mesh, &run.log, &remap);
+    let mut vertex_map = base_map;
     if let Some(report) = &anneal {
         for new in vertex_map.as_mut_slice() {
             *new = new.and_then(|v| report.vertex_map.get(v).copied().flatten());
@@ -198,15 +207,31 @@ impl Finish {
         constraints: &FitConstraints,
         options: &FitOptions,
         then: Option<AnnealOptions>,
+        texture: Option<&TextureCheck<'_>>,
     ) -> Result<Self, SimplifyError> {
         let mut mesh = self.mesh.clone();
-        let report = fit(&mut mesh, original, constraints, options)?;
+        let report = match texture {
+            Some(check) => fit_unfolded(&mut mesh, original, constraints, options, check)?,
+            None => fit(&mut mesh, original, constraints, options)?,
+        };
         let anneal = match then {
             Some(then) => Some(anneal(&mut mesh, original, constraints, &then)?),
             None => None,
         };
         Ok(Self { mesh, fit: Some(report), anneal })
     }
+}
+
+/// What keeps a fit from folding the texture, if there is one that counts.
+fn texture_check<'a>(
+    mesh: &'a TriMesh,
+    options: &'a Options,
+    became: &'a VertexMap<Option<VertexId>>,
+) -> Option<TextureCheck<'a>> {
+    let attributes = options.attributes.as_ref().filter(|a| a.has_texture())?;
+    let seams = options.constraints.features.as_ref()?;
+    let counts = options.attribute_weight > 0.0;
+    counts.then_some(TextureCheck { original: mesh, attributes, seams, became })
 }
 
 impl AchievedError {

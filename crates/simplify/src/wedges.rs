@@ -90,12 +90,16 @@ impl CornerAttributes {
         }
     }
 
+    pub(crate) fn has_texture(&self) -> bool {
+        self.has_texture
+    }
+
     fn value(&self, h: HalfEdgeId) -> &Value {
         &self.values[self.wedge[h] as usize]
     }
 
     /// The texture coordinates at a corner.
-    fn texture(&self, h: HalfEdgeId) -> [f64; 2] {
+    pub(crate) fn texture(&self, h: HalfEdgeId) -> [f64; 2] {
         let [u, v, ..] = *self.value(h);
         [u, v]
     }
@@ -238,7 +242,7 @@ impl CornerAttributes {
     }
 }
 
-fn doubled_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+pub(crate) fn doubled_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
