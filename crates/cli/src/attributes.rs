@@ -13,6 +13,7 @@ use crate::args::{parse_angle, parse_not_negative};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Loaded;
+use crate::normals::settle_normals;
 use crate::seams::Seams;
 
 /// What becomes of texture coordinates, normals, colours and materials.
@@ -23,9 +24,13 @@ pub(crate) struct Carry {
     /// shifts by one model unit is as bad as a surface that does
     #[arg(long, value_name = "W", default_value_t = 0.3, value_parser = parse_not_negative)]
     attribute_weight: f64,
-    /// Keep edges whose two faces have normals in the file that differ by more than this
+    /// Normals of the file that differ by more than this across an edge, or from the simplified
+    /// surface, are a crease
     #[arg(long, value_name = "DEGREES", default_value = "40", value_parser = parse_angle)]
     crease_angle: f64,
+    /// Keep creases as feature lines, as borders of texture charts, materials and groups always are
+    #[arg(long)]
+    keep_creases: bool,
     /// Leave out texture coordinates, normals, colours, materials and groups
     #[arg(long)]
     no_attributes: bool,
@@ -34,6 +39,7 @@ pub(crate) struct Carry {
 /// The seams of a mesh, and what its corners have.
 pub(crate) struct Attributes {
     seams: Seams,
+    crease: f64,
     weight: f64,
     of_corners: Option<CornerAttributes>,
 }
@@ -50,7 +56,7 @@ impl Carry {
             if is_flat_shaded(topology, &seams, normals) {
                 console.message("every face has a normal of its own: normals are left out");
                 loaded.model.corner_normals = None;
-            } else {
+            } else if self.keep_creases {
                 seams.add_creases(topology, normals, self.crease_angle);
             }
         }
@@ -58,7 +64,7 @@ impl Carry {
             console.message(format_args!("{} edges are seams or creases", seams.count()));
         }
         let of_corners = corner_attributes(loaded, &seams);
-        Attributes { seams, weight: self.attribute_weight, of_corners }
+        Attributes { seams, crease: self.crease_angle, weight: self.attribute_weight, of_corners }
     }
 }
 
@@ -116,7 +122,9 @@ impl Attributes {
             .model
             .blended(result.positions(), &triangles, &vertices, &faces, &corners)
             .map_err(Failure::model)?;
-        turn_normals(&mut model, result);
+        if let Some(normals) = &mut model.corner_normals {
+            settle_normals(normals.as_chunks_mut().0, result, self.crease);
+        }
         Ok(model)
     }
 
@@ -129,20 +137,6 @@ impl Attributes {
         let Some(CornerSource { face, weights }) = sources[h] else { return Blend::one(0) };
         let corners = loaded.mesh.topology().face_half_edges(face);
         Blend { sources: corners.map(|h| self.seams.corner(h) as u32), weights }
-    }
-}
-
-/// Replaces normals that point into the surface, which the file's may do once it is coarser, by that
-/// of the face.
-fn turn_normals(model: &mut Model, mesh: &TriMesh) {
-    let Some(normals) = &mut model.corner_normals else { return };
-    for (face, corners) in mesh.topology().faces().zip(normals.as_chunks_mut::<3>().0) {
-        let outward = mesh.face_normal(face);
-        for normal in corners {
-            if DVec3::from(normal.map(f64::from)).dot(outward) < 0.0 {
-                *normal = outward.as_vec3().to_array();
-            }
-        }
     }
 }
 

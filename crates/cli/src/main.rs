@@ -16,6 +16,7 @@ mod flip;
 mod info;
 mod job;
 mod load;
+mod normals;
 mod save;
 mod seams;
 mod simplify;
