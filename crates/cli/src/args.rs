@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcurv::VertexArea;
 use mesh_core::build::{Repair, Weld};
 
-use crate::{convert, curvature, distance, flip, info, simplify};
+use crate::{convert, curvature, distance, flip, info, lod, simplify};
 
 /// Curvature-driven work on triangle meshes.
 #[derive(Debug, Parser)]
@@ -31,6 +31,7 @@ pub(crate) enum Command {
     Curvature(curvature::Curvature),
     Flip(flip::Flip),
     Simplify(Box<simplify::Simplify>),
+    Lod(Box<lod::Lod>),
     Distance(distance::Distance),
 }
 

@@ -105,8 +105,9 @@ pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure>
     options.job.save(&model, &mut seconds, console)?;
     console.message(options.colors.explain(&scale));
     let results = results(options.quantity, &values, &scale);
-    let report = Report::new("curvature", &options.job.input, loaded.counts(), results, seconds)
-        .with_output(&options.job.output);
+    let report =
+        Report::new("curvature", &options.job.source.input, loaded.counts(), results, seconds)
+            .with_output(&options.job.output);
     console.result(&report, summary(&report))
 }
 

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use mesh_core::build::BuildError;
+use mesh_core::edit::CollapseRefusal;
 use mesh_io::{ReadError, WriteError};
 use mesh_metric::SurfaceError;
-use simplify::SimplifyError;
+use simplify::{RecordError, SimplifyError};
 
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -17,6 +18,10 @@ pub(crate) enum Failure {
     Surface { path: PathBuf, source: Box<SurfaceError> },
     #[error("{0}")]
     Simplify(Box<SimplifyError>),
+    #[error("{}: {source}", path.display())]
+    Record { path: PathBuf, source: Box<RecordError> },
+    #[error("the record does not fit the mesh: {0}")]
+    Replay(Box<CollapseRefusal>),
     #[error("cannot write {}: {source}", path.display())]
     Write { path: PathBuf, source: Box<WriteError> },
     /// The content does not fit together, which is a mistake of this program.
@@ -52,7 +57,7 @@ impl Failure {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => 2,
-            Self::Read(_) => 3,
+            Self::Read(_) | Self::Record { .. } | Self::Replay(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
             Self::Simplify(error) if matches!(**error, SimplifyError::Option { .. }) => 2,
             Self::Build { .. } | Self::Surface { .. } | Self::Simplify(_) => 4,

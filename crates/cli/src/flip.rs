@@ -102,7 +102,7 @@ pub(crate) fn run(options: &Flip, console: &Console) -> Result<(), Failure> {
     model.vertex_normals = None;
     options.job.save(&model, &mut seconds, console)?;
     let results = Results::new(&options.optimise, &flipped);
-    let report = Report::new("flip", &options.job.input, loaded.counts(), results, seconds)
+    let report = Report::new("flip", &options.job.source.input, loaded.counts(), results, seconds)
         .with_output(&options.job.output);
     console.result(&report, summary(&report))
 }

@@ -11,36 +11,55 @@ use crate::failure::Failure;
 use crate::load::{Loaded, Seconds, load, load_whole};
 use crate::save::{SaveOptions, check_target, save};
 
-/// Options of the commands that turn a mesh into a file.
+/// A mesh to read.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Job {
+pub(crate) struct Source {
     /// The file to read
     #[arg(value_name = "IN")]
     pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) repair: RepairOptions,
+}
+
+impl Source {
+    /// Reads the mesh, the parts of split vertices joined; see [`load_whole`].
+    pub(crate) fn load_whole(
+        &self,
+        seconds: &mut Seconds,
+        console: &Console,
+    ) -> Result<Loaded, Failure> {
+        Seconds::time(&mut seconds.load, || load_whole(&self.input, &self.repair, console))
+    }
+}
+
+/// Options of the commands that turn a mesh into a file.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Job {
+    #[command(flatten)]
+    pub(crate) source: Source,
     /// The file to write
     #[arg(short, long, value_name = "OUT")]
     pub(crate) output: PathBuf,
     #[command(flatten)]
     pub(crate) save: SaveOptions,
-    #[command(flatten)]
-    pub(crate) repair: RepairOptions,
 }
 
 impl Job {
     /// Reads the mesh, once it is clear that the output can be written as asked.
     pub(crate) fn load(&self, seconds: &mut Seconds, console: &Console) -> Result<Loaded, Failure> {
         check_target(&self.output, &self.save)?;
-        Seconds::time(&mut seconds.load, || load(&self.input, &self.repair, console))
+        let Source { input, repair } = &self.source;
+        Seconds::time(&mut seconds.load, || load(input, repair, console))
     }
 
-    /// As [`Job::load`], with the parts of split vertices joined; see [`load_whole`].
+    /// As [`Job::load`], with the parts of split vertices joined.
     pub(crate) fn load_whole(
         &self,
         seconds: &mut Seconds,
         console: &Console,
     ) -> Result<Loaded, Failure> {
         check_target(&self.output, &self.save)?;
-        Seconds::time(&mut seconds.load, || load_whole(&self.input, &self.repair, console))
+        self.source.load_whole(seconds, console)
     }
 
     /// Writes the output.

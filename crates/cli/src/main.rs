@@ -16,6 +16,7 @@ mod flip;
 mod info;
 mod job;
 mod load;
+mod lod;
 mod normals;
 mod save;
 mod seams;
@@ -53,6 +54,7 @@ fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
         Command::Curvature(options) => curvature::run(options, console),
         Command::Flip(options) => flip::run(options, console),
         Command::Simplify(options) => simplify::run(options, console),
+        Command::Lod(options) => lod::run(options, console),
         Command::Distance(options) => distance::run(options, console),
     }
 }

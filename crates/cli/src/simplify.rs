@@ -85,8 +85,9 @@ pub(crate) fn run(options: &Simplify, console: &Console) -> Result<(), Failure> 
     let model = attributes.carry(&loaded, &simplified.mesh, &simplified.vertex_map)?;
     options.job.save(&model, &mut seconds, console)?;
     let results = Results::new(options, loaded.mesh.topology().face_count(), &simplified);
-    let report = Report::new("simplify", &options.job.input, loaded.counts(), results, seconds)
-        .with_output(&options.job.output);
+    let report =
+        Report::new("simplify", &options.job.source.input, loaded.counts(), results, seconds)
+            .with_output(&options.job.output);
     console.result(&report, summary(&report))
 }
 

@@ -119,6 +119,11 @@ impl From<PlacementName> for PlacementRule {
 struct Components(Option<usize>);
 
 impl Policy {
+    /// How distances from the input are found.
+    pub(crate) fn check(&self) -> ErrorCheck {
+        if self.verify { ErrorCheck::Certified } else { ErrorCheck::Sampled }
+    }
+
     /// The options of the library.
     pub(crate) fn options(&self, mesh: &TriMesh, targets: &Targets) -> Options {
         let mut options = Options::preset(self.preset);
@@ -180,7 +185,7 @@ pub(crate) fn show(bar: &ProgressBar, now: &Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-fn parse_ratio(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_ratio(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(ratio) if (0.0..=1.0).contains(&ratio) => Ok(ratio),
         _ => Err("expected a number from 0 to 1".into()),

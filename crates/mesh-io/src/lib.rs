@@ -50,4 +50,6 @@ pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use format::Format;
 pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
 pub use read::{ReadOptions, read, read_from, read_with};
-pub use write::{Encoding, Precision, WriteOptions, WriteReport, write, write_to};
+#[cfg(feature = "gltf")]
+pub use write::write_levels;
+pub use write::{Encoding, Precision, WriteOptions, WriteReport, replace_file, write, write_to};

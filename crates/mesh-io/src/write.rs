@@ -95,6 +95,49 @@ pub fn write(
     Ok(report)
 }
 
+/// Writes levels of detail of one object, from fine to coarse, into one glTF or GLB file with the
+/// extension `MSFT_lod`. They share the materials and images of the first.
+///
+/// `coverage` holds for each level the part of the screen that the object must cover for the level
+/// to be shown; below the last number nothing is.
+///
+/// # Errors
+/// A [`WriteError`], also for any other format: nothing has been written then.
+#[cfg(feature = "gltf")]
+pub fn write_levels(
+    path: impl AsRef<Path>,
+    levels: &[Model],
+    coverage: &[f64],
+    options: &WriteOptions,
+) -> Result<WriteReport, WriteError> {
+    let path = path.as_ref();
+    let format = options
+        .format
+        .or_else(|| Format::from_extension(path))
+        .ok_or_else(|| WriteError::UnknownExtension(path.to_owned()))?;
+    levels.iter().try_for_each(Model::check)?;
+    let all = crate::gltf::Levels { models: levels.iter().collect(), coverage: coverage.to_vec() };
+    let mut report = atomic::replace(path, |writer| match format {
+        Format::Gltf => crate::gltf::write_levels_json(writer, &all),
+        Format::Glb => crate::gltf::write_levels_binary(writer, &all),
+        _ => Err(WriteError::NoLevels(format)),
+    })?;
+    report.dropped = levels.first().map_or_else(Vec::new, |model| dropped(model, format));
+    Ok(report)
+}
+
+/// Writes a file of any kind as [`write()`] does: the file at `path` is the old one until the new one
+/// is whole.
+///
+/// # Errors
+/// The file cannot be written: it is as it was.
+pub fn replace_file(
+    path: impl AsRef<Path>,
+    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), WriteError> {
+    atomic::replace(path.as_ref(), |writer| Ok(content(writer)?))
+}
+
 /// Writes the files that go with the one at `path`; the material libraries that it is to name, and
 /// whether embedded images have got files of their own.
 #[cfg(feature = "obj")]

@@ -29,6 +29,7 @@ mod patch;
 mod placement;
 mod quadric;
 mod queue;
+mod record;
 mod simplify;
 mod stop;
 mod symmetric;
@@ -50,7 +51,10 @@ pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPre
 pub use patch::{EdgePatch, PatchFace, Place};
 pub use placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use quadric::Quadric;
-pub use simplify::{AchievedError, Simplified, SimplifyError, simplify, simplify_observed};
+pub use record::RecordError;
+pub use simplify::{
+    AchievedError, Simplified, SimplifyError, collapses_within, simplify, simplify_observed,
+};
 pub use stop::{Limits, StopReason};
 pub use symmetric::Symmetric3;
 pub use transfer::{CornerSource, corner_sources, seam_nodes};

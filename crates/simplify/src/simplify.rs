@@ -136,7 +136,7 @@ pub fn simplify_observed(
     let mut error = None;
     if let (Some(original), true) = (&original, wants_error) {
         let within = match options.max_error {
-            Some(limit) => restrict(mesh, original, options, limit, &run)?,
+            Some(limit) => restrict(mesh, original, options, limit, &run.log)?,
             None => run.log.len(),
         };
         if within < run.log.len() {
@@ -361,15 +361,15 @@ fn restrict(
     original: &Surface,
     options: &Options,
     limit: f64,
-    run: &Run,
+    log: &CollapseLog,
 ) -> Result<usize, SimplifyError> {
     let is_within = |count: usize| -> Result<bool, SimplifyError> {
         // The log is of this very mesh, so that it can be replayed.
-        let Ok(mut level) = run.log.replay(mesh, count) else { return Ok(false) };
+        let Ok(mut level) = log.replay(mesh, count) else { return Ok(false) };
         level.compact();
         Ok(measure(original, &level, options)?.is_within(limit))
     };
-    let (mut good, mut bad) = (0, run.log.len());
+    let (mut good, mut bad) = (0, log.len());
     if is_within(bad)? {
         return Ok(bad);
     }
@@ -385,6 +385,21 @@ fn restrict(
         }
     }
     Ok(good)
+}
+
+/// How many of the collapses of a run may be carried out for the result to be within a distance of
+/// the mesh that the run was made on, both ways, up to half a percent of the vertices.
+///
+/// # Errors
+/// The mesh has no faces.
+pub fn collapses_within(
+    mesh: &TriMesh,
+    log: &CollapseLog,
+    max_error: f64,
+    error: ErrorCheck,
+) -> Result<usize, SimplifyError> {
+    let options = Options { max_error: Some(max_error), error, ..Options::default() };
+    restrict(mesh, &Surface::new(mesh)?, &options, max_error, log)
 }
 
 fn measure(
