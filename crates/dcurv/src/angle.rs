@@ -20,9 +20,10 @@ pub fn corner_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
 }
 
 /// A vector in the upper half-plane that makes the angle between `u` and `w` with the x-axis;
-/// `cross` is the length of their cross product.
+/// `cross` is the length of their cross product. For [`AngleSum`].
 #[inline]
-pub(crate) fn corner_direction(u: DVec3, w: DVec3, cross: f64) -> DVec2 {
+#[must_use]
+pub fn corner_direction(u: DVec3, w: DVec3, cross: f64) -> DVec2 {
     let corner = DVec2::new(u.dot(w), cross);
     if corner == DVec2::ZERO { collapsed_corner(u, w) } else { corner }
 }
@@ -32,28 +33,42 @@ fn collapsed_corner(u: DVec3, w: DVec3) -> DVec2 {
     if u == w { DVec2::new(0.5, 0.75_f64.sqrt()) } else { DVec2::Y }
 }
 
-/// A sum of angles between 0 and pi that takes one arc tangent in all.
+/// A sum of angles between 0 and pi, each with a plus or a minus, that takes one arc tangent in
+/// all.
 ///
-/// Multiplying complex numbers adds their angles. The product is kept in the upper half-plane by
-/// counting the half turns that it has made.
+/// Multiplying complex numbers adds their angles, dividing subtracts. The result is kept in the
+/// upper half-plane by counting the half turns that it has made.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct AngleSum {
+pub struct AngleSum {
     /// The angle of this vector, from 0 to pi, is what the sum has beyond the half turns.
     direction: DVec2,
-    half_turns: u32,
+    half_turns: i32,
 }
 
 impl AngleSum {
-    pub(crate) const ZERO: Self = Self { direction: DVec2::X, half_turns: 0 };
+    /// Nothing added yet.
+    pub const ZERO: Self = Self { direction: DVec2::X, half_turns: 0 };
 
-    /// Adds the angle of a vector in the upper half-plane.
+    /// Adds the angle of a vector in the upper half-plane; see [`corner_direction`].
     #[inline]
-    pub(crate) fn add(&mut self, corner: DVec2) {
+    pub fn add(&mut self, corner: DVec2) {
+        self.turn(corner, 1);
+    }
+
+    /// Subtracts the angle of a vector in the upper half-plane.
+    #[inline]
+    pub fn subtract(&mut self, corner: DVec2) {
+        // Dividing by a vector multiplies by its mirror image, but for the length.
+        self.turn(DVec2::new(corner.x, -corner.y), -1);
+    }
+
+    #[inline]
+    fn turn(&mut self, corner: DVec2, half_turn: i32) {
         let product = self.direction.rotate(corner);
-        // In the lower half-plane: turn back by pi. The sign bit, rather than a comparison, also
-        // tells pi + pi, whose sine is -0, from 0 + 0, whose sine is +0.
+        // In the lower half-plane: turn by pi. The sign bit, rather than a comparison, also tells
+        // pi + pi, whose sine is -0, from 0 + 0, whose sine is +0.
         let below = product.y.to_bits() >> 63;
-        self.half_turns += below as u32;
+        self.half_turns += half_turn * below as i32;
         self.direction = DVec2::new(negated_if(product.x, below), negated_if(product.y, below));
         let length = product.x.abs() + product.y.abs();
         if !(1e-100..1e100).contains(&length) {
@@ -63,7 +78,8 @@ impl AngleSum {
 
     /// The sum, in radians.
     #[inline]
-    pub(crate) fn radians(self) -> f64 {
+    #[must_use]
+    pub fn radians(self) -> f64 {
         PI * f64::from(self.half_turns) + atan2(self.direction.y, self.direction.x)
     }
 }
@@ -89,6 +105,23 @@ mod tests {
         }
         assert_eq!(corner_angle(half, p, q), PI);
         assert_eq!(corner_angle(p, half, q), 0.0);
+    }
+
+    #[test]
+    fn what_is_added_and_subtracted_leaves_the_rest() {
+        let mut random = SplitMix64::new(8);
+        for _ in 0..1000 {
+            let angles: [f64; 5] = std::array::from_fn(|_| PI * random.uniform());
+            let corners = angles.map(|angle| DVec2::new(angle.cos(), angle.sin()));
+            let mut sum = AngleSum::ZERO;
+            sum.add(corners[0]);
+            sum.subtract(corners[1]);
+            sum.subtract(corners[2]);
+            sum.subtract(corners[3]);
+            sum.add(corners[4]);
+            let expected = angles[0] - angles[1] - angles[2] - angles[3] + angles[4];
+            assert!((sum.radians() - expected).abs() < 1e-14, "{angles:?}");
+        }
     }
 
     #[test]

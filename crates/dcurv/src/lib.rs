@@ -75,10 +75,10 @@ pub mod totals;
 pub mod vertex;
 pub mod willmore;
 
-pub use angle::corner_angle;
+pub use angle::{AngleSum, corner_angle, corner_direction};
 pub use area::{VertexArea, corner_area};
 pub use curvatures::{CurvatureOptions, Curvatures};
-pub use dihedral::dihedral_angle;
+pub use dihedral::{dihedral_angle, hinge_angle};
 pub use edge::{
     dihedral_angles, edge_dihedral_angle, edge_intersection_angle, edge_mean_curvature,
     edge_mean_curvatures, intersection_angles,

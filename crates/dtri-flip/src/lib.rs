@@ -42,12 +42,11 @@ mod anneal;
 mod cost;
 mod cost_name;
 mod costs;
-mod crossing;
 mod error;
-mod face_tree;
 mod features;
 mod fold;
 mod greedy;
+mod intersection;
 mod lattice_error;
 mod look_ahead;
 mod options;
@@ -66,7 +65,6 @@ pub use costs::{
     AbsMean, FaceCost, FaceFunction, VertexCost, VertexCostCache, VertexFunction, VirtualWillmore,
     Willmore,
 };
-pub use crossing::triangles_cross;
 pub use error::FlipError;
 pub use features::feature_edges;
 pub use lattice_error::{LatticeError, lattice_error};

@@ -3,15 +3,15 @@
 use core::ops::ControlFlow;
 
 use mesh_core::edit::LegalFlip;
-use mesh_core::{EdgeId, EdgeMap, TriMesh};
+use mesh_core::{EdgeId, EdgeMap, FaceTree, TriMesh};
 
 use crate::anneal;
 use crate::cost::{Change, FlipCost};
 use crate::error::FlipError;
-use crate::face_tree::FaceTree;
 use crate::features::locked_edges;
 use crate::fold::{flattens, folds};
 use crate::greedy;
+use crate::intersection::crossed_by_flip;
 use crate::options::FlipOptions;
 use crate::quad::Quad;
 use crate::report::{FlipReport, Refused, Stop};
@@ -182,7 +182,7 @@ impl<'a, C: FlipCost> Run<'a, C> {
         if self.options.max_fold.is_some_and(|limit| folds(self.mesh, &quad, limit)) {
             return Err(Refusal::Fold);
         }
-        match self.tree.as_ref().and_then(|tree| tree.crossed_by_flip(self.mesh, &quad)) {
+        match self.tree.as_ref().and_then(|tree| crossed_by_flip(tree, self.mesh, &quad)) {
             Some(face) => Err(Refusal::Intersection(face)),
             None => Ok(flip),
         }
@@ -196,7 +196,7 @@ impl<'a, C: FlipCost> Run<'a, C> {
         let quad = Quad::around(self.mesh.topology(), edge)?;
         self.cost.update(self.mesh, &mut self.cache, &quad);
         if let Some(tree) = &mut self.tree {
-            tree.update(self.mesh, &quad);
+            tree.update(self.mesh, self.mesh.topology().edge_faces(edge).into_iter().flatten());
         }
         Some(quad)
     }

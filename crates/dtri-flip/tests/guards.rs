@@ -7,12 +7,10 @@ use std::collections::BTreeMap;
 
 use common::{face_set, mesh_of, model};
 use dcurv::VertexArea;
-use dtri_flip::{
-    AbsMean, CostName, FlipError, FlipOptions, feature_edges, optimise, triangles_cross,
-};
+use dtri_flip::{AbsMean, CostName, FlipError, FlipOptions, feature_edges, optimise};
 use glam::DVec3;
 use mesh_core::shapes::{Sphere, SplitMix64, inset_cube, scramble};
-use mesh_core::{EdgeId, FaceId, TriMesh, VertexId};
+use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, triangles_cross};
 
 #[test]
 fn trap_15_locked_and_feature_edges_never_flip_and_two_flips_restore_the_mesh() {

@@ -32,6 +32,12 @@ impl BoundingBox {
         })
     }
 
+    /// The box round a triangle.
+    #[must_use]
+    pub fn of_triangle([a, b, c]: [DVec3; 3]) -> Self {
+        Self { min: a.min(b).min(c), max: a.max(b).max(c) }
+    }
+
     /// The length of the diagonal.
     #[must_use]
     pub fn diagonal(&self) -> f64 {

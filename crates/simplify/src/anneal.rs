@@ -14,7 +14,7 @@ use crate::constraint::{Boundary, Constraints};
 use crate::cost::Memoryless;
 use crate::driver::{Policies, Update, collapse_edges};
 use crate::fit::{FitConstraints, FitOptions, fit};
-use crate::guard::{NormalGuard, ShapeGuard};
+use crate::guard::{Guard, IntersectionGuard, NormalGuard, ShapeGuard};
 use crate::placement::Optimal;
 use crate::stop::Limits;
 
@@ -151,10 +151,15 @@ impl State {
             }
         }
         fit(&mut mesh, original, &self.constraints, &FitOptions { rounds: 1, ..*options })?;
+        let mut guards: Vec<Box<dyn Guard>> =
+            vec![Box::new(NormalGuard::default()), Box::new(ShapeGuard::default())];
+        if options.forbid_intersections {
+            guards.push(Box::new(IntersectionGuard::default()));
+        }
         let policies = Policies {
             cost: Memoryless,
             placement: Optimal::default(),
-            guards: vec![Box::new(NormalGuard::default()), Box::new(ShapeGuard::default())],
+            guards,
             update: Update::Lazy,
         };
         let fixed = Constraints {
@@ -180,6 +185,7 @@ impl State {
             // Boundary vertices are fixed without being listed.
             fixed: self.constraints.fixed.as_ref().and(run.locked.map(|map| map.compact(&remap))),
             features: run.features.map(|map| map.compact(&remap)),
+            ..self.constraints.clone()
         };
         fit(&mut mesh, original, &constraints, options)?;
         let (of_face, squares) = (Vec::new(), 0.0);

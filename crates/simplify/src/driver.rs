@@ -1,14 +1,18 @@
-//! The greedy loop: collapse the cheapest edge, bring its neighbourhood up to date, go on.
+//! The greedy loop: collapse the cheapest edges, bring their neighbourhood up to date, go on.
 //!
-//! Every edge has at most one valid entry in the queue. Whether its cost is out of date is told by stamps at
-//! the vertices, which a collapse raises at the vertex that remains and at its neighbours; an edge
-//! whose stamp is old is evaluated again when it comes to the head. That is exact for costs that
-//! only grow, and close for those that mostly do; [`Update::Eager`] is exact for all.
+//! What an edge costs is found out in steps: a bound from its ends alone, a bound from the faces
+//! round it, the cost. As soon as it is known to be above a ceiling, the edge goes back to where it
+//! waits, with what is known as its key. How edges wait is what [`Update`] chooses:
+//!
+//! - [`Update::Lazy`] takes the cheapest few percent of them at a time, by keys that may be out of
+//!   date, and visits them in the order in which they are stored ([`Rounds`]). Neighbours are then
+//!   in the cache, and no edge is evaluated that is not about to be collapsed.
+//! - [`Update::Eager`] keeps all keys up to date in a heap ([`Queue`]), and is exact.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
 
-use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Topology, TriMesh, VertexId, VertexMap};
 
 use crate::constraint::{Constraints, Fixed};
 use crate::cost::{Collapse, Cost, Reach};
@@ -17,6 +21,7 @@ use crate::log::{CollapseLog, LogEntry};
 use crate::patch::{EdgePatch, PatchFace, Place};
 use crate::placement::Placement;
 use crate::queue::{Entry, Queue};
+use crate::rounds::{Round, Rounds, Visit};
 use crate::stop::{Limits, StopReason};
 
 /// How far a run has come; given to the observer now and then.
@@ -61,13 +66,17 @@ pub struct Policies<'a, C, P> {
     pub update: Update,
 }
 
-/// When costs that a collapse has changed are brought up to date.
+/// In which order edges are collapsed, and when costs that a collapse has changed are brought up to
+/// date.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Update {
-    /// When the edge comes to the head of the queue. A cost that has fallen is noticed late.
+    /// In rounds of the cheapest few percent of the edges. Within a round, neighbours follow each
+    /// other, whatever they cost, and each edge is evaluated when its turn comes: if it has become
+    /// more expensive than the round, it waits. A cost that has fallen is noticed late.
     #[default]
     Lazy,
-    /// At once, for all edges within [`Cost::reach`]. Takes several times as long.
+    /// Strictly the cheapest first. All edges within [`Cost::reach`] of a collapse are evaluated at
+    /// once. Takes several times as long.
     Eager,
 }
 
@@ -85,7 +94,7 @@ pub fn collapse_edges<C: Cost, P: Placement>(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
     let mut driver = Driver::new(mesh, policies, constraints);
-    driver.fill_queue();
+    driver.fill();
     driver.run(limits, observe);
     (driver.result.locked, driver.result.features) = driver.fixed.into_maps();
     driver.result
@@ -94,61 +103,15 @@ pub fn collapse_edges<C: Cost, P: Placement>(
 /// How many collapses pass between two looks at the clock and the observer.
 const OBSERVED_EVERY: usize = 1024;
 
-/// What the queue knows of an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    /// In the queue with what it cost before something changed.
-    Stale,
-    /// In the queue with the bound of [`Cost::early_bound`].
-    Early,
-    /// In the queue with the bound of [`Cost::lower_bound`].
-    Bound,
-    /// In the queue with its cost.
-    Exact,
-    /// Refused, and not in the queue until something changes round it.
-    Refused,
-}
-
-impl State {
-    /// What is to be found out next.
-    fn next(self) -> Self {
-        match self {
-            Self::Stale | Self::Refused => Self::Early,
-            Self::Early => Self::Bound,
-            Self::Bound | Self::Exact => Self::Exact,
-        }
-    }
-}
-
-#[derive(Clone, Copy)]
-struct EdgeRecord {
-    /// The cost with which the edge is in the queue. Entries with another one are out of date;
-    /// not a number when the edge was refused.
-    key: f64,
-    /// The sum of the stamps of the two ends when the edge was last evaluated.
-    stamp: u32,
-    state: State,
-}
-
-impl EdgeRecord {
-    const REFUSED: Self = Self { key: f64::NAN, stamp: 0, state: State::Refused };
-}
-
-#[derive(Clone, Copy, Default)]
-struct VertexRecord {
-    /// Raised whenever something changes round the vertex.
-    stamp: u32,
-    /// The number of refused edges at the vertex, or more.
-    refused: u32,
-}
-
 struct Driver<'a, 'g, C, P> {
     mesh: &'a mut TriMesh,
     policies: Policies<'g, C, P>,
     fixed: Fixed,
-    queue: Queue,
-    edges: Vec<EdgeRecord>,
-    vertices: Vec<VertexRecord>,
+    waiting: Waiting,
+    /// The edges that were refused, and wait for nothing but a change round them.
+    is_refused: Vec<bool>,
+    /// The number of refused edges at each vertex, or more.
+    refused_at: Vec<u32>,
     used_vertices: usize,
     scratch: Vec<PatchFace>,
     touched: Vec<VertexId>,
@@ -156,11 +119,91 @@ struct Driver<'a, 'g, C, P> {
     result: Run,
 }
 
-/// An edge with its place and cost, as far as they are known.
-struct Evaluated {
-    place: Place,
-    cost: f64,
-    state: State,
+/// Where edges wait for their collapse.
+enum Waiting {
+    Rounds(Rounds),
+    Heap {
+        queue: Queue,
+        /// The key with which each edge waits. Entries with another one are out of date.
+        keys: Vec<f64>,
+    },
+}
+
+impl Waiting {
+    /// Adds an edge of which nothing is known.
+    fn push_unknown(&mut self, topology: &Topology, edge: EdgeId) {
+        match self {
+            Self::Rounds(rounds) => rounds.push_unknown(topology, edge),
+            Self::Heap { .. } => self.push_key(edge, f64::NEG_INFINITY),
+        }
+    }
+
+    /// Gives an edge of the heap this key.
+    fn push_key(&mut self, edge: EdgeId, cost: f64) {
+        if let Self::Heap { queue, keys } = self {
+            // What is in the heap with this key already stays there.
+            if keys[edge.index()] != cost {
+                keys[edge.index()] = cost;
+                queue.push(Entry { cost, edge });
+            }
+        }
+    }
+}
+
+/// What is known of the cost of an edge.
+enum Assessment {
+    /// It is more than the ceiling, and no less than this.
+    Above(f64),
+    /// It is exactly this when the vertex that remains goes to this place.
+    Exact(Place, f64),
+}
+
+/// What has become of an edge whose turn it was.
+enum Turn {
+    Collapsed,
+    /// It costs more than the ceiling, and no less than this.
+    Above(f64),
+    Refused,
+}
+
+/// The limits of a run and what is needed to tell whether they are reached.
+struct Watch<'a> {
+    limits: &'a Limits,
+    observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    start: Instant,
+    faces_before: usize,
+    face_target: usize,
+    observed: usize,
+}
+
+impl Watch<'_> {
+    fn reached(&mut self, faces: usize, vertices: usize, collapses: usize) -> Option<StopReason> {
+        let Limits { vertices: fewest, collapses: most, time, .. } = *self.limits;
+        if faces <= self.face_target {
+            return Some(StopReason::Faces);
+        }
+        if fewest.is_some_and(|limit| vertices <= limit) {
+            return Some(StopReason::Vertices);
+        }
+        if most.is_some_and(|limit| collapses >= limit) {
+            return Some(StopReason::Collapses);
+        }
+        if collapses < self.observed + OBSERVED_EVERY {
+            return None;
+        }
+        self.observed = collapses;
+        if time.is_some_and(|time| self.start.elapsed() >= time) {
+            return Some(StopReason::Time);
+        }
+        let Self { faces_before, face_target, .. } = *self;
+        let progress = Progress { faces_before, faces, face_target, collapses };
+        (self.observe)(&progress).is_break().then_some(StopReason::Cancelled)
+    }
+
+    /// The largest cost that is allowed.
+    fn cost(&self) -> f64 {
+        self.limits.cost.unwrap_or(f64::INFINITY)
+    }
 }
 
 impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
@@ -177,8 +220,8 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         let topology = mesh.topology();
         let used_vertices = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
         let used_vertices = used_vertices.count();
-        let edges = vec![EdgeRecord::REFUSED; topology.edge_capacity()];
-        let vertices = vec![VertexRecord::default(); topology.vertex_capacity()];
+        let is_refused = vec![false; topology.edge_capacity()];
+        let refused_at = vec![0; topology.vertex_capacity()];
         let result = Run {
             stop: StopReason::NothingLeft,
             log: CollapseLog::default(),
@@ -191,9 +234,9 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             mesh,
             policies,
             fixed,
-            queue: Queue::new(Vec::new()),
-            edges,
-            vertices,
+            waiting: Waiting::Rounds(Rounds::default()),
+            is_refused,
+            refused_at,
             used_vertices,
             scratch: Vec::new(),
             touched: Vec::new(),
@@ -202,171 +245,174 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         }
     }
 
-    fn fill_queue(&mut self) {
+    fn fill(&mut self) {
         let mut entries = Vec::with_capacity(self.mesh.topology().edge_count());
         for index in 0..self.mesh.topology().edge_capacity() {
             let edge = EdgeId::new(index as u32);
             if !self.mesh.topology().contains_edge(edge) {
                 continue;
             }
-            match self.evaluate(edge, State::Early) {
-                Ok(evaluated) => {
-                    let Evaluated { cost, state, .. } = evaluated;
-                    self.edges[index] = EdgeRecord { key: cost, stamp: 0, state };
-                    entries.push(Entry { cost, edge });
-                }
+            match self.key(edge) {
+                Ok(cost) => entries.push(Entry { cost, edge }),
                 Err(refusal) => self.refuse(edge, refusal),
             }
         }
-        self.queue = Queue::new(entries);
+        let topology = self.mesh.topology();
+        self.waiting = match self.policies.update {
+            Update::Lazy => Waiting::Rounds(Rounds::new(topology, &entries)),
+            Update::Eager => {
+                let mut keys = vec![f64::NAN; topology.edge_capacity()];
+                entries.iter().for_each(|entry| keys[entry.edge.index()] = entry.cost);
+                Waiting::Heap { queue: Queue::new(entries), keys }
+            }
+        };
     }
 
     fn run(&mut self, limits: &Limits, observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>) {
-        let start = Instant::now();
         let faces_before = self.mesh.topology().face_count();
-        let face_target = limits.face_target(faces_before);
-        let mut observed = 0;
-        loop {
-            let collapses = self.result.log.len();
-            if self.mesh.topology().face_count() <= face_target {
-                return self.stop(StopReason::Faces);
-            }
-            if limits.vertices.is_some_and(|limit| self.used_vertices <= limit) {
-                return self.stop(StopReason::Vertices);
-            }
-            if limits.collapses.is_some_and(|limit| collapses >= limit) {
-                return self.stop(StopReason::Collapses);
-            }
-            if collapses >= observed + OBSERVED_EVERY {
-                observed = collapses;
-                if limits.time.is_some_and(|time| start.elapsed() >= time) {
-                    return self.stop(StopReason::Time);
-                }
-                let faces = self.mesh.topology().face_count();
-                let progress = Progress { faces_before, faces, face_target, collapses };
-                if observe(&progress).is_break() {
-                    return self.stop(StopReason::Cancelled);
-                }
-            }
-            let Some((edge, evaluated)) = self.cheapest() else {
-                return self.stop(StopReason::NothingLeft);
-            };
-            if limits.cost.is_some_and(|limit| evaluated.cost > limit) {
-                return self.stop(StopReason::Cost);
-            }
-            self.queue.pop();
-            if let Err(refusal) = self.collapse(edge, &evaluated) {
-                self.refuse(edge, refusal);
-            }
-        }
+        let mut watch = Watch {
+            limits,
+            observe,
+            start: Instant::now(),
+            faces_before,
+            face_target: limits.face_target(faces_before),
+            observed: 0,
+        };
+        self.result.stop = match self.policies.update {
+            Update::Lazy => self.run_in_rounds(&mut watch),
+            Update::Eager => self.run_in_order(&mut watch),
+        };
     }
 
-    fn stop(&mut self, reason: StopReason) {
-        self.result.stop = reason;
+    fn reached(&self, watch: &mut Watch<'_>) -> Option<StopReason> {
+        watch.reached(self.mesh.topology().face_count(), self.used_vertices, self.result.log.len())
     }
 
-    /// Brings the head of the queue up to date until it is still the cheapest then. It stays at
-    /// the head.
-    fn cheapest(&mut self) -> Option<(EdgeId, Evaluated)> {
+    fn run_in_rounds(&mut self, watch: &mut Watch<'_>) -> StopReason {
+        let mut round = Round::default();
         loop {
-            let Entry { cost: key, edge } = self.queue.head()?;
-            let record = self.edges[edge.index()];
-            if record.key != key || !self.mesh.topology().contains_edge(edge) {
-                self.queue.pop();
-                continue;
+            if let Some(reason) = self.reached(watch) {
+                return reason;
             }
-            let stamp = self.stamp(edge);
-            let known = if record.stamp == stamp { record.state } else { State::Stale };
-            let evaluated = match self.evaluate(edge, known.next()) {
-                Ok(evaluated) => evaluated,
-                Err(refusal) => {
-                    self.queue.pop();
-                    self.refuse(edge, refusal);
+            let Waiting::Rounds(rounds) = &mut self.waiting else { return StopReason::NothingLeft };
+            if !rounds.take(&mut round) {
+                return StopReason::NothingLeft;
+            }
+            if round.least > watch.cost() {
+                return StopReason::Cost;
+            }
+            let ceiling = round.ceiling.min(watch.cost());
+            for &visit in &round.visits {
+                if !self.mesh.topology().contains_edge(visit.edge) {
                     continue;
                 }
+                if let Some(reason) = self.reached(watch) {
+                    return reason;
+                }
+                if let Turn::Above(cost) = self.take_turn(visit.edge, ceiling)
+                    && let Waiting::Rounds(rounds) = &mut self.waiting
+                {
+                    rounds.push_above(Visit { cost, ..visit });
+                }
+            }
+        }
+    }
+
+    fn run_in_order(&mut self, watch: &mut Watch<'_>) -> StopReason {
+        loop {
+            if let Some(reason) = self.reached(watch) {
+                return reason;
+            }
+            let Waiting::Heap { queue, keys } = &mut self.waiting else {
+                return StopReason::NothingLeft;
             };
-            let Evaluated { cost, state, .. } = evaluated;
-            let entry = Entry { cost, edge };
-            self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state };
-            let may_sink = known != State::Exact && self.queue.head_would_sink(entry);
-            if may_sink || state != State::Exact {
-                self.queue.replace_head(entry);
+            let Some(Entry { cost: key, edge }) = queue.pop() else {
+                return StopReason::NothingLeft;
+            };
+            if keys[edge.index()] != key || !self.mesh.topology().contains_edge(edge) {
                 continue;
             }
-            return Some((edge, evaluated));
-        }
-    }
-
-    fn stamp(&self, edge: EdgeId) -> u32 {
-        let [a, b] = self.mesh.topology().edge_vertices(edge);
-        self.vertices[a.index()].stamp.wrapping_add(self.vertices[b.index()].stamp)
-    }
-
-    /// The place and the cost of an edge, or the quickest bound of the cost that is at least as
-    /// good as `wanted`.
-    #[inline]
-    fn evaluate(&mut self, edge: EdgeId, wanted: State) -> Result<Evaluated, Refusal> {
-        let Policies { cost, placement, .. } = &self.policies;
-        if wanted == State::Early {
-            let patch = EdgePatch::without_faces(self.mesh, edge.half_edge());
-            let patch = patch.with_border(self.fixed.border(&patch));
-            if let Some(bound) = cost.early_bound(&patch).filter(|bound| !bound.is_nan()) {
-                return Ok(Evaluated { place: Place::Kept, cost: bound, state: State::Early });
+            if key > watch.cost() {
+                return StopReason::Cost;
+            }
+            keys[edge.index()] = f64::NAN;
+            let second = queue.head().map_or(f64::INFINITY, |entry| entry.cost);
+            match self.take_turn(edge, second.min(watch.cost())) {
+                Turn::Collapsed => self.refresh(),
+                Turn::Above(cost) => self.waiting.push_key(edge, cost),
+                Turn::Refused => {}
             }
         }
-        let patch = EdgePatch::gather(self.mesh, edge.half_edge(), &mut self.scratch);
-        let patch = patch.with_border(self.fixed.border(&patch));
-        let forced = self.fixed.place(&patch)?;
-        let quadric = cost.quadric(&patch);
-        let quadric = quadric.as_ref();
-        let at = |x| cost.cost(&patch, quadric, x);
-        let place = forced.unwrap_or_else(|| placement.place(&patch, quadric, &at));
-        let x = patch.offset(place);
-        let is_exact = wanted == State::Exact;
-        let bound = if is_exact { None } else { cost.lower_bound(&patch, quadric, x) };
-        let state = if bound.is_some() { State::Bound } else { State::Exact };
-        let cost = bound.unwrap_or_else(|| at(x));
-        if cost.is_nan() || !x.is_finite() {
-            return Err(Refusal::NotFinite);
-        }
-        Ok(Evaluated { place, cost, state })
     }
 
-    /// Collapses an edge if everything allows it.
-    fn collapse(&mut self, edge: EdgeId, evaluated: &Evaluated) -> Result<(), Refusal> {
-        // The vertex that stays is the one whose position does, if any.
-        let (half_edge, place) = match evaluated.place {
-            Place::Removed => (edge.half_edge().twin(), Place::Kept),
-            place => (edge.half_edge(), place),
+    /// Collapses an edge that costs no more than `ceiling`, if everything allows it.
+    fn take_turn(&mut self, edge: EdgeId, ceiling: f64) -> Turn {
+        self.try_collapse(edge, ceiling).unwrap_or_else(|refusal| {
+            self.refuse(edge, refusal);
+            Turn::Refused
+        })
+    }
+
+    /// The cost of an edge, or the quickest bound of it.
+    fn key(&mut self, edge: EdgeId) -> Result<f64, Refusal> {
+        let Self { mesh, policies, fixed, scratch, .. } = self;
+        if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
+            return Ok(bound);
+        }
+        let patch = EdgePatch::gather(mesh, edge.half_edge(), scratch);
+        let patch = patch.with_border(fixed.border(&patch));
+        match assess(policies, fixed, &patch, f64::NEG_INFINITY)? {
+            Assessment::Above(cost) | Assessment::Exact(_, cost) => Ok(cost),
+        }
+    }
+
+    fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
+        let Self { mesh, policies, fixed, scratch, .. } = self;
+        if let Some(bound) = early_bound(mesh, policies, fixed, edge)
+            && bound > ceiling
+        {
+            return Ok(Turn::Above(bound));
+        }
+        let patch = EdgePatch::gather(mesh, edge.half_edge(), scratch);
+        let patch = patch.with_border(fixed.border(&patch));
+        let (place, cost) = match assess(policies, fixed, &patch, ceiling)? {
+            Assessment::Above(cost) => return Ok(Turn::Above(cost)),
+            Assessment::Exact(_, cost) if cost > ceiling => return Ok(Turn::Above(cost)),
+            Assessment::Exact(place, cost) => (place, cost),
         };
-        let patch = EdgePatch::gather(self.mesh, half_edge, &mut self.scratch);
+        // The vertex that stays is the one whose position does, if any.
+        let (patch, place) = match place {
+            Place::Removed => (patch.reversed(), Place::Kept),
+            place => (patch, place),
+        };
         let offset = patch.offset(place);
-        for guard in &self.policies.guards {
+        for guard in &policies.guards {
             guard.check(&patch, offset)?;
         }
-        let legal = self.mesh.topology().check_collapse(half_edge)?;
+        let half_edge = patch.half_edge();
+        let legal = mesh.topology().check_collapse(half_edge)?;
         let (removed, kept) = (legal.removed(), legal.kept());
         let collapse = Collapse {
             removed,
             kept,
-            removed_from: self.mesh.position(removed),
-            kept_from: self.mesh.position(kept),
+            removed_from: mesh.position(removed),
+            kept_from: mesh.position(kept),
             position: patch.position(place),
         };
         if !collapse.position.is_finite() {
             return Err(Refusal::NotFinite);
         }
-        self.policies.cost.collapsing(&patch, offset);
-        let faces_before = self.mesh.topology().face_count() as u32;
-        let collapsed = self.mesh.collapse(legal, collapse.position);
-        self.fixed.collapsed(&collapse, collapsed.merged_edges);
-        self.policies.cost.collapsed(self.mesh, &collapse);
-        for guard in &mut self.policies.guards {
-            guard.collapsed(self.mesh, &collapse);
+        policies.cost.collapsing(&patch, offset);
+        let faces_before = mesh.topology().face_count() as u32;
+        let collapsed = mesh.collapse(legal, collapse.position);
+        fixed.collapsed(&collapse, collapsed.merged_edges);
+        policies.cost.collapsed(mesh, &collapse);
+        for guard in &mut policies.guards {
+            guard.collapsed(mesh, &collapse);
         }
-        self.record(half_edge, &collapse, evaluated.cost, faces_before);
+        self.record(half_edge, &collapse, cost, faces_before);
         self.touch(&collapse);
-        Ok(())
+        Ok(Turn::Collapsed)
     }
 
     fn record(&mut self, half_edge: HalfEdgeId, collapse: &Collapse, cost: f64, faces_before: u32) {
@@ -379,84 +425,43 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
 
     fn refuse(&mut self, edge: EdgeId, refusal: Refusal) {
         self.result.refusals.count(refusal);
-        self.edges[edge.index()] = EdgeRecord::REFUSED;
+        self.is_refused[edge.index()] = true;
+        if let Waiting::Heap { keys, .. } = &mut self.waiting {
+            keys[edge.index()] = f64::NAN;
+        }
         for v in self.mesh.topology().edge_vertices(edge) {
-            self.vertices[v.index()].refused += 1;
+            self.refused_at[v.index()] += 1;
         }
     }
 
-    /// Marks what a collapse has changed as out of date.
+    /// Lists the vertices round a collapse and gives their refused edges another chance.
     fn touch(&mut self, collapse: &Collapse) {
         let Collapse { removed, kept, .. } = *collapse;
-        // Larger than both, so that the edges of either are seen to have changed.
-        let [gone, stays] = [removed, kept].map(|v| self.vertices[v.index()]);
-        let stamp = gone.stamp.max(stays.stamp);
-        let refused = gone.refused + stays.refused;
-        self.vertices[kept.index()] = VertexRecord { stamp, refused };
-        let reach = self.policies.cost.reach();
-        self.collect_touched(kept, reach);
-        for index in 0..self.touched.len() {
-            self.raise(self.touched[index]);
-        }
-        if reach == Reach::Star {
-            // Other costs stay, but refused edges may be possible now.
-            self.touched.extend(self.mesh.topology().one_ring(kept));
-        }
+        self.refused_at[kept.index()] += self.refused_at[removed.index()];
+        self.touched.clear();
+        self.touched.push(kept);
+        self.touched.extend(self.mesh.topology().one_ring(kept));
         for index in 0..self.touched.len() {
             self.readmit(self.touched[index]);
         }
-        if self.policies.update == Update::Eager {
-            self.refresh();
-        }
-    }
-
-    /// The vertices whose edges may cost something else now.
-    fn collect_touched(&mut self, kept: VertexId, reach: Reach) {
-        let topology = self.mesh.topology();
-        self.touched.clear();
-        self.touched.push(kept);
-        if reach >= Reach::OneRing {
-            self.touched.extend(topology.one_ring(kept));
-        }
-        if reach >= Reach::TwoRings {
-            let ring = self.touched.len();
-            for index in 1..ring {
-                let v = self.touched[index];
-                self.touched.extend(topology.one_ring(v));
-            }
-            self.touched.sort_unstable();
-            self.touched.dedup();
-        }
-    }
-
-    fn raise(&mut self, v: VertexId) {
-        let record = &mut self.vertices[v.index()];
-        record.stamp = record.stamp.wrapping_add(1);
     }
 
     /// Gives the refused edges of a vertex another chance.
     fn readmit(&mut self, v: VertexId) {
-        let record = &mut self.vertices[v.index()];
-        if record.refused == 0 {
+        if core::mem::take(&mut self.refused_at[v.index()]) == 0 {
             return;
         }
-        record.refused = 0;
-        self.stale.clear();
-        let refused = |e: &EdgeId| self.edges[e.index()].state == State::Refused;
-        self.stale.extend(self.mesh.topology().edges_of_vertex(v).filter(refused));
-        for index in 0..self.stale.len() {
-            let edge = self.stale[index];
-            let stamp = self.stamp(edge).wrapping_sub(1);
-            // Out of date, so that it is evaluated when it comes to the head.
-            let cost = f64::NEG_INFINITY;
-            self.edges[edge.index()] = EdgeRecord { key: cost, stamp, state: State::Stale };
-            self.queue.push(Entry { cost, edge });
+        for edge in self.mesh.topology().edges_of_vertex(v) {
+            if core::mem::take(&mut self.is_refused[edge.index()]) {
+                self.waiting.push_unknown(self.mesh.topology(), edge);
+            }
         }
     }
 
-    /// Evaluates all edges within reach of a collapse again. Each is put into the queue anew when
-    /// it has become cheaper; the old entry is noticed to be out of date.
+    /// Evaluates all edges within reach of the last collapse again. Those whose key has changed are
+    /// put into the heap anew; the old entry is noticed to be out of date.
     fn refresh(&mut self) {
+        self.widen_touched();
         let topology = self.mesh.topology();
         self.stale.clear();
         for &v in &self.touched {
@@ -466,25 +471,76 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
         self.stale.dedup();
         for index in 0..self.stale.len() {
             let edge = self.stale[index];
-            if self.edges[edge.index()].state == State::Refused {
+            if self.is_refused[edge.index()] {
                 continue;
             }
-            if let Ok(Evaluated { cost, state, .. }) = self.evaluate(edge, State::Exact) {
-                let stamp = self.stamp(edge);
-                let record = &mut self.edges[edge.index()];
-                let changed = record.key != cost;
-                *record = EdgeRecord { key: cost, stamp, state };
-                if changed {
-                    self.queue.push(Entry { cost, edge });
-                }
+            match self.key(edge) {
+                Ok(cost) => self.waiting.push_key(edge, cost),
+                Err(refusal) => self.refuse(edge, refusal),
             }
         }
+        let Waiting::Heap { queue, keys } = &mut self.waiting else { return };
+        let topology = self.mesh.topology();
         // Most of a long queue is out of date.
-        if self.queue.len() > 4 * self.mesh.topology().edge_count() + 1000 {
-            let (edges, topology) = (&self.edges, self.mesh.topology());
-            self.queue.retain(|entry| {
-                edges[entry.edge.index()].key == entry.cost && topology.contains_edge(entry.edge)
+        if queue.len() > 4 * topology.edge_count() + 1000 {
+            queue.retain(|&Entry { cost, edge }| {
+                keys[edge.index()] == cost && topology.contains_edge(edge)
             });
         }
     }
+
+    /// Brings the list of touched vertices, which are the remaining one and its neighbours, to the
+    /// reach of the cost.
+    fn widen_touched(&mut self) {
+        match self.policies.cost.reach() {
+            Reach::Star => self.touched.truncate(1),
+            Reach::OneRing => {}
+            Reach::TwoRings => {
+                for index in 1..self.touched.len() {
+                    let v = self.touched[index];
+                    self.touched.extend(self.mesh.topology().one_ring(v));
+                }
+                self.touched.sort_unstable();
+                self.touched.dedup();
+            }
+        }
+    }
+}
+
+/// A bound of the cost of an edge from its ends alone, if there is one.
+#[inline]
+fn early_bound<C: Cost, P>(
+    mesh: &TriMesh,
+    policies: &Policies<'_, C, P>,
+    fixed: &Fixed,
+    edge: EdgeId,
+) -> Option<f64> {
+    let patch = EdgePatch::without_faces(mesh, edge.half_edge());
+    let patch = patch.with_border(fixed.border(&patch));
+    policies.cost.early_bound(&patch).filter(|bound| !bound.is_nan())
+}
+
+/// The place and the cost of an edge, or a bound of the cost when that is above the ceiling.
+#[inline]
+fn assess<C: Cost, P: Placement>(
+    Policies { cost, placement, .. }: &Policies<'_, C, P>,
+    fixed: &Fixed,
+    patch: &EdgePatch<'_>,
+    ceiling: f64,
+) -> Result<Assessment, Refusal> {
+    let forced = fixed.place(patch)?;
+    let quadric = cost.quadric(patch);
+    let quadric = quadric.as_ref();
+    let at = |x| cost.cost(patch, quadric, x);
+    let place = forced.unwrap_or_else(|| placement.place(patch, quadric, &at));
+    let x = patch.offset(place);
+    if !x.is_finite() {
+        return Err(Refusal::NotFinite);
+    }
+    match cost.lower_bound(patch, quadric, x) {
+        Some(bound) if bound > ceiling => return Ok(Assessment::Above(bound)),
+        _ => {}
+    }
+    let cost = at(x);
+    if cost.is_nan() { Err(Refusal::NotFinite) } else { Ok(Assessment::Exact(place, cost)) }
 }

@@ -10,14 +10,21 @@
 //!    its face, its partner `p` on the original and the normal `n` there, it minimises the sum of
 //!    `(n·(Σ b x - p))² + pull |Σ b x - p|²` over all pairs.
 //!
-//! Boundary and fixed vertices stay. A vertex goes only as far as its faces keep their normals.
+//! Boundary vertices slide along the boundary of the original, vertices on feature lines along
+//! these; corners and fixed vertices stay. A vertex goes only as far as its faces keep their normals
+//! and, if that is asked for, run into no others.
+
+use std::sync::Arc;
 
 use glam::DVec3;
+use mesh_core::edit::LegalFlip;
 use mesh_core::{EdgeId, EdgeMap, FaceId, Handle, TriMesh, VertexId, VertexMap};
 use mesh_metric::{
     ClosestPoint, Surface, SurfaceError, SurfaceSample, closest_on_triangle, sample_surface,
 };
 
+use crate::curve::Curve;
+use crate::intersection::{ChangedFace, Intersections};
 use crate::symmetric::{Factors, Symmetric3};
 
 /// How to fit; see [`fit`].
@@ -31,23 +38,38 @@ pub struct FitOptions {
     pub pull: f64,
     /// Whether edges are flipped.
     pub flips: bool,
+    /// Whether faces must not come to cross that did not before.
+    pub forbid_intersections: bool,
     /// Where the random numbers start.
     pub seed: u64,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { rounds: 2, samples_per_face: 30, pull: 4e-4, flips: true, seed: 1 }
+        Self {
+            rounds: 2,
+            samples_per_face: 30,
+            pull: 4e-4,
+            flips: true,
+            forbid_intersections: false,
+            seed: 1,
+        }
     }
 }
 
 /// What a fit must leave alone.
 #[derive(Clone, Debug, Default)]
 pub struct FitConstraints {
-    /// Vertices that do not move. Those on the boundary never do.
+    /// Vertices that do not move.
     pub fixed: Option<VertexMap<bool>>,
-    /// Edges that are not flipped, and whose ends do not move.
+    /// Edges that are not flipped.
     pub features: Option<EdgeMap<bool>>,
+    /// The boundary of the original. Boundary vertices stay on it, except that those closest to its
+    /// corners do not move. Without it no boundary vertex moves.
+    pub boundary_curve: Option<Arc<Curve>>,
+    /// The feature lines of the original, for the vertices of the edges in `features`, in the same
+    /// way.
+    pub feature_curve: Option<Arc<Curve>>,
 }
 
 /// What a fit did.
@@ -80,6 +102,8 @@ pub fn fit(
         .collect();
     let points: Vec<DVec3> = targets.iter().map(|target| target.point).collect();
     let mut report = FitReport::default();
+    let freedoms = freedoms(mesh, constraints);
+    let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
     for round in 0..options.rounds {
         let surface = Surface::new(mesh)?;
         let mut paired = Pairs::new(mesh);
@@ -87,7 +111,7 @@ pub fn fit(
             paired.push(closest.face, *target);
         }
         if options.flips {
-            report.flips += flip_edges(mesh, &mut paired, constraints);
+            report.flips += flip_edges(mesh, &mut paired, constraints, found.as_mut());
         }
         let mut system = System::new(mesh);
         let mut tally = Tally::default();
@@ -106,8 +130,8 @@ pub fn fit(
         if round == 0 {
             report.rms_before = tally.rms();
         }
-        let moved = system.solve(mesh, &free_vertices(mesh, constraints));
-        move_vertices(mesh, &moved);
+        let moved = system.solve(mesh, &freedoms);
+        move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
         report.rounds += 1;
     }
     Ok(report)
@@ -236,7 +260,12 @@ impl Pairs {
 const MIN_COSINE: f64 = 0.5;
 
 /// Flips every edge whose flip lowers the squared distance of the targets of its two faces.
-fn flip_edges(mesh: &mut TriMesh, paired: &mut Pairs, constraints: &FitConstraints) -> usize {
+fn flip_edges(
+    mesh: &mut TriMesh,
+    paired: &mut Pairs,
+    constraints: &FitConstraints,
+    mut found: Option<&mut Intersections>,
+) -> usize {
     let is_feature = |e: EdgeId| {
         constraints.features.as_ref().and_then(|map| map.get(e)).is_some_and(|&feature| feature)
     };
@@ -248,8 +277,14 @@ fn flip_edges(mesh: &mut TriMesh, paired: &mut Pairs, constraints: &FitConstrain
             continue;
         }
         let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
+        if found.as_ref().is_some_and(|found| flip_crosses(mesh, found, &legal)) {
+            continue;
+        }
         mesh.flip(legal);
         flips += 1;
+        if let Some(found) = &mut found {
+            found.update(mesh, mesh.topology().edge_faces(edge).into_iter().flatten());
+        }
         if let [Some(left), Some(right)] = mesh.topology().edge_faces(edge) {
             paired.redistribute(mesh, [left, right], &mut scratch);
         }
@@ -288,22 +323,68 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs, edge: EdgeId) -> bool {
     after < before * (1.0 - 1e-9)
 }
 
-fn free_vertices(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<bool> {
-    let topology = mesh.topology();
-    let is_fixed = |v: VertexId| {
-        let given = constraints.fixed.as_ref().and_then(|map| map.get(v));
-        given.is_some_and(|&fixed| fixed) || topology.is_boundary_vertex(v)
-    };
-    let on_feature = |v: VertexId| {
-        constraints.features.as_ref().is_some_and(|map| {
-            topology.edges_of_vertex(v).any(|e| map.get(e).is_some_and(|&feature| feature))
+fn flip_crosses(mesh: &TriMesh, found: &Intersections, flip: &LegalFlip) -> bool {
+    let [a, b, c, d] = flip.quad();
+    let faces = mesh.topology().edge_faces(flip.edge()).into_iter().flatten();
+    let changed: Vec<ChangedFace> = faces
+        .zip([[c, a, d], [d, b, c]])
+        .map(|(face, vertices)| {
+            let triangle = (vertices, vertices.map(|v| mesh.position(v)));
+            ChangedFace { face, triangle }
         })
-    };
-    let is_free = |index: usize| {
+        .collect();
+    found.would_arise(mesh, &changed, &[])
+}
+
+/// Where a vertex may go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Freedom {
+    Fixed,
+    Free,
+    AlongBoundary,
+    AlongFeature,
+}
+
+/// What each vertex may do, by index.
+fn freedoms(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<Freedom> {
+    let topology = mesh.topology();
+    let is_feature = |e| constraints.features.as_ref().and_then(|map| map.get(e)) == Some(&true);
+    let of_vertex = |index: usize| {
         let v = VertexId::from_index(index);
-        topology.contains_vertex(v) && !is_fixed(v) && !on_feature(v)
+        let fixed = constraints.fixed.as_ref().and_then(|map| map.get(v)) == Some(&true);
+        if fixed || !topology.contains_vertex(v) {
+            return Freedom::Fixed;
+        }
+        let features = topology.edges_of_vertex(v).filter(|&e| is_feature(e)).count();
+        match (topology.is_boundary_vertex(v), features) {
+            (false, 0) => Freedom::Free,
+            (true, 0) if constraints.boundary_curve.is_some() => Freedom::AlongBoundary,
+            (false, 2) if constraints.feature_curve.is_some() => Freedom::AlongFeature,
+            _ => Freedom::Fixed,
+        }
     };
-    (0..topology.vertex_capacity()).map(is_free).collect()
+    let mut freedoms: Vec<Freedom> = (0..topology.vertex_capacity()).map(of_vertex).collect();
+    let curves = [
+        (Freedom::AlongBoundary, &constraints.boundary_curve),
+        (Freedom::AlongFeature, &constraints.feature_curve),
+    ];
+    for (kind, curve) in curves {
+        let corners = curve.as_ref().map_or(&[][..], |curve| curve.corners());
+        fix_closest(mesh, &mut freedoms, kind, corners);
+    }
+    freedoms
+}
+
+/// Fixes, of the vertices of one kind, the one that is closest to each corner.
+fn fix_closest(mesh: &TriMesh, freedoms: &mut [Freedom], kind: Freedom, corners: &[DVec3]) {
+    let of_kind = (0..freedoms.len() as u32).filter(|&v| freedoms[v as usize] == kind);
+    let points: Vec<[u32; 3]> = of_kind.map(|v| [v; 3]).collect();
+    // Without such vertices there is nothing to fix.
+    let Ok(surface) = Surface::from_triangles(mesh.positions(), &points) else { return };
+    for closest in surface.closest_points(corners) {
+        let [v, ..] = points[closest.triangle as usize];
+        freedoms[v as usize] = Freedom::Fixed;
+    }
 }
 
 /// The normal equations of the Gauss-Newton step, in blocks of three by three: one per vertex and
@@ -352,16 +433,21 @@ impl System {
 
     /// The displacement of each vertex, by conjugate gradients preconditioned with the blocks of
     /// the vertices.
-    fn solve(&self, mesh: &TriMesh, free: &[bool]) -> Vec<DVec3> {
-        let factors: Vec<Option<Factors>> = (0..free.len())
-            .map(|v| if free[v] { self.of_vertex[v].factors(DAMPING) } else { None })
+    fn solve(&self, mesh: &TriMesh, freedoms: &[Freedom]) -> Vec<DVec3> {
+        let factors: Vec<Option<Factors>> = freedoms
+            .iter()
+            .zip(&self.of_vertex)
+            .map(|(&freedom, block)| match freedom {
+                Freedom::Fixed => None,
+                _ => block.factors(DAMPING),
+            })
             .collect();
         let precondition = |r: &[DVec3]| -> Vec<DVec3> {
             r.iter().zip(&factors).map(|(r, f)| f.map_or(DVec3::ZERO, |f| f.solve(*r))).collect()
         };
         let dot =
             |p: &[DVec3], q: &[DVec3]| -> f64 { p.iter().zip(q).map(|(a, b)| a.dot(*b)).sum() };
-        let mut x = vec![DVec3::ZERO; free.len()];
+        let mut x = vec![DVec3::ZERO; freedoms.len()];
         let mut r = self.residual.clone();
         let mut z = precondition(&r);
         let mut p = z.clone();
@@ -376,7 +462,7 @@ impl System {
             if !step.is_finite() {
                 break;
             }
-            for v in 0..free.len() {
+            for v in 0..freedoms.len() {
                 x[v] += step * p[v];
                 r[v] -= step * ap[v];
             }
@@ -384,7 +470,7 @@ impl System {
             let following = dot(&r, &z);
             let keep = following / rz;
             rz = following;
-            for v in 0..free.len() {
+            for v in 0..freedoms.len() {
                 p[v] = z[v] + keep * p[v];
             }
         }
@@ -416,7 +502,13 @@ const ITERATIONS: usize = 60;
 
 /// Moves each vertex by its displacement, or by half or a quarter of it, or not at all, so that no
 /// face turns too far.
-fn move_vertices(mesh: &mut TriMesh, displacements: &[DVec3]) {
+fn move_vertices(
+    mesh: &mut TriMesh,
+    displacements: &[DVec3],
+    freedoms: &[Freedom],
+    constraints: &FitConstraints,
+    mut found: Option<&mut Intersections>,
+) {
     let mut before: Vec<DVec3> = Vec::new();
     for (index, &displacement) in displacements.iter().enumerate() {
         let v = VertexId::from_index(index);
@@ -424,18 +516,37 @@ fn move_vertices(mesh: &mut TriMesh, displacements: &[DVec3]) {
             continue;
         }
         let from = mesh.position(v);
+        let curve = match freedoms[index] {
+            Freedom::AlongBoundary => constraints.boundary_curve.as_ref(),
+            Freedom::AlongFeature => constraints.feature_curve.as_ref(),
+            Freedom::Free | Freedom::Fixed => None,
+        };
         before.clear();
         before.extend(mesh.topology().faces_of_vertex(v).map(|f| mesh.face_cross(f)));
-        for part in [1.0, 0.5, 0.25, 0.0] {
-            mesh.positions_mut()[index] = from + part * displacement;
-            let mut faces = mesh.topology().faces_of_vertex(v).zip(&before);
-            let keeps_side = faces.all(|(f, old)| {
-                let new = mesh.face_cross(f);
-                new.dot(*old) > MIN_COSINE * new.length() * old.length()
-            });
-            if keeps_side {
+        for part in [1.0, 0.5, 0.25] {
+            let free = from + part * displacement;
+            let to = curve.map_or(free, |curve| curve.closest(free));
+            let crosses = found.as_ref().is_some_and(|found| found.would_arise_at(mesh, v, to));
+            if !crosses && try_move(mesh, v, to, &before) {
+                if let Some(found) = &mut found {
+                    found.update(mesh, mesh.topology().faces_of_vertex(v));
+                }
                 break;
             }
         }
     }
+}
+
+/// Moves a vertex unless that turns a face too far from its normal before.
+fn try_move(mesh: &mut TriMesh, v: VertexId, to: DVec3, before: &[DVec3]) -> bool {
+    let from = mesh.position(v);
+    mesh.positions_mut()[v.index()] = to;
+    let keeps_side = mesh.topology().faces_of_vertex(v).zip(before).all(|(f, old)| {
+        let new = mesh.face_cross(f);
+        new.dot(*old) > MIN_COSINE * new.length() * old.length()
+    });
+    if !keeps_side {
+        mesh.positions_mut()[v.index()] = from;
+    }
+    keeps_side
 }

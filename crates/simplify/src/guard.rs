@@ -5,11 +5,13 @@
 //! that was refused is tried again once its neighbourhood has changed.
 
 mod component;
+mod intersection;
 mod normal;
 mod shape;
 mod texture;
 
 pub use component::ComponentGuard;
+pub use intersection::IntersectionGuard;
 pub use normal::NormalGuard;
 pub use shape::ShapeGuard;
 pub use texture::TextureGuard;

@@ -9,7 +9,7 @@
 //!   them, raised where curvature changes), [`CurvatureNorm`] (Kim, Kim and Levin 2002).
 //! - [`Placement`]: where the remaining vertex goes. [`Optimal`], with or without keeping the volume,
 //!   [`ButterflyPoint`], [`BestEndpoint`], [`Midpoint`].
-//! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`]; manifoldness is
+//! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`], [`IntersectionGuard`]; manifoldness is
 //!   always guarded.
 //! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
 //!
@@ -20,9 +20,11 @@
 mod anneal;
 mod constraint;
 mod cost;
+mod curve;
 mod driver;
 mod fit;
 mod guard;
+mod intersection;
 mod log;
 mod options;
 mod patch;
@@ -30,6 +32,7 @@ mod placement;
 mod quadric;
 mod queue;
 mod record;
+mod rounds;
 mod simplify;
 mod stop;
 mod symmetric;
@@ -43,9 +46,13 @@ pub use cost::{
     AttributeDeviation, Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid,
     Memoryless, Norm, Reach,
 };
+pub use curve::Curve;
 pub use driver::{Policies, Progress, Run, Update, collapse_edges};
 pub use fit::{FitConstraints, FitOptions, FitReport, fit};
-pub use guard::{ComponentGuard, Guard, NormalGuard, Refusal, Refusals, ShapeGuard, TextureGuard};
+pub use guard::{
+    ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusal, Refusals, ShapeGuard,
+    TextureGuard,
+};
 pub use log::{CollapseLog, LogEntry};
 pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};
 pub use patch::{EdgePatch, PatchFace, Place};

@@ -47,6 +47,9 @@ pub struct Options {
     pub attributes: Option<CornerAttributes>,
     /// The weight of the attributes; 0 for none.
     pub attribute_weight: f64,
+    /// Whether collapses, fitting and annealing must not make faces cross that did not before. See
+    /// [`IntersectionGuard`](crate::IntersectionGuard).
+    pub forbid_intersections: bool,
     /// Whether and how the result is fitted to the original. See [`fit`](crate::fit()).
     pub fit: Option<FitOptions>,
     /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()).
@@ -191,6 +194,7 @@ impl Options {
             min_component_vertices: None,
             attributes: None,
             attribute_weight: 1.0,
+            forbid_intersections: false,
             fit: Some(FitOptions::default()),
             anneal: None,
         };

@@ -100,6 +100,12 @@ impl<'a> EdgePatch<'a> {
         Self { mesh, half_edge, origin, half, faces: &[], remaining: 0, border }
     }
 
+    /// The same patch, with the ends of the edge exchanged.
+    #[inline]
+    pub(crate) fn reversed(self) -> Self {
+        Self { half_edge: self.half_edge.twin(), half: -self.half, ..self }
+    }
+
     #[inline]
     pub(crate) fn with_border(self, border: Quadric) -> Self {
         Self { border, ..self }

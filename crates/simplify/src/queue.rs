@@ -1,5 +1,7 @@
 //! A priority queue of edges with costs as keys.
 
+use core::cmp::Ordering;
+
 use mesh_core::EdgeId;
 
 /// The cheapest first; of equally cheap ones, the one with the smallest index.
@@ -25,6 +27,12 @@ impl Entry {
     #[inline]
     fn before(&self, other: &Self) -> bool {
         self.cost < other.cost || (self.cost == other.cost && self.edge < other.edge)
+    }
+}
+
+impl Entry {
+    pub(crate) fn compare(&self, other: &Self) -> Ordering {
+        self.cost.total_cmp(&other.cost).then(self.edge.cmp(&other.edge))
     }
 }
 
@@ -60,8 +68,7 @@ impl Queue {
             return;
         }
         let count = (self.waiting.len() / SHARE).max(MIN_SHARE).min(self.waiting.len());
-        let order = |a: &Entry, b: &Entry| a.cost.total_cmp(&b.cost).then(a.edge.cmp(&b.edge));
-        self.horizon = self.waiting.select_nth_unstable_by(count - 1, order).1.cost;
+        self.horizon = self.waiting.select_nth_unstable_by(count - 1, Entry::compare).1.cost;
         let horizon = self.horizon;
         self.heap.extend(self.waiting.extract_if(.., |entry| entry.cost <= horizon));
         self.restore();
@@ -76,13 +83,6 @@ impl Queue {
     #[inline]
     pub(crate) fn head(&self) -> Option<Entry> {
         self.heap.first().copied()
-    }
-
-    /// Whether something in the queue may come before the head would with this cost.
-    #[inline]
-    pub(crate) fn head_would_sink(&self, entry: Entry) -> bool {
-        entry.cost > self.horizon
-            || self.heap.iter().take(CHILDREN + 1).skip(1).any(|child| child.before(&entry))
     }
 
     pub(crate) fn push(&mut self, entry: Entry) {
@@ -102,17 +102,6 @@ impl Queue {
             place = parent;
         }
         self.heap[place] = entry;
-    }
-
-    /// Puts `entry` in place of the head.
-    pub(crate) fn replace_head(&mut self, entry: Entry) {
-        if entry.cost > self.horizon {
-            self.waiting.push(entry);
-            self.pop();
-        } else if let Some(head) = self.heap.first_mut() {
-            *head = entry;
-            self.sink(0);
-        }
     }
 
     pub(crate) fn pop(&mut self) -> Option<Entry> {
@@ -162,10 +151,6 @@ mod tests {
             |i: u32| Entry { cost: (random.uniform() * 50.0).floor(), edge: EdgeId::new(i) };
         let mut queue = Queue::new((0..20_000).map(&mut entry).collect());
         (20_000..25_000).map(&mut entry).for_each(|e| queue.push(e));
-        let head = queue.head().unwrap();
-        let later = Entry { cost: 2.5, ..head };
-        assert!(queue.head_would_sink(later) && !queue.head_would_sink(head));
-        queue.replace_head(later);
         let order: Vec<Entry> = std::iter::from_fn(|| queue.pop()).collect();
         assert_eq!(order.len(), 25_000);
         assert!(order.windows(2).all(|pair| pair[0].before(&pair[1])));

@@ -3,6 +3,7 @@
 use core::ops::ControlFlow;
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::DVec3;
 use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
@@ -11,13 +12,17 @@ use mesh_metric::{
 };
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal};
+use crate::constraint::Boundary;
 use crate::cost::{
     AttributeDeviation, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless,
     Norm,
 };
+use crate::curve::Curve;
 use crate::driver::{Policies, Progress, Run, collapse_edges};
 use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
-use crate::guard::{ComponentGuard, Guard, NormalGuard, Refusals, ShapeGuard, TextureGuard};
+use crate::guard::{
+    ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusals, ShapeGuard, TextureGuard,
+};
 use crate::log::CollapseLog;
 use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
 use crate::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
@@ -123,7 +128,6 @@ pub fn simplify_observed(
     check_positions(mesh)?;
     let mut working = mesh.clone();
     let mut run = collapse(&mut working, options, &options.limits, observe);
-    let is_open = !mesh.topology().is_closed();
     let is_cancelled = run.stop == StopReason::Cancelled;
     let wants_fit = options.fit.filter(|_| !is_cancelled && !run.log.is_empty());
     let wants_error = options.max_error.is_some() || options.error != ErrorCheck::None;
@@ -154,6 +158,15 @@ pub fn simplify_observed(
         let constraints = FitConstraints {
             fixed: run.locked.as_ref().map(|locked| locked.compact(&remap)),
             features: run.features.as_ref().map(|features| features.compact(&remap)),
+            boundary_curve: boundary_to_slide_on(mesh, options.constraints.boundary),
+            feature_curve: options.constraints.features.as_ref().and_then(|features| {
+                let is_feature = |e| features.get(e).is_some_and(|&feature| feature);
+                Curve::of_edges(mesh, is_feature).map(Arc::new)
+            }),
+        };
+        let fit_options = FitOptions {
+            forbid_intersections: fit_options.forbid_intersections || options.forbid_intersections,
+            ..fit_options
         };
         let texture = texture_check(mesh, options, &base_map);
         let closer = finish.fitted(
@@ -181,7 +194,7 @@ pub fn simplify_observed(
     }
     Ok(Simplified {
         vertex_map,
-        boundary_shift: if is_open { boundary_shift(mesh, &finished)? } else { None },
+        boundary_shift: boundary_shift(mesh, &finished),
         mesh: finished,
         log: run.log,
         stop: run.stop,
@@ -215,7 +228,12 @@ impl Finish {
             None => fit(&mut mesh, original, constraints, options)?,
         };
         let anneal = match then {
-            Some(then) => Some(anneal(&mut mesh, original, constraints, &then)?),
+            Some(then) => {
+                let forbid_intersections = options.forbid_intersections;
+                let fit = FitOptions { forbid_intersections, ..then.fit };
+                let then = AnnealOptions { fit, ..then };
+                Some(anneal(&mut mesh, original, constraints, &then)?)
+            }
             None => None,
         };
         Ok(Self { mesh, fit: Some(report), anneal })
@@ -349,6 +367,10 @@ impl Job<'_> {
         if let Some(guard) = texture {
             guards.push(Box::new(guard));
         }
+        // The most expensive check comes last.
+        if options.forbid_intersections {
+            guards.push(Box::new(IntersectionGuard::default()));
+        }
         let policies = Policies { cost, placement, guards, update: options.update };
         collapse_edges(mesh, policies, &options.constraints, limits, observe)
     }
@@ -428,21 +450,17 @@ fn vertex_map(mesh: &TriMesh, log: &CollapseLog, remap: &Remap) -> VertexMap<Opt
 }
 
 /// The largest distance of a boundary vertex of one mesh to the boundary of another.
-fn boundary_shift(from: &TriMesh, to: &TriMesh) -> Result<Option<f64>, SimplifyError> {
-    let topology = to.topology();
-    let edges = topology.edges().filter(|&e| topology.is_boundary_edge(e));
-    // Edges as triangles without area.
-    let sides: Vec<[u32; 3]> = edges
-        .map(|e| {
-            let [a, b] = topology.edge_vertices(e).map(VertexId::get);
-            [a, b, b]
-        })
-        .collect();
-    if sides.is_empty() {
-        return Ok(None);
-    }
-    let boundary = Surface::from_triangles(to.positions(), &sides)?;
-    let vertices = from.topology().vertices().filter(|&v| from.topology().is_boundary_vertex(v));
+fn boundary_shift(from: &TriMesh, to: &TriMesh) -> Option<f64> {
+    let topology = from.topology();
+    let vertices = topology.vertices().filter(|&v| topology.is_boundary_vertex(v));
     let points: Vec<DVec3> = vertices.map(|v| from.position(v)).collect();
-    Ok(boundary.distances(&points).into_iter().reduce(f64::max))
+    Curve::boundary(to)?.farthest(&points)
+}
+
+/// The curve for boundary vertices while fitting, unless the boundary is locked.
+fn boundary_to_slide_on(mesh: &TriMesh, boundary: Boundary) -> Option<Arc<Curve>> {
+    match boundary {
+        Boundary::Lock => None,
+        Boundary::Quadrics | Boundary::Free => Curve::boundary(mesh).map(Arc::new),
+    }
 }

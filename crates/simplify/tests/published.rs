@@ -3,21 +3,12 @@
 //! Means over both directions, in percent of the diagonal of the bounding box.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
-use std::path::PathBuf;
+mod common;
 
+use common::model;
 use mesh_core::TriMesh;
-use mesh_core::build::{Repair, build};
 use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::{Options, Preset, simplify};
-
-fn model(name: &str) -> Option<TriMesh> {
-    let Ok(folder) = std::env::var("CURVMESH_MODELS") else {
-        eprintln!("skipped: set CURVMESH_MODELS to a folder with {name}");
-        return None;
-    };
-    let model = mesh_io::read(PathBuf::from(folder).join(name)).unwrap();
-    Some(build(&model.soup, &Repair::lenient()).unwrap().mesh)
-}
 
 /// The mean error of a preset.
 fn mean(mesh: &TriMesh, original: &Surface, preset: Preset, faces: usize) -> f64 {

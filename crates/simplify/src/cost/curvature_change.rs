@@ -1,33 +1,55 @@
 //! How much a collapse changes the curvature of the vertices round it.
 //!
 //! What is integrated over a vertex is a sum over the corners and edges at it, so that a collapse
-//! changes only the terms of the faces of its patch. The terms of the mesh as it is are kept in
-//! tables; those of the mesh as it would be are evaluated. The area of a vertex is a third of its
-//! faces, as in KKL02.
+//! changes only the terms of the faces of its patch. The integrals of the mesh as it is are kept in
+//! tables; what a collapse adds to them is evaluated in one turn round the ring of its patch. The
+//! area of a vertex is a third of its faces, as in KKL02.
 
 use core::cell::RefCell;
 use core::f64::consts::PI;
 
-use dcurv::{Area, Integral, VertexCurvature, VertexIntegrals, corner_angle, dihedral_angle};
-use glam::DVec3;
-use mesh_core::{
-    EdgeId, EdgeMap, HalfEdgeId, HalfEdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel,
+use dcurv::{
+    AngleSum, Area, Integral, VertexArea, VertexCurvature, VertexIntegrals, corner_direction,
+    dihedral_angle, hinge_angle, vertex_curvature,
 };
+use glam::DVec3;
+use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
 
-use super::Collapse;
 use crate::patch::EdgePatch;
 
 /// A number per vertex that follows from its curvature, kept up to date over collapses, and its
 /// sum over a patch before and after a collapse.
 #[derive(Clone, Debug)]
 pub(super) struct CurvatureChange {
-    measure: fn(&VertexCurvature) -> f64,
+    measure: Measure,
     vertices: VertexMap<Term>,
     /// Half of the integral of mean curvature over each edge: the share of each end.
     hinges: EdgeMap<f64>,
-    /// The angle of each corner, by the half-edge that starts there.
-    angles: HalfEdgeMap<f64>,
-    scratch: RefCell<Scratch>,
+    turn: RefCell<Turn>,
+}
+
+/// The number per vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Measure {
+    /// |k1| + |k2| at the vertex.
+    AbsSum,
+    /// k1² + k2² at the vertex.
+    SquaredSum,
+    /// |k1| + |k2| integrated over the area of the vertex.
+    AbsIntegral,
+}
+
+impl Measure {
+    #[inline]
+    fn of(self, integrals: VertexIntegrals, boundary: bool) -> f64 {
+        let area = integrals.area;
+        let curvature = VertexCurvature::from_integrals(integrals, boundary);
+        match self {
+            Self::AbsSum => curvature.abs_principal_sum().value(),
+            Self::SquaredSum => curvature.squared_principal_sum().value(),
+            Self::AbsIntegral => (curvature.abs_principal_sum() * area).value(),
+        }
+    }
 }
 
 /// A vertex as it is.
@@ -35,22 +57,46 @@ pub(super) struct CurvatureChange {
 struct Term {
     integrals: VertexIntegrals,
     measured: f64,
+    boundary: bool,
 }
 
+impl Term {
+    #[inline]
+    fn new(integrals: VertexIntegrals, boundary: bool, measure: Measure) -> Self {
+        Self { integrals, measured: measure.of(integrals, boundary), boundary }
+    }
+}
+
+/// One turn round the ring of a patch, for one place of the vertex that remains.
 #[derive(Clone, Debug, Default)]
-struct Scratch {
-    ring: Vec<HalfEdgeId>,
-    changes: Vec<Change>,
+struct Turn {
+    half_edges: Vec<HalfEdgeId>,
+    spokes: Vec<Spoke>,
+    /// The vertex that remains, as it would be.
+    center: Term,
+    closed: bool,
 }
 
-/// What changes at a vertex: the sums of the terms that come less those that go.
+/// A neighbour of the vertex that remains, and what changes there: the sums of the terms that come
+/// less those that go.
 #[derive(Clone, Copy, Debug)]
-struct Change {
+struct Spoke {
+    /// The vertex.
     vertex: VertexId,
-    at: DVec3,
-    angle: f64,
+    /// From the vertex that remains to this one.
+    along: DVec3,
+    /// The normal of the face between this spoke and the one before, times its doubled area.
+    normal: DVec3,
+    /// The new share of mean curvature of the spoke.
+    hinge: f64,
+    /// The edge from this vertex to the one before, and its new share of mean curvature.
+    link: EdgeId,
+    link_hinge: f64,
+    angle: AngleSum,
     mean: f64,
     area: f64,
+    /// The vertex as it would be.
+    after: Term,
 }
 
 /// The sums over the two ends of an edge and their neighbours.
@@ -61,13 +107,12 @@ pub(super) struct Sums {
 }
 
 impl CurvatureChange {
-    pub(super) fn new(measure: fn(&VertexCurvature) -> f64) -> Self {
+    pub(super) fn new(measure: Measure) -> Self {
         Self {
             measure,
             vertices: VertexMap::from_vec(Vec::new()),
             hinges: EdgeMap::from_vec(Vec::new()),
-            angles: HalfEdgeMap::from_vec(Vec::new()),
-            scratch: RefCell::default(),
+            turn: RefCell::default(),
         }
     }
 
@@ -77,154 +122,194 @@ impl CurvatureChange {
             let e = EdgeId::from_index(i);
             if topology.contains_edge(e) { hinge(mesh, e) } else { 0.0 }
         }));
-        self.angles =
-            HalfEdgeMap::from_vec(parallel::collect(topology.half_edge_capacity(), |i| {
-                let h = HalfEdgeId::from_index(i);
-                if topology.contains_half_edge(h) { angle(mesh, h) } else { 0.0 }
-            }));
-        self.vertices = topology.vertex_map(Term::default());
-        for v in topology.vertices() {
-            self.vertices[v] = self.term(mesh, v);
-        }
+        let measure = self.measure;
+        self.vertices = VertexMap::from_vec(parallel::collect(topology.vertex_capacity(), |i| {
+            let v = VertexId::from_index(i);
+            if !topology.contains_vertex(v) {
+                return Term::default();
+            }
+            let curvature = vertex_curvature(mesh, v, VertexArea::Barycentric);
+            Term::new(*curvature.integrals(), curvature.is_boundary(), measure)
+        }));
     }
 
     /// The sums before and after the collapse with the remaining vertex at `x`.
     pub(super) fn of(&self, patch: &EdgePatch<'_>, x: DVec3) -> Sums {
-        let Scratch { ring, changes } = &mut *self.scratch.borrow_mut();
-        let closed = patch.merged_ring(ring);
-        let (mesh, origin) = (patch.mesh(), patch.origin());
-        let topology = mesh.topology();
-        changes.clear();
-        changes.extend(ring.iter().map(|&side| {
-            let vertex = topology.target(side);
-            let at = mesh.position(vertex) - origin;
-            // The spoke as it is goes.
-            Change { vertex, at, angle: 0.0, mean: -self.hinges[side.edge()], area: 0.0 }
-        }));
-        self.remove_vanishing(patch, ring, changes);
-
-        let count = ring.len();
-        let (mut angle, mut mean, mut area) = (0.0, 0.0, 0.0);
-        for j in usize::from(!closed)..count {
-            let i = (j + count - 1) % count;
-            let link = topology.next(ring[j]);
-            let ([p, q], opposite) = ([changes[j].at, changes[i].at], link.twin());
-            let share = (p - x).cross(q - x).length() / 6.0;
-            let (at_p, at_q) = (corner_angle(p, q, x), corner_angle(q, x, p));
-            let old = topology.origin(ring[j]) == patch.removed();
-            let end = patch.ends()[usize::from(!old)];
-            let change_of_area = share - (p - end).cross(q - end).length() / 6.0;
-            let outer = topology.apex(opposite).map(|v| mesh.position(v) - origin);
-            let new_hinge = outer.map_or(0.0, |o| hinge_of([p, q], [x, o]));
-            let change_of_mean = new_hinge - self.hinges[link.edge()];
-            changes[j].add(at_p - self.angles[link], change_of_mean, change_of_area);
-            changes[i].add(at_q - self.angles[topology.next(link)], change_of_mean, change_of_area);
-            angle += PI - at_p - at_q;
-            area += share;
-        }
-        for j in 0..count {
-            if !closed && (j == 0 || j + 1 == count) {
-                continue;
-            }
-            let [i, k] = [(j + count - 1) % count, (j + 1) % count];
-            let new_hinge = hinge_of([x, changes[j].at], [changes[i].at, changes[k].at]);
-            changes[j].mean += new_hinge;
-            mean += new_hinge;
-        }
-        let full = if closed { 2.0 * PI } else { PI };
-        let integrals = VertexIntegrals {
-            angle_defect: Integral::new(full - angle),
-            mean: Integral::new(mean),
-            area: Area::new(area),
-            ..VertexIntegrals::default()
-        };
+        let turn = &mut *self.turn.borrow_mut();
+        self.go_round(turn, patch, x);
         let ends = [patch.removed(), patch.kept()].map(|v| self.vertices[v].measured);
-        let mut sums = Sums {
-            before: ends[0] + ends[1],
-            after: (self.measure)(&VertexCurvature::from_integrals(integrals, !closed)),
-        };
-        for change in changes.iter() {
-            let term = &self.vertices[change.vertex];
-            let boundary = topology.is_boundary_vertex(change.vertex);
-            let after = change.applied_to(&term.integrals);
-            sums.before += term.measured;
-            sums.after += (self.measure)(&VertexCurvature::from_integrals(after, boundary));
+        let mut sums = Sums { before: ends[0] + ends[1], after: turn.center.measured };
+        for spoke in &turn.spokes {
+            sums.before += self.vertices[spoke.vertex].measured;
+            sums.after += spoke.after.measured;
         }
         sums
     }
 
-    /// Takes the faces that vanish away from their apexes, with the second spoke to each.
-    fn remove_vanishing(&self, patch: &EdgePatch<'_>, ring: &[HalfEdgeId], changes: &mut [Change]) {
-        let topology = patch.mesh().topology();
-        let ends = patch.ends();
-        for side in [patch.half_edge(), patch.half_edge().twin()] {
-            let Some(apex) = topology.apex(side) else { continue };
-            let Some(place) = changes.iter().position(|c| c.vertex == apex) else { continue };
-            let second = topology.next(side);
-            let third = topology.next(second);
-            let known = ring[place].edge();
-            let other = if second.edge() == known { third } else { second };
-            let change = &mut changes[place];
-            let area = (ends[0] - change.at).cross(ends[1] - change.at).length() / 6.0;
-            change.add(-self.angles[third], -self.hinges[other.edge()], -area);
-        }
-    }
-
-    pub(super) fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
+    /// Evaluates everything that the collapse changes.
+    fn go_round(&self, turn: &mut Turn, patch: &EdgePatch<'_>, x: DVec3) {
+        turn.closed = patch.merged_ring(&mut turn.half_edges);
+        let (mesh, origin) = (patch.mesh(), patch.origin());
         let topology = mesh.topology();
-        let kept = collapse.kept;
-        for spoke in topology.outgoing(kept) {
-            self.hinges[spoke.edge()] = hinge(mesh, spoke.edge());
-            if topology.is_exterior(spoke) {
-                continue;
-            }
-            let link = topology.next(spoke);
-            self.hinges[link.edge()] = hinge(mesh, link.edge());
-            for side in [spoke, link, topology.next(link)] {
-                self.angles[side] = angle(mesh, side);
-            }
-        }
-        self.vertices[kept] = self.term(mesh, kept);
-        for v in topology.one_ring(kept) {
-            self.vertices[v] = self.term(mesh, v);
-        }
-    }
-
-    /// The integrals over a vertex as sums of what is in the tables.
-    fn term(&self, mesh: &TriMesh, v: VertexId) -> Term {
-        let topology = mesh.topology();
-        let (mut angle, mut mean, mut area) = (0.0, 0.0, 0.0);
-        for h in topology.outgoing(v) {
-            mean += self.hinges[h.edge()];
-            if let Some(face) = topology.face(h) {
-                angle += self.angles[h];
-                area += mesh.face_area(face) / 3.0;
-            }
-        }
-        let boundary = topology.is_boundary_vertex(v);
-        let full = if boundary { PI } else { 2.0 * PI };
+        turn.spokes.clear();
+        turn.spokes.extend(turn.half_edges.iter().map(|&side| {
+            let vertex = topology.target(side);
+            let link = topology.next(side).edge();
+            // The spoke as it is goes.
+            Spoke::new(vertex, link, mesh.position(vertex) - origin - x, -self.hinges[side.edge()])
+        }));
+        self.remove_vanishing(patch, turn, x);
+        let (angle, area) = self.turn_faces(turn, patch, x);
+        let mean = turn.add_spoke_hinges();
+        let full = if turn.closed { 2.0 * PI } else { PI };
         let integrals = VertexIntegrals {
             angle_defect: Integral::new(full - angle),
             mean: Integral::new(mean),
             area: Area::new(area),
             ..VertexIntegrals::default()
         };
-        let measured = (self.measure)(&VertexCurvature::from_integrals(integrals, boundary));
-        Term { integrals, measured }
+        turn.center = Term::new(integrals, !turn.closed, self.measure);
+        for spoke in &mut turn.spokes {
+            let Term { integrals, boundary, .. } = self.vertices[spoke.vertex];
+            spoke.after = Term::new(spoke.applied_to(&integrals), boundary, self.measure);
+        }
+    }
+
+    /// Exchanges the faces that remain for those with a corner at `x`. Returns their angle there
+    /// and a third of their area.
+    fn turn_faces(&self, turn: &mut Turn, patch: &EdgePatch<'_>, x: DVec3) -> (f64, f64) {
+        let (mesh, origin) = (patch.mesh(), patch.origin());
+        let topology = mesh.topology();
+        let (mut angle, mut doubled) = (AngleSum::ZERO, 0.0);
+        let count = turn.spokes.len();
+        for j in usize::from(!turn.closed)..count {
+            let i = if j == 0 { count - 1 } else { j - 1 };
+            let (from, to) = (turn.spokes[j].along, turn.spokes[i].along);
+            let link = topology.next(turn.half_edges[j]);
+            let along = to - from;
+            let normal = from.cross(to);
+            let size = normal.length();
+
+            let end =
+                patch.ends()[usize::from(topology.origin(turn.half_edges[j]) != patch.removed())];
+            let (old_from, old_to) = (from + (x - end), to + (x - end));
+            let old_size = old_from.cross(old_to).length();
+
+            let outer =
+                topology.apex(link.twin()).map_or(DVec3::ZERO, |v| mesh.position(v) - origin - x);
+            let right = outer - from;
+            let length = along.length();
+            let link_hinge = match topology.is_exterior(link.twin()) {
+                true => 0.0,
+                false => 0.25 * length * hinge_angle(length, normal, right.cross(along), right),
+            };
+            let change_of_mean = link_hinge - self.hinges[link.edge()];
+            let change_of_area = (size - old_size) / 6.0;
+
+            let spoke = &mut turn.spokes[j];
+            (spoke.normal, spoke.link_hinge) = (normal, link_hinge);
+            spoke.angle.add(corner_direction(along, -from, size));
+            spoke.angle.subtract(corner_direction(along, -old_from, old_size));
+            spoke.mean += change_of_mean;
+            spoke.area += change_of_area;
+            let before = &mut turn.spokes[i];
+            before.angle.add(corner_direction(-to, -along, size));
+            before.angle.subtract(corner_direction(-old_to, -along, old_size));
+            before.mean += change_of_mean;
+            before.area += change_of_area;
+            angle.add(corner_direction(from, to, size));
+            doubled += size;
+        }
+        (angle.radians(), doubled / 6.0)
+    }
+
+    /// Takes the faces that vanish away from their apexes, with the second spoke to each.
+    fn remove_vanishing(&self, patch: &EdgePatch<'_>, turn: &mut Turn, x: DVec3) {
+        let topology = patch.mesh().topology();
+        for side in [patch.half_edge(), patch.half_edge().twin()] {
+            let Some(apex) = topology.apex(side) else { continue };
+            let Some(place) = turn.spokes.iter().position(|s| s.vertex == apex) else { continue };
+            let second = topology.next(side);
+            let third = topology.next(second);
+            let known = turn.half_edges[place].edge();
+            let other = if second.edge() == known { third } else { second };
+            let spoke = &mut turn.spokes[place];
+            let [a, b] = patch.ends().map(|end| end - x - spoke.along);
+            let size = a.cross(b).length();
+            spoke.angle.subtract(corner_direction(a, b, size));
+            spoke.mean -= self.hinges[other.edge()];
+            spoke.area -= size / 6.0;
+        }
+    }
+
+    /// Takes over what a collapse that is about to be carried out changes.
+    pub(super) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
+        let mut turn = self.turn.take();
+        self.go_round(&mut turn, patch, x);
+        self.vertices[patch.kept()] = turn.center;
+        for (spoke, &side) in turn.spokes.iter().zip(&turn.half_edges) {
+            self.vertices[spoke.vertex] = spoke.after;
+            self.hinges[side.edge()] = spoke.hinge;
+            self.hinges[spoke.link] = spoke.link_hinge;
+        }
+        // Of the two spokes to the apex of a face that vanishes, only one was met.
+        let topology = patch.mesh().topology();
+        for side in [patch.half_edge(), patch.half_edge().twin()] {
+            let Some(apex) = topology.apex(side) else { continue };
+            let Some(spoke) = turn.spokes.iter().find(|s| s.vertex == apex) else { continue };
+            let second = topology.next(side);
+            for either in [second, topology.next(second)] {
+                self.hinges[either.edge()] = spoke.hinge;
+            }
+        }
+        self.turn = RefCell::new(turn);
     }
 }
 
-impl Change {
+impl Turn {
+    /// Adds the new spokes to the mean curvature of their outer ends; returns their sum.
+    fn add_spoke_hinges(&mut self) -> f64 {
+        let count = self.spokes.len();
+        let mut sum = 0.0;
+        for j in 0..count {
+            if !self.closed && (j == 0 || j + 1 == count) {
+                continue;
+            }
+            let k = if j + 1 == count { 0 } else { j + 1 };
+            let right = &self.spokes[k];
+            let (right_normal, right_along) = (right.normal, right.along);
+            let spoke = &mut self.spokes[j];
+            let length = spoke.along.length();
+            spoke.hinge =
+                0.25 * length * hinge_angle(length, spoke.normal, right_normal, right_along);
+            spoke.mean += spoke.hinge;
+            sum += spoke.hinge;
+        }
+        sum
+    }
+}
+
+impl Spoke {
     #[inline]
-    fn add(&mut self, angle: f64, mean: f64, area: f64) {
-        self.angle += angle;
-        self.mean += mean;
-        self.area += area;
+    fn new(vertex: VertexId, link: EdgeId, along: DVec3, mean: f64) -> Self {
+        Self {
+            vertex,
+            along,
+            normal: DVec3::ZERO,
+            hinge: 0.0,
+            link,
+            link_hinge: 0.0,
+            angle: AngleSum::ZERO,
+            mean,
+            area: 0.0,
+            after: Term::default(),
+        }
     }
 
+    #[inline]
     fn applied_to(&self, integrals: &VertexIntegrals) -> VertexIntegrals {
         VertexIntegrals {
-            angle_defect: Integral::new(integrals.angle_defect.value() - self.angle),
+            angle_defect: Integral::new(integrals.angle_defect.value() - self.angle.radians()),
             mean: Integral::new(integrals.mean.value() + self.mean),
             area: Area::new((integrals.area.value() + self.area).max(0.0)),
             ..*integrals
@@ -232,28 +317,14 @@ impl Change {
     }
 }
 
-/// The share of mean curvature that an edge gives to each of its ends.
+/// The share of mean curvature that an edge gives to each of its ends: a quarter of length times
+/// dihedral angle (KKL02 sec. 3.1).
 fn hinge(mesh: &TriMesh, e: EdgeId) -> f64 {
     let topology = mesh.topology();
     let [h, twin] = e.half_edges();
     let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return 0.0 };
     let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
-    hinge_of([a, b], [mesh.position(c), mesh.position(d)])
-}
-
-/// A quarter of length times dihedral angle of the edge (a, b) between the faces to its left and
-/// right with these apexes (KKL02 sec. 3.1).
-#[inline]
-fn hinge_of([a, b]: [DVec3; 2], [left, right]: [DVec3; 2]) -> f64 {
-    0.25 * a.distance(b) * dihedral_angle(a, b, left, right)
-}
-
-/// The angle of the corner where a half-edge starts; 0 for an exterior one.
-fn angle(mesh: &TriMesh, h: HalfEdgeId) -> f64 {
-    let topology = mesh.topology();
-    let Some(apex) = topology.apex(h) else { return 0.0 };
-    let [a, b] = [topology.origin(h), topology.target(h)].map(|v| mesh.position(v));
-    corner_angle(a, b, mesh.position(apex))
+    0.25 * a.distance(b) * dihedral_angle(a, b, mesh.position(c), mesh.position(d))
 }
 
 #[cfg(test)]
@@ -272,7 +343,7 @@ mod tests {
             for (i, p) in mesh.positions_mut().iter_mut().enumerate() {
                 p.z += 0.05 * (i as f64).sin();
             }
-            let mut change = CurvatureChange::new(|c| c.abs_principal_sum().value());
+            let mut change = CurvatureChange::new(Measure::AbsSum);
             change.prepare(&mesh);
             let total = |mesh: &TriMesh| {
                 let all = mesh.topology().vertices();
@@ -281,19 +352,31 @@ mod tests {
                 })
                 .sum()
             };
-            let before: f64 = total(&mesh);
-            for h in mesh.topology().half_edges() {
-                let Ok(legal) = mesh.topology().check_collapse(h) else { continue };
+            // The tables follow the mesh: what is foretold stays right from collapse to collapse.
+            for round in 0..10 {
+                let before: f64 = total(&mesh);
+                let mut chosen = None;
+                for (i, h) in mesh.topology().half_edges().enumerate() {
+                    let Ok(legal) = mesh.topology().check_collapse(h) else { continue };
+                    let mut faces = Vec::new();
+                    let patch = EdgePatch::gather(&mesh, h, &mut faces);
+                    let x = DVec3::new(0.01, 0.02, 0.03);
+                    let sums = change.of(&patch, x);
+                    let position = patch.origin() + x;
+                    let mut collapsed = mesh.clone();
+                    collapsed.collapse(legal, position);
+                    let after: f64 = total(&collapsed);
+                    let error = (after - before) - (sums.after - sums.before);
+                    assert!(error.abs() < 1e-9 * before, "{round} {h:?}: {error}");
+                    if i % 11 == round || chosen.is_none() {
+                        chosen = Some((h, collapsed));
+                    }
+                }
+                let Some((h, collapsed)) = chosen else { break };
                 let mut faces = Vec::new();
                 let patch = EdgePatch::gather(&mesh, h, &mut faces);
-                let x = DVec3::new(0.01, 0.02, 0.03);
-                let sums = change.of(&patch, x);
-                let position = patch.origin() + x;
-                let mut collapsed = mesh.clone();
-                collapsed.collapse(legal, position);
-                let after: f64 = total(&collapsed);
-                let error = (after - before) - (sums.after - sums.before);
-                assert!(error.abs() < 1e-9 * before, "{h:?}: {error}");
+                change.collapsing(&patch, DVec3::new(0.01, 0.02, 0.03));
+                mesh = collapsed;
             }
         }
     }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh_core::TriMesh;
 
-use super::curvature_change::CurvatureChange;
+use super::curvature_change::{CurvatureChange, Measure};
 use super::{Collapse, Cost, Reach};
 use crate::patch::EdgePatch;
 use crate::quadric::Quadric;
@@ -24,9 +24,7 @@ impl<C: Cost> CurvatureFactor<C> {
     /// The factor with this weight w, not negative, on top of `cost`.
     #[must_use]
     pub fn new(cost: C, weight: f64) -> Self {
-        let change = CurvatureChange::new(|curvature| {
-            (curvature.abs_principal_sum() * curvature.integrals().area).value()
-        });
+        let change = CurvatureChange::new(Measure::AbsIntegral);
         Self { cost, weight: weight.max(0.0), change }
     }
 }
@@ -69,8 +67,12 @@ impl<C: Cost> Cost for CurvatureFactor<C> {
         self.cost.reach()
     }
 
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
+        self.cost.collapsing(patch, x);
+        self.change.collapsing(patch, x);
+    }
+
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         self.cost.collapsed(mesh, collapse);
-        self.change.collapsed(mesh, collapse);
     }
 }

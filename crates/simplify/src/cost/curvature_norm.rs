@@ -1,11 +1,10 @@
 //! The discrete curvature norm (Kim, Kim and Levin 2002).
 
-use dcurv::VertexCurvature;
 use glam::DVec3;
 use mesh_core::TriMesh;
 
-use super::curvature_change::CurvatureChange;
-use super::{Collapse, Cost, Reach};
+use super::curvature_change::{CurvatureChange, Measure};
+use super::{Cost, Reach};
 use crate::patch::EdgePatch;
 use crate::quadric::Quadric;
 
@@ -31,9 +30,9 @@ impl CurvatureNorm {
     /// The cost with this norm.
     #[must_use]
     pub fn new(norm: Norm) -> Self {
-        let measure: fn(&VertexCurvature) -> f64 = match norm {
-            Norm::L1 => |curvature| curvature.abs_principal_sum().value(),
-            Norm::L2 => |curvature| curvature.squared_principal_sum().value(),
+        let measure = match norm {
+            Norm::L1 => Measure::AbsSum,
+            Norm::L2 => Measure::SquaredSum,
         };
         Self { change: CurvatureChange::new(measure) }
     }
@@ -53,7 +52,7 @@ impl Cost for CurvatureNorm {
         Reach::TwoRings
     }
 
-    fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
-        self.change.collapsed(mesh, collapse);
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
+        self.change.collapsing(patch, x);
     }
 }

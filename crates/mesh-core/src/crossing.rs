@@ -4,11 +4,12 @@
 //! 1997), so that no tolerance is needed.
 
 use glam::DVec3;
-use mesh_core::VertexId;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
+use crate::handle::VertexId;
+
 /// A triangle of a mesh: its vertices and where they are.
-type Triangle = ([VertexId; 3], [DVec3; 3]);
+pub type Triangle = ([VertexId; 3], [DVec3; 3]);
 
 /// Whether two triangles have a point in common that is not in their common vertex or edge.
 ///

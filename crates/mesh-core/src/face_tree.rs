@@ -1,15 +1,18 @@
-//! A tree of boxes round the faces of a mesh that follows edge flips.
+//! A tree of boxes round the faces of a mesh that follows edits.
 
 use glam::DVec3;
-use mesh_core::{BoundingBox, FaceId, TriMesh};
 
-use crate::crossing::triangles_cross;
-use crate::quad::Quad;
+use crate::handle::FaceId;
+use crate::measure::BoundingBox;
+use crate::mesh::TriMesh;
 
-/// A complete binary tree of bounding boxes. A flip gives two faces other corners: their leaves and
-/// the boxes above are computed again. Flips are local, so the tree stays about as good as it was.
-#[derive(Debug)]
-pub(crate) struct FaceTree {
+/// A complete binary tree of bounding boxes, to find the faces near a place.
+///
+/// An edit gives faces other corners: [`FaceTree::update`] computes their leaves and the boxes above
+/// again. Edits are local, so the tree stays about as good as it was. Faces that were removed are
+/// passed over; when most of them were, a new tree is quicker.
+#[derive(Clone, Debug)]
+pub struct FaceTree {
     /// The boxes, the root first; the children of box i are 2i + 1 and 2i + 2.
     boxes: Vec<BoundingBox>,
     /// The faces, leaf after leaf.
@@ -24,7 +27,9 @@ const FACES_PER_LEAF: usize = 4;
 const EMPTY: BoundingBox = BoundingBox { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
 impl FaceTree {
-    pub(crate) fn new(mesh: &TriMesh) -> Self {
+    /// The tree over all faces of a mesh. Takes O(n log n) time.
+    #[must_use]
+    pub fn new(mesh: &TriMesh) -> Self {
         let topology = mesh.topology();
         let mut faces: Vec<FaceId> = topology.faces().collect();
         let leaves = faces.len().div_ceil(FACES_PER_LEAF).next_power_of_two();
@@ -64,13 +69,14 @@ impl FaceTree {
     }
 
     fn leaf_box(&self, mesh: &TriMesh, leaf: usize) -> BoundingBox {
-        let faces = &self.faces[self.range(leaf)];
-        faces.iter().map(|&f| box_of(mesh.triangle(f))).fold(EMPTY, union)
+        let faces = self.faces[self.range(leaf)].iter();
+        let live = faces.filter(|&&f| mesh.topology().contains_face(f));
+        live.map(|&f| BoundingBox::of_triangle(mesh.triangle(f))).fold(EMPTY, union)
     }
 
-    /// Follows a flip: the two faces of the quadrilateral have new corners.
-    pub(crate) fn update(&mut self, mesh: &TriMesh, flipped: &Quad) {
-        for face in mesh.topology().edge_faces(flipped.edge).into_iter().flatten() {
+    /// Follows an edit: these faces have new corners, or are gone.
+    pub fn update(&mut self, mesh: &TriMesh, faces: impl IntoIterator<Item = FaceId>) {
+        for face in faces {
             let leaf = self.leaf_of_face[face.index()] as usize;
             let mut node = self.leaves - 1 + leaf;
             self.boxes[node] = self.leaf_box(mesh, leaf);
@@ -85,28 +91,14 @@ impl FaceTree {
         }
     }
 
-    /// A face that one of the two new triangles of a flip would cross; one of the edge's own faces
-    /// when the new triangles would cross each other.
-    pub(crate) fn crossed_by_flip(&self, mesh: &TriMesh, quad: &Quad) -> Option<FaceId> {
-        let topology = mesh.topology();
-        let own = topology.edge_faces(quad.edge);
-        let new = quad.flipped_triangles().map(|t| (t, t.map(|v| mesh.position(v))));
-        if triangles_cross(new[0], new[1]) {
-            return own[0];
-        }
-        new.into_iter().find_map(|triangle| {
-            self.find(box_of(triangle.1), |face| {
-                !own.contains(&Some(face))
-                    && triangles_cross(
-                        triangle,
-                        (topology.face_vertices(face), mesh.triangle(face)),
-                    )
-            })
-        })
-    }
-
-    /// The first face in a leaf whose box meets `bounds` that has a property.
-    fn find(&self, bounds: BoundingBox, has: impl Fn(FaceId) -> bool) -> Option<FaceId> {
+    /// The first face with a property among those whose leaves meet `bounds`: all faces that meet
+    /// it, and some more.
+    pub fn find(
+        &self,
+        mesh: &TriMesh,
+        bounds: BoundingBox,
+        mut has: impl FnMut(FaceId) -> bool,
+    ) -> Option<FaceId> {
         // One open node per level at most, besides the current one.
         let mut open = [0_usize; 64];
         let mut count = 1;
@@ -117,8 +109,8 @@ impl FaceTree {
                 continue;
             }
             if node >= self.leaves - 1 {
-                let faces = &self.faces[self.range(node + 1 - self.leaves)];
-                if let Some(&face) = faces.iter().find(|&&face| has(face)) {
+                let mut faces = self.faces[self.range(node + 1 - self.leaves)].iter();
+                if let Some(&face) = faces.find(|&&f| mesh.topology().contains_face(f) && has(f)) {
                     return Some(face);
                 }
             } else {
@@ -147,10 +139,6 @@ fn arrange(mesh: &TriMesh, faces: &mut [FaceId], leaves: usize) {
     let (low, high) = faces.split_at_mut(middle);
     arrange(mesh, low, leaves / 2);
     arrange(mesh, high, leaves / 2);
-}
-
-fn box_of([a, b, c]: [DVec3; 3]) -> BoundingBox {
-    BoundingBox { min: a.min(b).min(c), max: a.max(b).max(c) }
 }
 
 fn union(a: BoundingBox, b: BoundingBox) -> BoundingBox {

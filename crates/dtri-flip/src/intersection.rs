@@ -1,0 +1,22 @@
+//! Faces that a flip would push through others.
+
+use mesh_core::{BoundingBox, FaceId, FaceTree, TriMesh, triangles_cross};
+
+use crate::quad::Quad;
+
+/// A face that one of the two new triangles of a flip would cross; one of the edge's own faces when
+/// the new triangles would cross each other.
+pub(crate) fn crossed_by_flip(tree: &FaceTree, mesh: &TriMesh, quad: &Quad) -> Option<FaceId> {
+    let topology = mesh.topology();
+    let own = topology.edge_faces(quad.edge);
+    let new = quad.flipped_triangles().map(|t| (t, t.map(|v| mesh.position(v))));
+    if triangles_cross(new[0], new[1]) {
+        return own[0];
+    }
+    new.into_iter().find_map(|triangle| {
+        tree.find(mesh, BoundingBox::of_triangle(triangle.1), |face| {
+            let other = (topology.face_vertices(face), mesh.triangle(face));
+            !own.contains(&Some(face)) && triangles_cross(triangle, other)
+        })
+    })
+}
