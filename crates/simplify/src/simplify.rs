@@ -53,7 +53,8 @@ pub struct Simplified {
     /// What fitting did; `None` when there was none, or when it was undone because it exceeded the
     /// largest allowed error.
     pub fit: Option<FitReport>,
-    /// What annealing did; `None` as for `fit`.
+    /// What annealing did; `None` as for `fit`, and when it was undone because it folded the
+    /// texture.
     pub anneal: Option<AnnealReport>,
 }
 
@@ -232,7 +233,13 @@ impl Finish {
                 let forbid_intersections = options.forbid_intersections;
                 let fit = FitOptions { forbid_intersections, ..then.fit };
                 let then = AnnealOptions { fit, ..then };
-                Some(anneal(&mut mesh, original, constraints, &then)?)
+                let fitted = mesh.clone();
+                let report = anneal(&mut mesh, original, constraints, &then)?;
+                let folds = texture.is_some_and(|check| check.folds_more(&mesh, &fitted, &report));
+                if folds {
+                    mesh = fitted;
+                }
+                (!folds).then_some(report)
             }
             None => None,
         };

@@ -6,6 +6,7 @@
 use mesh_core::{EdgeMap, FaceId, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError};
 
+use crate::anneal::AnnealReport;
 use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
 use crate::transfer::corner_sources;
 use crate::wedges::{CornerAttributes, doubled_area};
@@ -23,6 +24,14 @@ pub(crate) struct TextureCheck<'a> {
 }
 
 impl TextureCheck<'_> {
+    /// Whether annealing has made faces turn over in the texture that did not before.
+    pub(crate) fn folds_more(&self, after: &TriMesh, before: &TriMesh, by: &AnnealReport) -> bool {
+        let moved = |v: &Option<VertexId>| v.and_then(|v| by.vertex_map.get(v).copied().flatten());
+        let became = VertexMap::from_vec(self.became.as_slice().iter().map(moved).collect());
+        let annealed = TextureCheck { became: &became, ..*self };
+        annealed.folded(after).len() > self.folded(before).len()
+    }
+
     /// The faces that lie the other way round in the texture than where they come from.
     pub(crate) fn folded(&self, mesh: &TriMesh) -> Vec<FaceId> {
         let sources = corner_sources(self.original, self.seams, mesh, self.became);
@@ -65,15 +74,17 @@ pub(crate) fn fit_unfolded(
     Ok(FitReport::default())
 }
 
-/// Adds the vertices of faces to those that stay, and all edges at them.
+/// Adds the vertices of faces and their neighbours to those that stay, and all edges between them to
+/// those that are not flipped.
 fn hold(constraints: &mut FitConstraints, fitted: &TriMesh, start: &TriMesh, faces: &[FaceId]) {
     let topology = start.topology();
     let fixed = constraints.fixed.get_or_insert_with(|| topology.vertex_map(false));
     let features = constraints.features.get_or_insert_with(|| topology.edge_map(false));
     for v in faces.iter().flat_map(|&face| fitted.topology().face_vertices(face)) {
         fixed[v] = true;
-        for edge in topology.edges_of_vertex(v) {
-            features[edge] = true;
+        for h in topology.outgoing(v) {
+            features[h.edge()] = true;
+            fixed[topology.target(h)] = true;
         }
     }
 }

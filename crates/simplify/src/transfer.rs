@@ -215,17 +215,38 @@ impl Transfer<'_> {
         self.on_face(topology.face(corner)?, self.original.position(v))
     }
 
-    /// The half-edge of a seam edge at the cluster that is closest to a point.
+    /// The half-edge of a seam edge at the cluster, or farther along the same line, that is closest
+    /// to a point.
     fn closest_seam(&self, cluster: &[VertexId], at: DVec3) -> Option<HalfEdgeId> {
         let topology = self.original.topology();
         let sides = cluster.iter().flat_map(|&u| topology.outgoing(u));
+        let start = sides.filter(|&h| self.lines.label[h].is_some());
+        let mut best = self.closest_of(start, at)?;
+        let line = |h: HalfEdgeId| self.lines.label[h].map(|label| label / 2);
+        loop {
+            let ends = [topology.origin(best.1), topology.target(best.1)].into_iter();
+            let sides = ends.flat_map(|v| topology.outgoing(v));
+            let same_line = sides.filter(|&h| line(h) == line(best.1));
+            match self.closest_of(same_line, at) {
+                Some(next) if next.0 < best.0 => best = next,
+                _ => return Some(best.1),
+            }
+        }
+    }
+
+    /// Of some edges the closest to a point, with its squared distance.
+    fn closest_of(
+        &self,
+        sides: impl Iterator<Item = HalfEdgeId>,
+        at: DVec3,
+    ) -> Option<(f64, HalfEdgeId)> {
+        let topology = self.original.topology();
         let distance = |h: HalfEdgeId| {
             let [a, b] =
                 [topology.origin(h), topology.target(h)].map(|v| self.original.position(v));
             closest_on_triangle(at, &[a, b, b]).length_squared()
         };
-        let seams = sides.filter(|&h| self.lines.label[h].is_some());
-        seams.map(|h| (distance(h), h)).min_by(|p, q| p.0.total_cmp(&q.0)).map(|(_, h)| h)
+        sides.map(|h| (distance(h), h)).min_by(|p, q| p.0.total_cmp(&q.0))
     }
 
     /// The point of a seam edge that is closest to `at`, on the face to the left.
