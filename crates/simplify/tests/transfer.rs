@@ -3,18 +3,23 @@
 
 use glam::DVec3;
 use mesh_core::shapes::SplitMix64;
-use mesh_core::{HalfEdgeId, TriMesh};
+use mesh_core::{HalfEdgeId, TriMesh, VertexId};
 use simplify::{CornerAttributes, Options, Preset, corner_sources, seam_nodes, simplify};
 
-/// A flat grid whose inner vertices are out of line.
+/// The row of the grid along which the seam runs.
+const SEAM: u32 = 15;
+
+/// A flat grid whose inner vertices are out of line, but for those of one row.
 fn uneven_grid(cells: u32) -> TriMesh {
     let mut random = SplitMix64::new(7);
     let mut positions = Vec::new();
     for i in 0..=cells {
         for j in 0..=cells {
             let inner = |k: u32| f64::from(u8::from(k > 0 && k < cells));
-            let mut shifted = |k: u32| f64::from(k) + 0.3 * inner(k) * (random.uniform() - 0.5);
-            positions.push(DVec3::new(shifted(i), shifted(j), 0.0) / f64::from(cells));
+            let mut shift = |k: u32| 0.3 * inner(k) * (random.uniform() - 0.5);
+            let (x, y) = (shift(i) * f64::from(u8::from(i != SEAM)), shift(j));
+            let place = DVec3::new(f64::from(i) + x, f64::from(j) + y, 0.0);
+            positions.push(place / f64::from(cells));
         }
     }
     let at = |i: u32, j: u32| i * (cells + 1) + j;
@@ -33,8 +38,7 @@ fn uneven_grid(cells: u32) -> TriMesh {
 fn linear_data_is_reproduced() {
     let mesh = uneven_grid(30);
     let topology = mesh.topology();
-    // A seam across the middle.
-    let middle = |v| topology.vertex_capacity() / 31 * 15 <= mesh_core::Handle::index(v);
+    let middle = |v: VertexId| v.index() >= (31 * SEAM) as usize;
     let mut seams = topology.edge_map(false);
     for e in topology.edges().filter(|&e| !topology.is_boundary_edge(e)) {
         let faces = topology.edge_faces(e).into_iter().flatten();
