@@ -20,10 +20,15 @@ use crate::seams::Seams;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Attributes")]
 pub(crate) struct Carry {
-    /// How much shifts of texture, normals and colours count; 0 for not at all. At 1 a texture that
-    /// shifts by one model unit is as bad as a surface that does
+    /// How much shifts of texture and colours count; 0 for not at all. At 1 a texture that shifts by
+    /// one model unit is as bad as a surface that does, and so is a colour that changes from black
+    /// to white on a mesh that measures 100 units
     #[arg(long, value_name = "W", default_value_t = 0.3, value_parser = parse_not_negative)]
     attribute_weight: f64,
+    /// How much normals of the file count on top of the shape; 0 for not at all. At 1 a normal that
+    /// turns by one radian on a mesh that measures 100 units is as bad as a surface that shifts by one
+    #[arg(long, value_name = "W", default_value_t = 0.0, value_parser = parse_not_negative)]
+    normal_weight: f64,
     /// Normals of the file that differ by more than this across an edge, or from the simplified
     /// surface, are a crease
     #[arg(long, value_name = "DEGREES", default_value = "40", value_parser = parse_angle)]
@@ -40,7 +45,6 @@ pub(crate) struct Carry {
 pub(crate) struct Attributes {
     seams: Seams,
     crease: f64,
-    weight: f64,
     of_corners: Option<CornerAttributes>,
 }
 
@@ -63,8 +67,8 @@ impl Carry {
         if seams.count() > 0 {
             console.message(format_args!("{} edges are seams or creases", seams.count()));
         }
-        let of_corners = corner_attributes(loaded, &seams);
-        Attributes { seams, crease: self.crease_angle, weight: self.attribute_weight, of_corners }
+        let of_corners = self.corner_attributes(loaded, &seams);
+        Attributes { seams, crease: self.crease_angle, of_corners }
     }
 }
 
@@ -85,7 +89,8 @@ impl Attributes {
             }
         }
         options.attributes.clone_from(&self.of_corners);
-        options.attribute_weight = self.weight;
+        // The numbers are weighted already.
+        options.attribute_weight = 1.0;
     }
 
     /// The content of the output: the simplified mesh with the attributes of the file.
@@ -160,45 +165,41 @@ fn is_flat_shaded(topology: &Topology, seams: &Seams, normals: &[[f32; 3]]) -> b
     uniform * 100 > faces * 98 && smooth * 2 < edges
 }
 
-/// What a normal that turns by one radian, and a colour that goes from nothing to full, count, in
+/// What a normal that turns by one radian, and a colour that goes from black to white, count, in
 /// parts of the diagonal of the bounding box.
-const NORMAL_SCALE: f64 = 0.01;
-const COLOR_SCALE: f64 = 0.1;
+const PART_OF_DIAGONAL: f64 = 0.01;
 
-/// The attributes of the corners, scaled to model units.
-fn corner_attributes(loaded: &Loaded, seams: &Seams) -> Option<CornerAttributes> {
-    let Loaded { model, mesh, .. } = loaded;
-    let (uvs, colors) = (model.corner_uvs.as_ref(), model.vertex_colors.as_ref());
-    let (corner_normals, vertex_normals) =
-        (model.corner_normals.as_ref(), model.vertex_normals.as_ref());
-    let has_normals = corner_normals.is_some() || vertex_normals.is_some();
-    if uvs.is_none() && colors.is_none() && !has_normals {
-        return None;
+impl Carry {
+    /// The attributes of the corners, scaled to model units and weighted; `None` if none counts.
+    fn corner_attributes(&self, loaded: &Loaded, seams: &Seams) -> Option<CornerAttributes> {
+        let Loaded { model, mesh, .. } = loaded;
+        let counts = |weight: f64| weight > 0.0;
+        let uvs = model.corner_uvs.as_ref().filter(|_| counts(self.attribute_weight));
+        let colors = model.vertex_colors.as_ref().filter(|_| counts(self.attribute_weight));
+        let corner_normals = model.corner_normals.as_ref().filter(|_| counts(self.normal_weight));
+        let vertex_normals = model.vertex_normals.as_ref().filter(|_| counts(self.normal_weight));
+        let has_normals = corner_normals.is_some() || vertex_normals.is_some();
+        if uvs.is_none() && colors.is_none() && !has_normals {
+            return None;
+        }
+        let part = PART_OF_DIAGONAL * mesh.bounding_box().map_or(0.0, |b| b.diagonal());
+        let texture =
+            self.attribute_weight * uvs.map_or(0.0, |uvs| texture_scale(mesh, seams, uvs));
+        let (color, normal) = (self.attribute_weight * part, self.normal_weight * part);
+        let of_corner = |h: HalfEdgeId| {
+            let corner = seams.corner(h);
+            let vertex = model.soup.corners()[corner] as usize;
+            let [u, v] = uvs.map_or([0.0; 2], |all| all[corner]);
+            let by_vertex = vertex_normals.map_or([0.0; 3], |all| all[vertex]);
+            let [x, y, z] = corner_normals.map_or(by_vertex, |all| all[corner]);
+            let [r, g, b, a] = colors.map_or([0.0; 4], |all| all[vertex]);
+            let [u, v] = [u, v].map(|t| f64::from(t) * texture);
+            let [x, y, z] = [x, y, z].map(|n| f64::from(n) * normal);
+            let [r, g, b, a] = [r, g, b, a].map(|c| f64::from(c) * color);
+            [u, v, x, y, z, r, g, b, a]
+        };
+        Some(CornerAttributes::new(mesh, uvs.is_some(), of_corner))
     }
-    let diagonal = mesh.bounding_box().map_or(0.0, |b| b.diagonal());
-    let texture = uvs.map_or(0.0, |uvs| texture_scale(mesh, seams, uvs));
-    let of_corner = |h: HalfEdgeId| {
-        let corner = seams.corner(h);
-        let vertex = model.soup.corners()[corner] as usize;
-        let [u, v] = uvs.map_or([0.0; 2], |all| all[corner]);
-        let by_vertex = vertex_normals.map_or([0.0; 3], |all| all[vertex]);
-        let [x, y, z] = corner_normals.map_or(by_vertex, |all| all[corner]);
-        let [r, g, b, a] = colors.map_or([0.0; 4], |all| all[vertex]);
-        let scaled = |value: f32, scale: f64| f64::from(value) * scale;
-        let (normal, color) = (NORMAL_SCALE * diagonal, COLOR_SCALE * diagonal);
-        [
-            scaled(u, texture),
-            scaled(v, texture),
-            scaled(x, normal),
-            scaled(y, normal),
-            scaled(z, normal),
-            scaled(r, color),
-            scaled(g, color),
-            scaled(b, color),
-            scaled(a, color),
-        ]
-    };
-    Some(CornerAttributes::new(mesh, uvs.is_some(), of_corner))
 }
 
 /// Model units per unit of texture: the root of the ratio of the areas.

@@ -77,6 +77,9 @@ pub(crate) struct Policy {
     /// Keep edges whose faces meet at a larger angle than this as feature lines
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     feature_angle: Option<f64>,
+    /// Refuse collapses, moves and flips that make faces cross that did not before
+    #[arg(long)]
+    no_intersections: bool,
     /// Whether small parts may be worn away, `free`; `keep` leaves each as large as a tetrahedron,
     /// a number leaves it so many vertices
     #[arg(long, value_name = "free|keep|N", default_value = "free", value_parser = parse_components)]
@@ -141,6 +144,7 @@ impl Policy {
         }
         options.constraints = self.constraints(mesh);
         options.min_component_vertices = self.components.0;
+        options.forbid_intersections = self.no_intersections;
         if let Some(placement) = self.placement {
             options.placement = placement.into();
         }

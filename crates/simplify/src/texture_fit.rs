@@ -1,9 +1,9 @@
 //! Fitting without folds in the texture.
 //!
 //! A fit knows nothing of texture coordinates. Where faces turn over in the texture because of it,
-//! it is done again with their surroundings held.
+//! it is undone there.
 
-use mesh_core::{EdgeMap, FaceId, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, EdgeMap, FaceId, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError};
 
 use crate::anneal::AnnealReport;
@@ -11,8 +11,8 @@ use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
 use crate::transfer::corner_sources;
 use crate::wedges::{CornerAttributes, doubled_area};
 
-/// How often a fit is repeated before it is given up.
-const ATTEMPTS: usize = 4;
+/// How often folds are looked for and undone before a fit is given up.
+const ROUNDS: usize = 20;
 
 /// What tells whether a mesh folds over in the texture of the original.
 pub(crate) struct TextureCheck<'a> {
@@ -60,31 +60,56 @@ pub(crate) fn fit_unfolded(
 ) -> Result<FitReport, SurfaceError> {
     let start = mesh.clone();
     let before = check.folded(&start);
-    let mut constraints = constraints.clone();
-    for _ in 0..ATTEMPTS {
-        let report = fit(mesh, original, &constraints, options)?;
-        let mut folded = check.folded(mesh);
-        folded.retain(|face| !before.contains(face));
-        if folded.is_empty() {
-            return Ok(report);
+    // Without flips every fold goes away when vertices go back.
+    for flips in [options.flips, false] {
+        let options = FitOptions { flips, ..*options };
+        let report = fit(mesh, original, constraints, &options)?;
+        for _ in 0..ROUNDS {
+            let mut folded = check.folded(mesh);
+            folded.retain(|face| !before.contains(face));
+            if folded.is_empty() {
+                return Ok(report);
+            }
+            if !undo(mesh, &start, &folded) {
+                break;
+            }
         }
-        hold(&mut constraints, mesh, &start, &folded);
         mesh.clone_from(&start);
     }
     Ok(FitReport::default())
 }
 
-/// Adds the vertices of faces and their neighbours to those that stay, and all edges between them to
-/// those that are not flipped.
-fn hold(constraints: &mut FitConstraints, fitted: &TriMesh, start: &TriMesh, faces: &[FaceId]) {
-    let topology = start.topology();
-    let fixed = constraints.fixed.get_or_insert_with(|| topology.vertex_map(false));
-    let features = constraints.features.get_or_insert_with(|| topology.edge_map(false));
-    for v in faces.iter().flat_map(|&face| fitted.topology().face_vertices(face)) {
-        fixed[v] = true;
-        for h in topology.outgoing(v) {
-            features[h.edge()] = true;
-            fixed[topology.target(h)] = true;
+/// Puts the vertices of faces back to where they were; where they are there already, turns the edges
+/// at them back. Returns whether anything has changed.
+fn undo(mesh: &mut TriMesh, start: &TriMesh, faces: &[FaceId]) -> bool {
+    let mut changed = false;
+    for &face in faces {
+        let corners = mesh.topology().face_vertices(face);
+        if corners.into_iter().any(|v| mesh.position(v) != start.position(v)) {
+            corners.iter().for_each(|v| mesh.positions_mut()[v.index()] = start.position(*v));
+            changed = true;
+            continue;
         }
+        let edges: Vec<EdgeId> =
+            corners.into_iter().flat_map(|v| mesh.topology().edges_of_vertex(v)).collect();
+        for edge in edges {
+            changed |= turn_back(mesh, start, edge);
+        }
+    }
+    changed
+}
+
+/// Flips an edge if that makes it the one that it was.
+fn turn_back(mesh: &mut TriMesh, start: &TriMesh, edge: EdgeId) -> bool {
+    let mut after = edge.half_edges().map(|side| mesh.topology().apex(side));
+    let mut before = start.topology().edge_vertices(edge).map(Some);
+    after.sort_unstable();
+    before.sort_unstable();
+    match mesh.topology().check_flip(edge) {
+        Ok(flip) if after == before => {
+            mesh.flip(flip);
+            true
+        }
+        _ => false,
     }
 }
