@@ -15,6 +15,9 @@ pub struct Curve {
 /// The cosine of the turn from which on a vertex of a line is a corner: 30 degrees.
 const CORNER: f64 = 0.866;
 
+/// The most points on one edge.
+const MOST_POINTS: f64 = 1000.0;
+
 impl Curve {
     /// The boundary; `None` when there is none.
     #[must_use]
@@ -26,17 +29,21 @@ impl Curve {
     #[must_use]
     pub fn of_edges(mesh: &TriMesh, is_line: impl Fn(EdgeId) -> bool) -> Option<Self> {
         let topology = mesh.topology();
-        let lines = topology.edges().filter(|&e| is_line(e));
-        let sides: Vec<[u32; 3]> = lines
-            .map(|e| {
-                let [a, b] = topology.edge_vertices(e).map(VertexId::get);
-                [a, b, b]
-            })
-            .collect();
-        let edges = Surface::from_triangles(mesh.positions(), &sides).ok()?;
+        let lines: Vec<EdgeId> = topology.edges().filter(|&e| is_line(e)).collect();
         let corners = topology.vertices().filter(|&v| is_corner(mesh, v, &is_line));
         let corners = corners.map(|v| mesh.position(v)).collect();
-        Some(Self { edges, corners })
+        Some(Self { corners, ..Self::new(mesh, &lines)? })
+    }
+
+    /// These edges, without corners.
+    pub(crate) fn new(mesh: &TriMesh, lines: &[EdgeId]) -> Option<Self> {
+        let side = |&e: &EdgeId| {
+            let [a, b] = mesh.topology().edge_vertices(e).map(VertexId::get);
+            [a, b, b]
+        };
+        let sides: Vec<[u32; 3]> = lines.iter().map(side).collect();
+        let edges = Surface::from_triangles(mesh.positions(), &sides).ok()?;
+        Some(Self { edges, corners: Vec::new() })
     }
 
     /// Where lines end, fork, or turn by more than 30 degrees.
@@ -49,6 +56,40 @@ impl Curve {
     #[must_use]
     pub fn closest(&self, point: DVec3) -> DVec3 {
         self.edges.closest(point).point
+    }
+
+    /// The direction of the curve, with length one, at the point that is closest to `point`; zero
+    /// on an edge without length.
+    pub(crate) fn direction(&self, point: DVec3) -> DVec3 {
+        let closest = self.edges.closest(point);
+        let [a, b, _] = self.edges.triangle(closest.triangle as usize);
+        (b - a).normalize_or_zero()
+    }
+
+    /// Points on the edges, evenly spaced on each and at most `spacing` apart, without the ends.
+    pub(crate) fn points(&self, spacing: f64) -> Vec<DVec3> {
+        let mut points = Vec::new();
+        for edge in 0..self.edges.triangle_count() {
+            let [a, b, _] = self.edges.triangle(edge);
+            let count = (a.distance(b) / spacing).ceil().min(MOST_POINTS).max(1.0);
+            let part = |i: usize| (i as f64 + 0.5) / count;
+            points.extend((0..count as usize).map(|i| a + part(i) * (b - a)));
+        }
+        points
+    }
+
+    /// For each point the closest edge, in the order in which they were given, and how far along
+    /// that edge it is, from 0 to 1.
+    pub(crate) fn closest_edges(&self, points: &[DVec3]) -> Vec<(usize, f64)> {
+        let closest = self.edges.closest_points(points).into_iter();
+        closest
+            .map(|closest| {
+                let edge = closest.triangle as usize;
+                let [a, b, _] = self.edges.triangle(edge);
+                let along = (closest.point - a).dot(b - a) / a.distance_squared(b);
+                (edge, if along.is_finite() { along.clamp(0.0, 1.0) } else { 0.5 })
+            })
+            .collect()
     }
 
     /// The largest distance of any of the points to the curve.

@@ -64,12 +64,26 @@ pub struct FitConstraints {
     pub fixed: Option<VertexMap<bool>>,
     /// Edges that are not flipped.
     pub features: Option<EdgeMap<bool>>,
-    /// The boundary of the original. Boundary vertices stay on it, except that those closest to its
-    /// corners do not move. Without it no boundary vertex moves.
+    /// The boundary of the original. Boundary vertices slide along it and stay as far from it as
+    /// they are; those closest to its corners do not move. Without it no boundary vertex moves.
     pub boundary_curve: Option<Arc<Curve>>,
     /// The feature lines of the original, for the vertices of the edges in `features`, in the same
     /// way.
     pub feature_curve: Option<Arc<Curve>>,
+}
+
+impl FitConstraints {
+    fn is_feature(&self, e: EdgeId) -> bool {
+        self.features.as_ref().and_then(|map| map.get(e)).is_some_and(|&feature| feature)
+    }
+
+    fn curve(&self, freedom: Freedom) -> Option<&Curve> {
+        match freedom {
+            Freedom::AlongBoundary => self.boundary_curve.as_deref(),
+            Freedom::AlongFeature => self.feature_curve.as_deref(),
+            Freedom::Free | Freedom::Fixed => None,
+        }
+    }
 }
 
 /// What a fit did.
@@ -102,7 +116,7 @@ pub fn fit(
         .collect();
     let points: Vec<DVec3> = targets.iter().map(|target| target.point).collect();
     let mut report = FitReport::default();
-    let freedoms = freedoms(mesh, constraints);
+    let lines = Lines::new(mesh, original, constraints, count);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
     for round in 0..options.rounds {
         let surface = Surface::new(mesh)?;
@@ -113,7 +127,9 @@ pub fn fit(
         if options.flips {
             report.flips += flip_edges(mesh, &mut paired, constraints, found.as_mut());
         }
+        let freedoms = freedoms(mesh, constraints);
         let mut system = System::new(mesh);
+        lines.add_to(&mut system, mesh);
         let mut tally = Tally::default();
         paired.for_each(mesh, |face, target| {
             let weights = weights_of_closest(target.point, &mesh.triangle(face));
@@ -130,7 +146,7 @@ pub fn fit(
         if round == 0 {
             report.rms_before = tally.rms();
         }
-        let moved = system.solve(mesh, &freedoms);
+        let moved = system.solve(mesh, &freedoms, constraints);
         move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
         report.rounds += 1;
     }
@@ -147,6 +163,51 @@ struct Target {
 impl Target {
     fn new(original: &Surface, sample: &SurfaceSample) -> Self {
         Self { point: sample.position, normal: normal_of(original, sample.triangle as usize) }
+    }
+}
+
+/// Points of the lines of the original, and the edges of the mesh that stand for these lines.
+///
+/// The pairs of samples of the surfaces do not feel a boundary that moves within the surface; these
+/// do.
+struct Lines(Vec<Line>);
+
+struct Line {
+    points: Vec<DVec3>,
+    edges: Vec<EdgeId>,
+}
+
+impl Lines {
+    /// As densely sampled as the surface.
+    fn new(
+        mesh: &TriMesh,
+        original: &Surface,
+        constraints: &FitConstraints,
+        samples: usize,
+    ) -> Self {
+        let topology = mesh.topology();
+        let area: f64 = (0..original.triangle_count())
+            .map(|t| original.triangle(t))
+            .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length())
+            .sum();
+        let spacing = (area / samples.max(1) as f64).sqrt();
+        let line = |curve: &Option<Arc<Curve>>, is_line: &dyn Fn(EdgeId) -> bool| {
+            let points = curve.as_ref()?.points(spacing);
+            Some(Line { points, edges: topology.edges().filter(|&e| is_line(e)).collect() })
+        };
+        let boundary = line(&constraints.boundary_curve, &|e| topology.is_boundary_edge(e));
+        let features = line(&constraints.feature_curve, &|e| constraints.is_feature(e));
+        Self([boundary, features].into_iter().flatten().collect())
+    }
+
+    fn add_to(&self, system: &mut System, mesh: &TriMesh) {
+        for Line { points, edges } in &self.0 {
+            // None of the lines may be left.
+            let Some(curve) = Curve::new(mesh, edges) else { continue };
+            for (point, (edge, along)) in points.iter().zip(curve.closest_edges(points)) {
+                system.add_to_edge(mesh, edges[edge], along, *point);
+            }
+        }
     }
 }
 
@@ -266,14 +327,11 @@ fn flip_edges(
     constraints: &FitConstraints,
     mut found: Option<&mut Intersections>,
 ) -> usize {
-    let is_feature = |e: EdgeId| {
-        constraints.features.as_ref().and_then(|map| map.get(e)).is_some_and(|&feature| feature)
-    };
     let mut scratch = Vec::new();
     let mut flips = 0;
     for index in 0..mesh.topology().edge_capacity() {
         let edge = EdgeId::from_index(index);
-        if is_feature(edge) || !flip_is_closer(mesh, paired, edge) {
+        if constraints.is_feature(edge) || !flip_is_closer(mesh, paired, edge) {
             continue;
         }
         let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
@@ -348,14 +406,13 @@ enum Freedom {
 /// What each vertex may do, by index.
 fn freedoms(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<Freedom> {
     let topology = mesh.topology();
-    let is_feature = |e| constraints.features.as_ref().and_then(|map| map.get(e)) == Some(&true);
     let of_vertex = |index: usize| {
         let v = VertexId::from_index(index);
         let fixed = constraints.fixed.as_ref().and_then(|map| map.get(v)) == Some(&true);
         if fixed || !topology.contains_vertex(v) {
             return Freedom::Fixed;
         }
-        let features = topology.edges_of_vertex(v).filter(|&e| is_feature(e)).count();
+        let features = topology.edges_of_vertex(v).filter(|&e| constraints.is_feature(e)).count();
         match (topology.is_boundary_vertex(v), features) {
             (false, 0) => Freedom::Free,
             (true, 0) if constraints.boundary_curve.is_some() => Freedom::AlongBoundary,
@@ -431,19 +488,40 @@ impl System {
         gap.length_squared()
     }
 
+    /// Adds a pair of the point that is `along` an edge, as a part of its length, and its target.
+    fn add_to_edge(&mut self, mesh: &TriMesh, edge: EdgeId, along: f64, target: DVec3) {
+        let ends = mesh.topology().edge_vertices(edge);
+        let [a, b] = ends.map(|v| mesh.position(v) - target);
+        let weights = [1.0 - along, along];
+        let force = weights[0] * a + weights[1] * b;
+        let unit = Symmetric3 { diagonal: DVec3::ONE, mixed: DVec3::ZERO };
+        for (v, weight) in ends.into_iter().zip(weights) {
+            self.of_vertex[v.index()] += weight * weight * unit;
+            self.residual[v.index()] -= weight * force;
+        }
+        self.of_edge[edge.index()] += weights[0] * weights[1] * unit;
+    }
+
     /// The displacement of each vertex, by conjugate gradients preconditioned with the blocks of
     /// the vertices.
-    fn solve(&self, mesh: &TriMesh, freedoms: &[Freedom]) -> Vec<DVec3> {
-        let factors: Vec<Option<Factors>> = freedoms
+    fn solve(
+        &self,
+        mesh: &TriMesh,
+        freedoms: &[Freedom],
+        constraints: &FitConstraints,
+    ) -> Vec<DVec3> {
+        let inverses: Vec<Inverse> = freedoms
             .iter()
             .zip(&self.of_vertex)
-            .map(|(&freedom, block)| match freedom {
-                Freedom::Fixed => None,
-                _ => block.factors(DAMPING),
+            .zip(mesh.positions())
+            .map(|((&freedom, block), &at)| match (freedom, constraints.curve(freedom)) {
+                (Freedom::Free, _) => Inverse::of(block),
+                (_, Some(curve)) => Inverse::along(block, curve.direction(at)),
+                _ => Inverse::Zero,
             })
             .collect();
         let precondition = |r: &[DVec3]| -> Vec<DVec3> {
-            r.iter().zip(&factors).map(|(r, f)| f.map_or(DVec3::ZERO, |f| f.solve(*r))).collect()
+            r.iter().zip(&inverses).map(|(r, inverse)| inverse.times(*r)).collect()
         };
         let dot =
             |p: &[DVec3], q: &[DVec3]| -> f64 { p.iter().zip(q).map(|(a, b)| a.dot(*b)).sum() };
@@ -457,7 +535,7 @@ impl System {
             if rz <= enough {
                 break;
             }
-            let ap = self.times(mesh, &p, &factors);
+            let ap = self.times(mesh, &p);
             let step = rz / dot(&p, &ap);
             if !step.is_finite() {
                 break;
@@ -477,7 +555,7 @@ impl System {
         x
     }
 
-    fn times(&self, mesh: &TriMesh, p: &[DVec3], factors: &[Option<Factors>]) -> Vec<DVec3> {
+    fn times(&self, mesh: &TriMesh, p: &[DVec3]) -> Vec<DVec3> {
         let topology = mesh.topology();
         let mut out: Vec<DVec3> =
             p.iter().zip(&self.of_vertex).map(|(p, block)| block.times(*p)).collect();
@@ -486,12 +564,34 @@ impl System {
             out[a] += self.of_edge[e.index()].times(p[b]);
             out[b] += self.of_edge[e.index()].times(p[a]);
         }
-        for (out, factor) in out.iter_mut().zip(factors) {
-            if factor.is_none() {
-                *out = DVec3::ZERO;
-            }
-        }
         out
+    }
+}
+
+/// The inverse of the block of a vertex among the directions in which it may go. What it gives has
+/// no part in the others, so that conjugate gradients stay among these directions.
+enum Inverse {
+    Zero,
+    Full(Factors),
+    Along(DVec3),
+}
+
+impl Inverse {
+    fn of(block: &Symmetric3) -> Self {
+        block.factors(DAMPING).map_or(Self::Zero, Self::Full)
+    }
+
+    fn along(block: &Symmetric3, direction: DVec3) -> Self {
+        let scale = direction.dot(block.times(direction)).sqrt().recip();
+        if scale.is_finite() { Self::Along(scale * direction) } else { Self::Zero }
+    }
+
+    fn times(&self, r: DVec3) -> DVec3 {
+        match self {
+            Self::Zero => DVec3::ZERO,
+            Self::Full(factors) => factors.solve(r),
+            Self::Along(direction) => direction.dot(r) * *direction,
+        }
     }
 }
 
@@ -516,16 +616,17 @@ fn move_vertices(
             continue;
         }
         let from = mesh.position(v);
-        let curve = match freedoms[index] {
-            Freedom::AlongBoundary => constraints.boundary_curve.as_ref(),
-            Freedom::AlongFeature => constraints.feature_curve.as_ref(),
-            Freedom::Free | Freedom::Fixed => None,
+        let curve = constraints.curve(freedoms[index]);
+        let displacement = match curve {
+            Some(_) => displacement.clamp_length_max(0.5 * shortest_edge(mesh, v)),
+            None => displacement,
         };
         before.clear();
         before.extend(mesh.topology().faces_of_vertex(v).map(|f| mesh.face_cross(f)));
         for part in [1.0, 0.5, 0.25] {
             let free = from + part * displacement;
-            let to = curve.map_or(free, |curve| curve.closest(free));
+            // As far from the curve as it was.
+            let to = curve.map_or(free, |c| from + (c.closest(free) - c.closest(from)));
             let crosses = found.as_ref().is_some_and(|found| found.would_arise_at(mesh, v, to));
             if !crosses && try_move(mesh, v, to, &before) {
                 if let Some(found) = &mut found {
@@ -535,6 +636,11 @@ fn move_vertices(
             }
         }
     }
+}
+
+fn shortest_edge(mesh: &TriMesh, v: VertexId) -> f64 {
+    let lengths = mesh.topology().one_ring(v).map(|w| mesh.position(w).distance(mesh.position(v)));
+    lengths.fold(f64::INFINITY, f64::min)
 }
 
 /// Moves a vertex unless that turns a face too far from its normal before.
