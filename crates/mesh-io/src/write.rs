@@ -82,10 +82,7 @@ pub fn write(
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
     let path = path.as_ref();
-    let format = options
-        .format
-        .or_else(|| Format::from_extension(path))
-        .ok_or_else(|| WriteError::UnknownExtension(path.to_owned()))?;
+    let format = format_of(path, options)?;
     model.check()?;
     let (libraries, has_images) = companions(path, model, format)?;
     let written =
@@ -93,6 +90,12 @@ pub fn write(
     let mut report = written?;
     report.dropped.retain(|what| !(has_images && what == EMBEDDED_IMAGES));
     Ok(report)
+}
+
+/// The format that the options or the extension name.
+fn format_of(path: &Path, options: &WriteOptions) -> Result<Format, WriteError> {
+    let format = options.format.or_else(|| Format::from_extension(path));
+    format.ok_or_else(|| WriteError::UnknownExtension(path.to_owned()))
 }
 
 /// Writes levels of detail of one object, from fine to coarse, into one glTF or GLB file with the
@@ -111,10 +114,7 @@ pub fn write_levels(
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
     let path = path.as_ref();
-    let format = options
-        .format
-        .or_else(|| Format::from_extension(path))
-        .ok_or_else(|| WriteError::UnknownExtension(path.to_owned()))?;
+    let format = format_of(path, options)?;
     levels.iter().try_for_each(Model::check)?;
     let all = crate::gltf::Levels { models: levels.iter().collect(), coverage: coverage.to_vec() };
     let mut report = atomic::replace(path, |writer| match format {

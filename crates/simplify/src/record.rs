@@ -1,16 +1,4 @@
-//! Collapse logs as bytes, to make levels of detail later and elsewhere.
-//!
-//! All numbers are little-endian:
-//!
-//! | bytes | what |
-//! |---|---|
-//! | 8 | `CURVLOD1` |
-//! | 4, 4 | vertices and faces of the mesh that the log belongs to |
-//! | 8 | its fingerprint: FNV-1a over the bits of its positions and the indices of its triangles |
-//! | 4 | the number of collapses |
-//!
-//! and for each collapse 48 bytes: the half-edge, the vertex that goes, the vertex that stays, the
-//! faces before (4 each), the three coordinates of where it stays, and the cost (8 each).
+//! Collapse logs as bytes, to make levels of detail later and elsewhere; see [`CollapseLog::write`].
 
 use std::io::{ErrorKind, Read, Write};
 
@@ -61,7 +49,17 @@ pub enum RecordError {
 }
 
 impl CollapseLog {
-    /// Writes the log of a run on this mesh.
+    /// Writes the log of a run on this mesh. All numbers are little-endian:
+    ///
+    /// | bytes | what |
+    /// |---|---|
+    /// | 8 | `CURVLOD1` |
+    /// | 4, 4 | vertices and faces of the mesh that the log belongs to |
+    /// | 8 | its fingerprint: FNV-1a over the bits of its positions and the indices of its triangles |
+    /// | 4 | the number of collapses |
+    ///
+    /// and for each collapse 48 bytes: the half-edge, the vertex that goes, the vertex that stays,
+    /// the faces before (4 each), the three coordinates of where it stays, and the cost (8 each).
     ///
     /// # Errors
     /// The writer fails.

@@ -12,7 +12,9 @@
 //!   the original corner between the same seams.
 
 use glam::DVec3;
-use mesh_core::{EdgeMap, FaceId, HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
+use mesh_core::{
+    EdgeId, EdgeMap, FaceId, HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap,
+};
 use mesh_metric::closest_on_triangle;
 
 use crate::fit::weights_of_closest;
@@ -106,7 +108,7 @@ impl SeamLines {
         };
         let mut label = topology.half_edge_map(None);
         let mut lines = 0;
-        for start in topology.edges().map(|e| e.half_edge()).filter(|&h| is_seam(h)) {
+        for start in topology.edges().map(EdgeId::half_edge).filter(|&h| is_seam(h)) {
             if label[start].is_some() {
                 continue;
             }
