@@ -21,7 +21,7 @@
 //!
 //! | | positions | vertices | faces | corners | parts |
 //! |---|---|---|---|---|---|
-//! | OBJ | exact | colours | n-gons | UVs, normals | groups, materials by name |
+//! | OBJ | exact | colours | n-gons | UVs, normals | groups, materials, textures beside it |
 //! | PLY | exact | normals, colours, scalars | n-gons, colours, scalars | UVs | |
 //! | STL | 32 bits | | triangles | | one name |
 //! | OFF | exact (text) | normals, colours | n-gons, colours | UVs | |
