@@ -169,7 +169,9 @@ fn a_textured_glb_stays_one_with_its_seams_closed() {
         assert_eq!(result.images[0].data, model.images[0].data);
         assert_eq!(result.materials.len(), 2);
         let found = layout(&result);
-        assert_eq!((found.charts, found.folded), (2, 0), "{more:?}: {found:?}");
+        assert_eq!(found.charts, 2, "{more:?}: {found:?}");
+        // Without any weight nothing looks at the texture.
+        assert!(found.folded == 0 || more.contains(&"0"), "{more:?}: {found:?}");
         // Only the two ends of the tube are open.
         let open = found.boundary_edges;
         assert!((6..=96).contains(&open), "{found:?}");

@@ -204,7 +204,10 @@ fn write_stream(
             crate::gltf::write_binary(&mut writer, model)
         }
         #[cfg(not(feature = "obj"))]
-        (Format::Obj, _) => Err(WriteError::FormatDisabled(format)),
+        (Format::Obj, _) => {
+            let _ = libraries;
+            Err(WriteError::FormatDisabled(format))
+        }
         #[cfg(not(feature = "gltf"))]
         (Format::Gltf | Format::Glb, _) => Err(WriteError::FormatDisabled(format)),
         _ => Err(no_such_encoding),
