@@ -8,7 +8,7 @@ use euc::rasterizer::{BackfaceCullingDisabled, Triangles};
 use euc::{Interpolate, Pipeline, Target};
 use glam::DVec3;
 use image::RgbImage;
-use mesh_core::{BoundingBox, Handle, TriMesh, VertexMap};
+use mesh_core::{BoundingBox, TriMesh, VertexMap};
 
 use crate::texture::{NO_IMAGE, Skin, Texture};
 
@@ -178,7 +178,7 @@ impl Pipeline for Shader<'_> {
         let nearest = surface.to_edges.into_iter().fold(f32::INFINITY, f32::min);
         match self.texture {
             _ if nearest < self.line => EDGE,
-            Some(texture) if surface.image != NO_IMAGE => {
+            Some(texture) if surface.image >= 0.0 => {
                 let texel = texture.sample(surface.image, surface.uv);
                 core::array::from_fn(|i| surface.color[i] * texel[i])
             }

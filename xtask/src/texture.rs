@@ -8,7 +8,7 @@ use mesh_io::{ImageData, Model};
 
 use crate::failure::Failure;
 
-/// Where a face has no picture, for the rasteriser.
+/// Instead of the number of a picture, where a face has none.
 pub(crate) const NO_IMAGE: f32 = -1.0;
 
 /// Colours and pictures of the faces of a mesh.
