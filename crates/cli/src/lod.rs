@@ -131,7 +131,7 @@ fn collapses(
     let targets = options.steps.targets();
     let mut settings = options.policy.options(mesh, &targets);
     // Levels are stages of the run, which fitting would move away from.
-    (settings.fit, settings.anneal) = (None, None);
+    (settings.fit, settings.anneal, settings.peaks) = (None, None, None);
     attributes.constrain(mesh, &mut settings);
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));

@@ -165,7 +165,7 @@ impl Policy {
 
     fn adjust_fit(&self, options: &mut Options) {
         match self.fit_rounds {
-            Some(0) => (options.fit, options.anneal) = (None, None),
+            Some(0) => (options.fit, options.anneal, options.peaks) = (None, None, None),
             Some(rounds) => {
                 let fit = options.fit.unwrap_or_default();
                 options.fit = Some(FitOptions { rounds, ..fit });

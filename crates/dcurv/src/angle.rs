@@ -28,9 +28,21 @@ pub fn corner_direction(u: DVec3, w: DVec3, cross: f64) -> DVec2 {
     if corner == DVec2::ZERO { collapsed_corner(u, w) } else { corner }
 }
 
+/// What [`corner_direction`] is where one edge has no length.
 #[cold]
-fn collapsed_corner(u: DVec3, w: DVec3) -> DVec2 {
+pub(crate) fn collapsed_corner(u: DVec3, w: DVec3) -> DVec2 {
     if u == w { DVec2::new(0.5, 0.75_f64.sqrt()) } else { DVec2::Y }
+}
+
+/// The vector times the power of two that brings its longer coordinate between 1 and 2; exact, so
+/// that the angle has the same bits.
+#[inline]
+#[must_use]
+pub fn unit_scaled(vector: DVec2) -> DVec2 {
+    let (width, height) = (vector.x.abs(), vector.y.abs());
+    let longer = if width < height { height } else { width };
+    let exponent = longer.to_bits() >> 52;
+    vector * f64::from_bits(2046_u64.wrapping_sub(exponent) << 52)
 }
 
 /// A sum of angles between 0 and pi, each with a plus or a minus, that takes one arc tangent in
@@ -43,36 +55,39 @@ pub struct AngleSum {
     /// The angle of this vector, from 0 to pi, is what the sum has beyond the half turns.
     direction: DVec2,
     half_turns: i32,
+    terms: u32,
 }
 
 impl AngleSum {
     /// Nothing added yet.
-    pub const ZERO: Self = Self { direction: DVec2::X, half_turns: 0 };
+    pub const ZERO: Self = Self { direction: DVec2::X, half_turns: 0, terms: 0 };
 
-    /// Adds the angle of a vector in the upper half-plane; see [`corner_direction`].
-    #[inline]
+    /// Adds the angle of a vector in the upper half-plane, of [`unit_scaled`] length; see
+    /// [`corner_direction`].
+    #[inline(always)]
     pub fn add(&mut self, corner: DVec2) {
         self.turn(corner, 1);
     }
 
-    /// Subtracts the angle of a vector in the upper half-plane.
-    #[inline]
+    /// Subtracts the angle of a vector in the upper half-plane, of [`unit_scaled`] length.
+    #[inline(always)]
     pub fn subtract(&mut self, corner: DVec2) {
         // Dividing by a vector multiplies by its mirror image, but for the length.
         self.turn(DVec2::new(corner.x, -corner.y), -1);
     }
 
-    #[inline]
+    #[inline(always)]
     fn turn(&mut self, corner: DVec2, half_turn: i32) {
         let product = self.direction.rotate(corner);
         // In the lower half-plane: turn by pi. The sign bit, rather than a comparison, also tells
         // pi + pi, whose sine is -0, from 0 + 0, whose sine is +0.
-        let below = product.y.to_bits() >> 63;
-        self.half_turns += half_turn * below as i32;
-        self.direction = DVec2::new(negated_if(product.x, below), negated_if(product.y, below));
-        let length = product.x.abs() + product.y.abs();
-        if !(1e-100..1e100).contains(&length) {
-            self.direction /= length;
+        let sign = product.y.to_bits() & (1 << 63);
+        self.half_turns += half_turn * (sign >> 63) as i32;
+        self.direction = DVec2::new(f64::from_bits(product.x.to_bits() ^ sign), product.y.abs());
+        self.terms += 1;
+        // Each term makes the product at most twice the square root of two as long.
+        if self.terms.is_multiple_of(512) {
+            self.direction = unit_scaled(self.direction);
         }
     }
 
@@ -82,12 +97,6 @@ impl AngleSum {
     pub fn radians(self) -> f64 {
         PI * f64::from(self.half_turns) + atan2(self.direction.y, self.direction.x)
     }
-}
-
-/// The number, negated when `negate` is 1 rather than 0.
-#[inline]
-fn negated_if(number: f64, negate: u64) -> f64 {
-    f64::from_bits(number.to_bits() ^ (negate << 63))
 }
 
 #[cfg(test)]
@@ -137,7 +146,7 @@ mod tests {
                     _ => PI * random.uniform(),
                 };
                 let corner = scale * DVec2::new(angle.cos(), angle.sin().abs());
-                by_product.add(corner);
+                by_product.add(unit_scaled(corner));
                 by_sum += corner.y.atan2(corner.x);
                 assert!((by_product.radians() - by_sum).abs() < 1e-12 * (1.0 + by_sum));
             }

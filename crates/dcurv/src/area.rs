@@ -29,8 +29,13 @@ pub fn corner_area(kind: VertexArea, a: DVec3, b: DVec3, c: DVec3) -> Area {
 pub(crate) fn corner_share(kind: VertexArea, u: DVec3, w: DVec3, twice_area: f64) -> f64 {
     match kind {
         VertexArea::Voronoi => voronoi_share(u, w, twice_area),
-        VertexArea::Barycentric => twice_area / 6.0,
+        VertexArea::Barycentric => barycentric_share(u, w, twice_area),
     }
+}
+
+#[inline]
+pub(crate) fn barycentric_share(_: DVec3, _: DVec3, twice_area: f64) -> f64 {
+    twice_area / 6.0
 }
 
 /// DHKL01 sec. 5, for the corner A between `u` to B and `w` to C:
@@ -42,10 +47,7 @@ pub(crate) fn corner_share(kind: VertexArea, u: DVec3, w: DVec3, twice_area: f64
 /// Cotangents and tangents are quotients of a scalar product and twice the area. None of the
 /// differences in it cancels: an obtuse corner has at least half of the triangle.
 #[inline]
-fn voronoi_share(u: DVec3, w: DVec3, twice_area: f64) -> f64 {
-    if twice_area == 0.0 {
-        return 0.0;
-    }
+pub(crate) fn voronoi_share(u: DVec3, w: DVec3, twice_area: f64) -> f64 {
     let across = w - u;
     let (at_a, at_b, at_c) = (u.dot(w), -u.dot(across), w.dot(across));
     let (uu, ww) = (u.length_squared(), w.length_squared());
@@ -61,7 +63,8 @@ fn voronoi_share(u: DVec3, w: DVec3, twice_area: f64) -> f64 {
     let denominator = if nearest_to_right < 0.0 { at_a } else { twice_area };
     let denominator = if at_a < 0.0 { at_b * at_c } else { denominator };
     let offset = if at_a < 0.0 { 0.5 * twice_area } else { 0.0 };
-    offset + 0.125 * numerator / denominator
+    let share = offset + 0.125 * numerator / denominator;
+    if twice_area > 0.0 { share } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -1,11 +1,17 @@
 //! The curvature of every vertex of a mesh.
 
+use core::iter::zip;
 use core::ops::Index;
 
+use fearless_simd::Level;
 use mesh_core::{Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use crate::area::VertexArea;
-use crate::vertex::{VertexCurvature, vertex_curvature};
+use crate::star_block::StarBlock;
+use crate::vertex::VertexCurvature;
+
+/// Vertices per block: enough for long loops, few enough that a block stays in the first cache.
+const BLOCK: usize = 64;
 
 /// How curvature is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,7 +22,8 @@ pub struct CurvatureOptions {
 
 /// The curvature of every vertex of a mesh.
 ///
-/// Each value has the same bits as that of [`vertex_curvature`], which evaluates one vertex.
+/// Each value has the same bits as that of [`vertex_curvature`](crate::vertex_curvature), which
+/// evaluates one vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curvatures {
     vertices: VertexMap<VertexCurvature>,
@@ -26,10 +33,19 @@ impl Curvatures {
     /// Evaluates all vertices of a mesh. Removed vertices get what isolated ones have: 0.
     #[must_use]
     pub fn of(mesh: &TriMesh, options: &CurvatureOptions) -> Self {
-        // The neighbours of a vertex are read where they are: a table of what the faces and edges
-        // contribute would take longer to write and read than it takes to compute them anew.
-        let vertices = parallel::collect(mesh.topology().vertex_capacity(), |index| {
-            vertex_curvature(mesh, VertexId::from_index(index), options.area)
+        let topology = mesh.topology();
+        let level = Level::new();
+        let count = topology.vertex_capacity();
+        let scratch = || StarBlock::new(level);
+        let vertices = parallel::collect_blocks(count, scratch, |stars, indices| {
+            let vertices = indices.map(VertexId::from_index);
+            let integrals = stars.integrals(mesh, vertices.clone(), options.area);
+            let mut values = [VertexCurvature::default(); BLOCK];
+            for ((value, integrals), vertex) in zip(zip(&mut values, integrals), vertices) {
+                let boundary = topology.is_boundary_vertex(vertex);
+                *value = VertexCurvature::from_integrals(integrals, boundary);
+            }
+            values
         });
         Self { vertices: VertexMap::from_vec(vertices) }
     }

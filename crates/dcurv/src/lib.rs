@@ -71,11 +71,12 @@ pub mod edge;
 pub mod principal;
 pub mod quantity;
 pub mod star;
+mod star_block;
 pub mod totals;
 pub mod vertex;
 pub mod willmore;
 
-pub use angle::{AngleSum, corner_angle, corner_direction};
+pub use angle::{AngleSum, corner_angle, corner_direction, unit_scaled};
 pub use area::{VertexArea, corner_area};
 pub use curvatures::{CurvatureOptions, Curvatures};
 pub use dihedral::{dihedral_angle, hinge_angle};

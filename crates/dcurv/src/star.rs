@@ -7,9 +7,9 @@
 
 use core::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-use crate::angle::{AngleSum, corner_direction};
+use crate::angle::{AngleSum, corner_direction, unit_scaled};
 use crate::area::{VertexArea, corner_share};
 use crate::dihedral::hinge_angle;
 use crate::quantity::{Area, Integral};
@@ -56,6 +56,21 @@ impl StarFace {
     #[inline]
     fn new(from: DVec3, to: DVec3) -> Self {
         Self { from, to, normal: to.cross(from) }
+    }
+
+    #[inline]
+    fn add_to(&self, totals: &mut StarTotals, kind: VertexArea) {
+        let twice_area = self.normal.length();
+        let corner = corner_direction(self.from, self.to, twice_area);
+        totals.add_face(unit_scaled(corner), corner_share(kind, self.from, self.to, twice_area));
+    }
+
+    /// The edge between this face and the one that follows it clockwise: its length times its
+    /// dihedral angle.
+    #[inline]
+    fn bend(&self, following: &Self) -> f64 {
+        let length = self.to.length();
+        length * hinge_angle(length, self.normal, following.normal, following.to)
     }
 }
 
@@ -104,32 +119,32 @@ pub(crate) fn integrals(
     closed: bool,
     area: VertexArea,
 ) -> VertexIntegrals {
-    let mut totals = StarTotals::new(area);
+    let mut totals = StarTotals::ZERO;
     let mut spokes = ring.map(|neighbour| neighbour - center);
     let (Some(first), Some(second)) = (spokes.next(), spokes.next()) else {
         return VertexIntegrals::default();
     };
     let first_face = StarFace::new(first, second);
-    totals.add_face(&first_face);
+    first_face.add_to(&mut totals, area);
     let mut face = first_face;
     for spoke in spokes {
         let following = StarFace::new(face.to, spoke);
-        totals.add_face(&following);
-        totals.add_edge(&face, &following);
+        following.add_to(&mut totals, area);
+        totals.add_edge(face.bend(&following));
         face = following;
     }
     if closed {
         let last_face = StarFace::new(face.to, first);
-        totals.add_face(&last_face);
-        totals.add_edge(&face, &last_face);
-        totals.add_edge(&last_face, &first_face);
+        last_face.add_to(&mut totals, area);
+        totals.add_edge(face.bend(&last_face));
+        totals.add_edge(last_face.bend(&first_face));
     }
-    totals.integrals(closed)
+    totals.integrals(totals.angle_defect(full_angle(closed)))
 }
 
 /// The running sums of a turn round a star.
-struct StarTotals {
-    kind: VertexArea,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StarTotals {
     angle: AngleSum,
     area: f64,
     mean: f64,
@@ -137,36 +152,44 @@ struct StarTotals {
 }
 
 impl StarTotals {
-    fn new(kind: VertexArea) -> Self {
-        Self { kind, angle: AngleSum::ZERO, area: 0.0, mean: 0.0, abs_mean: 0.0 }
+    pub(crate) const ZERO: Self =
+        Self { angle: AngleSum::ZERO, area: 0.0, mean: 0.0, abs_mean: 0.0 };
+
+    /// Adds a face: a vector of unit-scaled length with the angle of its corner, and its share of area.
+    #[inline(always)]
+    pub(crate) fn add_face(&mut self, corner: DVec2, share: f64) {
+        self.angle.add(corner);
+        self.area += share;
     }
 
+    /// Adds an edge: its length times its dihedral angle.
     #[inline(always)]
-    fn add_face(&mut self, face: &StarFace) {
-        let twice_area = face.normal.length();
-        self.angle.add(corner_direction(face.from, face.to, twice_area));
-        self.area += corner_share(self.kind, face.from, face.to, twice_area);
+    pub(crate) fn add_edge(&mut self, bend: f64) {
+        self.mean += bend;
+        self.abs_mean += bend.abs();
     }
 
-    /// Adds the edge between a face and the one that follows it clockwise.
-    #[inline(always)]
-    fn add_edge(&mut self, left: &StarFace, right: &StarFace) {
-        let length = left.to.length();
-        let weighted = length * hinge_angle(length, left.normal, right.normal, right.to);
-        self.mean += weighted;
-        self.abs_mean += weighted.abs();
+    /// What the angles leave of a full turn.
+    #[inline]
+    pub(crate) fn angle_defect(&self, full_angle: f64) -> f64 {
+        full_angle - self.angle.radians()
     }
 
     #[inline]
-    fn integrals(&self, closed: bool) -> VertexIntegrals {
-        let full_angle = if closed { 2.0 * PI } else { PI };
+    pub(crate) fn integrals(&self, angle_defect: f64) -> VertexIntegrals {
         VertexIntegrals {
-            angle_defect: Integral::new(full_angle - self.angle.radians()),
+            angle_defect: Integral::new(angle_defect),
             mean: Integral::new(0.25 * self.mean),
             abs_mean: Integral::new(0.25 * self.abs_mean),
             area: Area::new(self.area),
         }
     }
+}
+
+/// The sum of angles that leaves no angle defect, at a vertex inside or on the boundary.
+#[inline]
+pub(crate) fn full_angle(closed: bool) -> f64 {
+    if closed { 2.0 * PI } else { PI }
 }
 
 #[cfg(test)]

@@ -63,6 +63,11 @@ pub trait FlipCost: Sync {
     /// The cost of the whole mesh, computed afresh.
     fn total(&self, mesh: &TriMesh) -> f64;
 
+    /// [`FlipCost::total`] of the mesh that a cache was prepared for, with the same bits.
+    fn prepared_total(&self, mesh: &TriMesh, _cache: &Self::Cache) -> f64 {
+        self.total(mesh)
+    }
+
     /// The part of the cost that the flip of an edge would change, before and after it. It must
     /// not depend on anything that [`FlipCost::reach`] does not cover.
     fn change(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Change;
@@ -72,6 +77,20 @@ pub trait FlipCost: Sync {
     #[inline]
     fn change_if_lower(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Option<Change> {
         Some(self.change(mesh, cache, quad))
+    }
+
+    /// [`FlipCost::change_if_lower`] of several edges, for costs that evaluate them faster side by
+    /// side; must give the same bits. `changes` is as long as `quads`.
+    fn changes_if_lower(
+        &self,
+        mesh: &TriMesh,
+        cache: &Self::Cache,
+        quads: &[Option<Quad>],
+        changes: &mut [Option<Change>],
+    ) {
+        for (change, quad) in core::iter::zip(changes, quads) {
+            *change = quad.as_ref().and_then(|quad| self.change_if_lower(mesh, cache, quad));
+        }
     }
 
     /// Where [`FlipCost::change`] looks.

@@ -1,5 +1,7 @@
 //! The greedy run of DHKL01 sec. 3: the flip with the largest gain, while there is one.
 
+use core::iter::zip;
+
 use mesh_core::shapes::SplitMix64;
 use mesh_core::{EdgeId, Handle, parallel};
 
@@ -35,8 +37,8 @@ pub(crate) fn run<C: FlipCost>(
         {
             return stop;
         }
-        let Some(edge) = greedy.pop() else { break };
-        greedy.take(run, edge, watch.flips_left(run.log.len()));
+        let Some((edge, key)) = greedy.pop() else { break };
+        greedy.take(run, edge, key, watch.flips_left(run.log.len()));
     }
     if greedy.row_too_long {
         return Stop::FlipLimit;
@@ -50,7 +52,10 @@ struct Greedy {
     order: TieOrder,
     region: Region,
     waiting: Waiting,
+    /// Edges whose gains may have changed, their quadrilaterals, and what their flips change.
     outdated: Vec<EdgeId>,
+    quads: Vec<Option<Quad>>,
+    changes: Vec<Option<Change>>,
     reach: Reach,
     /// How many flips in a row are tried.
     look_ahead: usize,
@@ -71,14 +76,26 @@ impl Greedy {
         };
         let region = Region::new(topology);
         let waiting = Waiting::new(topology);
-        let changes = {
+        let singles = {
             let run = &*run;
-            parallel::collect(edges, |i| run.gainful_change(EdgeId::from_index(i)))
+            parallel::collect_blocks::<_, _, 16>(
+                edges,
+                || (),
+                |(), indices| {
+                    let mut quads = [None; 16];
+                    for (quad, edge) in zip(&mut quads, indices.map(EdgeId::from_index)) {
+                        *quad = run.quad(edge);
+                    }
+                    let mut changes = [None; 16];
+                    run.gainful_changes(&quads, &mut changes);
+                    changes
+                },
+            )
         };
         let keys: Vec<Option<f64>> = (0..edges)
             .map(|item| {
                 let edge = order.edge(item as u32);
-                let single = changes[edge.index()];
+                let single = singles[edge.index()];
                 single.or_else(|| look_ahead::best_change(run, edge, look_ahead)).map(key)
             })
             .collect();
@@ -89,6 +106,8 @@ impl Greedy {
             region,
             waiting,
             outdated: Vec::new(),
+            quads: Vec::new(),
+            changes: Vec::new(),
             reach,
             look_ahead,
             row_too_long: false,
@@ -96,13 +115,19 @@ impl Greedy {
         }
     }
 
-    fn pop(&mut self) -> Option<EdgeId> {
-        self.queue.pop().map(|item| self.order.edge(item))
+    fn pop(&mut self) -> Option<(EdgeId, f64)> {
+        self.queue.pop().map(|(item, key)| (self.order.edge(item), key))
     }
 
     /// Flips an edge whose turn has come, alone or as the first of a row, or refuses it.
-    fn take<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, flips_left: usize) {
-        match run.gainful_change(edge) {
+    fn take<C: FlipCost>(
+        &mut self,
+        run: &mut Run<'_, C>,
+        edge: EdgeId,
+        key: f64,
+        flips_left: usize,
+    ) {
+        match self.single_change(run, edge, key) {
             Some(change) => match run.allow(edge) {
                 Ok(flip) => {
                     if let Some(quad) = run.flip_if_real(flip, change) {
@@ -113,6 +138,21 @@ impl Greedy {
             },
             None => self.take_row(run, edge, flips_left),
         }
+    }
+
+    /// What the flip of an edge from the queue changes, if that alone is a gain. When only single
+    /// flips are in the queue and the update is exact, the key tells.
+    #[inline]
+    fn single_change<C: FlipCost>(
+        &self,
+        run: &Run<'_, C>,
+        edge: EdgeId,
+        key: f64,
+    ) -> Option<Change> {
+        if self.look_ahead < 2 && run.options.update == Update::Exact {
+            return Some(Change { before: key, after: 0.0 });
+        }
+        run.gainful_change(edge)
     }
 
     /// Does the best row of flips that begins with this edge.
@@ -164,21 +204,16 @@ impl Greedy {
             self.outdated.sort_unstable();
             self.outdated.dedup();
         }
-        for &edge in &self.outdated {
-            self.queue.set(self.order.item(edge), best_change(run, edge, self.look_ahead).map(key));
+        self.quads.clear();
+        self.quads.extend(self.outdated.iter().map(|&edge| run.quad(edge)));
+        self.changes.clear();
+        self.changes.resize(self.quads.len(), None);
+        run.gainful_changes(&self.quads, &mut self.changes);
+        for (&edge, &single) in zip(&self.outdated, &self.changes) {
+            let best = single.or_else(|| look_ahead::best_change(run, edge, self.look_ahead));
+            self.queue.set(self.order.item(edge), best.map(key));
         }
     }
-}
-
-/// The change of an edge's flip, or of the best row that begins with it, when that is a gain.
-#[inline]
-fn best_change<C: FlipCost>(
-    run: &mut Run<'_, C>,
-    edge: EdgeId,
-    look_ahead: usize,
-) -> Option<Change> {
-    let single = run.gainful_change(edge);
-    single.or_else(|| look_ahead::best_change(run, edge, look_ahead))
 }
 
 /// The gain, rounded to 34 binary digits: gains that are equal but for rounding become ties.

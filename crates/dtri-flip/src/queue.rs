@@ -47,11 +47,11 @@ impl IndexedQueue {
         self.heap.len()
     }
 
-    /// Takes out the item that comes first.
-    pub(crate) fn pop(&mut self) -> Option<u32> {
-        let item = self.heap.first()?.item;
+    /// Takes out the item that comes first, with its key.
+    pub(crate) fn pop(&mut self) -> Option<(u32, f64)> {
+        let Entry { key, item } = *self.heap.first()?;
         self.remove(item);
-        Some(item)
+        Some((item, key))
     }
 
     /// Gives an item a key, or takes it out. A key that is NaN counts as none.
@@ -150,7 +150,7 @@ mod tests {
                 let best = (0..count)
                     .filter(|&i| keys[i].is_some_and(|k| !k.is_nan()))
                     .min_by(|&i, &j| keys[j].partial_cmp(&keys[i]).unwrap().then(i.cmp(&j)));
-                assert_eq!(queue.pop(), best.map(|i| i as u32));
+                assert_eq!(queue.pop(), best.map(|i| (i as u32, keys[i].unwrap())));
                 if let Some(best) = best {
                     keys[best] = None;
                 }

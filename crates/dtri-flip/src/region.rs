@@ -5,7 +5,7 @@ use mesh_core::{EdgeId, FaceId, Topology};
 use crate::cost::Reach;
 use crate::quad::Quad;
 
-/// Collects edges without repetition; keeps its arrays between calls.
+/// Collects edges; keeps its arrays between calls.
 #[derive(Debug)]
 pub(crate) struct Region {
     faces: Vec<FaceId>,
@@ -39,6 +39,10 @@ impl Region {
         steps: usize,
     ) -> &[EdgeId] {
         self.start_over();
+        if (reach, steps) == (Reach::AdjacentTriangles, 0) {
+            self.collect_two_neighbourhood(topology, quad);
+            return &self.edges;
+        }
         for face in topology.edge_faces(quad.edge).into_iter().flatten() {
             self.add_face(face);
         }
@@ -57,6 +61,20 @@ impl Region {
         }
         self.collect_edges(topology);
         &self.edges
+    }
+
+    /// The edge, its four sides and the edges of the triangles beyond these: what the general way
+    /// finds, without its look into tables. On small meshes an edge may come twice.
+    fn collect_two_neighbourhood(&mut self, topology: &Topology, quad: &Quad) {
+        self.edges.push(quad.edge);
+        for side in quad.sides {
+            self.edges.push(side.edge());
+            let outer = side.twin();
+            if !topology.is_exterior(outer) {
+                let next = topology.next(outer);
+                self.edges.extend([next.edge(), topology.next(next).edge()]);
+            }
+        }
     }
 
     fn start_over(&mut self) {

@@ -48,8 +48,8 @@ pub fn optimise_with<C: FlipCost>(
 ) -> Result<FlipReport, FlipError> {
     options.check(mesh.topology().edge_capacity())?;
     let mut watch = Watch::new(options, progress);
-    let cost_before = cost.total(mesh);
-    let mut run = Run::new(mesh, cost, options, cost_before);
+    let mut run = Run::new(mesh, cost, options);
+    let cost_before = run.running_cost;
     let mut stop = descend(&mut run, &mut watch);
     let mut annealed_flips = 0;
     if let Some(settings) = &options.anneal
@@ -117,15 +117,16 @@ pub(crate) struct Run<'a, C: FlipCost> {
 }
 
 impl<'a, C: FlipCost> Run<'a, C> {
-    fn new(mesh: &'a mut TriMesh, cost: &'a C, options: &'a FlipOptions, total: f64) -> Self {
+    fn new(mesh: &'a mut TriMesh, cost: &'a C, options: &'a FlipOptions) -> Self {
+        let cache = cost.prepare(mesh);
         Self {
-            cache: cost.prepare(mesh),
+            running_cost: cost.prepared_total(mesh, &cache),
+            cache,
             cost,
             options,
             locked: locked_edges(mesh, options),
             refused: Refused::default(),
             log: Vec::new(),
-            running_cost: total,
             flips_of_edge: mesh.topology().edge_map(0),
             tree: options.forbid_intersections.then(|| FaceTree::new(mesh)),
             noise: noise_floor(mesh, cost.length_exponent()),
@@ -161,6 +162,14 @@ impl<'a, C: FlipCost> Run<'a, C> {
         let quad = self.quad(edge)?;
         let change = self.cost.change_if_lower(self.mesh, &self.cache, &quad)?;
         self.is_gain(change).then_some(change)
+    }
+
+    /// [`Run::gainful_change`] of several edges; `changes` is as long as `quads`, which are theirs.
+    pub(crate) fn gainful_changes(&self, quads: &[Option<Quad>], changes: &mut [Option<Change>]) {
+        self.cost.changes_if_lower(self.mesh, &self.cache, quads, changes);
+        for change in changes {
+            *change = change.filter(|&change| self.is_gain(change));
+        }
     }
 
     /// Whether a change lowers the cost by more than rounding. Never for NaN.
@@ -213,7 +222,7 @@ impl<'a, C: FlipCost> Run<'a, C> {
     pub(crate) fn flip_if_real(&mut self, flip: LegalFlip, change: Change) -> Option<Quad> {
         let edge = flip.edge();
         let quad = self.flip(flip, change)?;
-        if self.cost.is_potential() && self.change(edge).is_some_and(|back| self.is_gain(back)) {
+        if self.cost.is_potential() && self.gainful_change(edge).is_some() {
             self.undo_to(self.log.len() - 1);
             self.running_cost += change.gain();
             self.refused.rounding += 1;

@@ -2,7 +2,7 @@
 
 use crate::attribute::RemapOf;
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
-use crate::topology::Topology;
+use crate::topology::{HalfEdge, Topology};
 
 /// Old handles to new ones after [`Topology::compact`]. The order of elements is kept.
 #[derive(Clone, Debug)]
@@ -50,16 +50,16 @@ impl Topology {
         // Whatever a live element refers to is live, so the fallbacks are never taken.
         let half_edge = |h: HalfEdgeId| remap.new_handle(h).unwrap_or(h);
         let vertex = |v: VertexId| remap.new_handle(v).unwrap_or(v);
-        let live: Vec<HalfEdgeId> = self.half_edges().collect();
-        let next = live.iter().map(|&h| half_edge(self.next(h))).collect();
-        let target = live.iter().map(|&h| vertex(self.target(h))).collect();
-        let face = live.iter().map(|&h| self.face(h).and_then(|f| remap.new_handle(f))).collect();
+        let linked = |h: HalfEdgeId| HalfEdge {
+            next: half_edge(self.next(h)),
+            target: vertex(self.target(h)),
+            face: self.face(h).and_then(|f| remap.new_handle(f)),
+        };
+        let half_edges = self.half_edges().map(linked).collect();
         let of_vertex =
             self.vertices().map(|v| self.half_edge_of_vertex(v).map(half_edge)).collect();
         let of_face = self.faces().map(|f| half_edge(self.half_edge_of_face(f))).collect();
-        self.next = next;
-        self.target = target;
-        self.face = face;
+        self.half_edges = half_edges;
         self.vertex_half_edge = of_vertex;
         self.face_half_edge = of_face;
         self.revision += 1;

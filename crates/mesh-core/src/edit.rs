@@ -51,7 +51,7 @@ impl Topology {
     /// Makes `half_edge` follow `previous`.
     #[inline]
     fn link(&mut self, previous: HalfEdgeId, half_edge: HalfEdgeId) {
-        self.next[previous.index()] = half_edge;
+        self.half_edges[previous.index()].next = half_edge;
     }
 
     /// Makes three half-edges the circuit of the first one's face.
@@ -59,7 +59,7 @@ impl Topology {
         self.link(first, second);
         self.link(second, third);
         self.link(third, first);
-        self.face[second.index()] = self.face(first);
-        self.face[third.index()] = self.face(first);
+        self.half_edges[second.index()].face = self.face(first);
+        self.half_edges[third.index()].face = self.face(first);
     }
 }

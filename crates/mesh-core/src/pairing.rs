@@ -4,7 +4,7 @@
 //! through one scratch slot per vertex, so the whole build is linear and hashes nothing.
 
 use crate::handle::{FaceId, HalfEdgeId, Handle, VertexId};
-use crate::topology::Topology;
+use crate::topology::{HalfEdge, Topology};
 
 /// Why triangles do not form a half-edge mesh; the first offence that was met.
 ///
@@ -93,8 +93,8 @@ impl Topology {
     /// Links the exterior half-edges to boundary loops and gives boundary vertices their exterior
     /// half-edge.
     fn link_boundary(&mut self) -> Result<(), TopologyError> {
-        for index in 0..self.face.len() {
-            if self.face[index].is_some() {
+        for index in 0..self.half_edges.len() {
+            if self.half_edges[index].face.is_some() {
                 continue;
             }
             let exterior = HalfEdgeId::from_index(index);
@@ -105,13 +105,13 @@ impl Topology {
             }
             *slot = Some(exterior);
         }
-        for index in 0..self.face.len() {
-            if self.face[index].is_none() {
-                let end = self.target[index];
+        for index in 0..self.half_edges.len() {
+            if self.half_edges[index].face.is_none() {
+                let end = self.half_edges[index].target;
                 // Every end of an exterior half-edge is the origin of another: as many triangle
                 // sides enter a vertex as leave it.
                 let following = self.vertex_half_edge[end.index()];
-                self.next[index] =
+                self.half_edges[index].next =
                     following.ok_or(TopologyError::PinchedVertex { vertex: end.get() })?;
             }
         }
@@ -122,7 +122,7 @@ impl Topology {
     /// its half-edges.
     fn choose_vertex_half_edges(&mut self) -> Result<(), TopologyError> {
         let mut valence = vec![0_u32; self.vertex_half_edge.len()];
-        for index in 0..self.target.len() {
+        for index in 0..self.half_edges.len() {
             let h = HalfEdgeId::from_index(index);
             let origin = self.origin(h).index();
             valence[origin] += 1;
@@ -252,9 +252,7 @@ fn conflict(
 fn link_faces(vertex_count: usize, triangles: &[[u32; 3]], sides: &Sides) -> Topology {
     let half_edges = 2 * sides.edge_count;
     let mut topology = Topology {
-        next: vec![HalfEdgeId::REMOVED; half_edges],
-        target: vec![VertexId::new(0); half_edges],
-        face: vec![None; half_edges],
+        half_edges: vec![HalfEdge::UNSET; half_edges],
         vertex_half_edge: vec![None; vertex_count],
         face_half_edge: Vec::with_capacity(triangles.len()),
         live_vertices: vertex_count,
@@ -269,10 +267,12 @@ fn link_faces(vertex_count: usize, triangles: &[[u32; 3]], sides: &Sides) -> Top
         topology.face_half_edge.push(h[0]);
         for corner in 0..3 {
             let following = (corner + 1) % 3;
-            topology.next[h[corner].index()] = h[following];
-            topology.face[h[corner].index()] = Some(FaceId::from_index(face));
-            topology.target[h[corner].index()] = VertexId::new(triangle[following]);
-            topology.target[h[corner].twin().index()] = VertexId::new(triangle[corner]);
+            topology.half_edges[h[corner].index()] = HalfEdge {
+                next: h[following],
+                target: VertexId::new(triangle[following]),
+                face: Some(FaceId::from_index(face)),
+            };
+            topology.half_edges[h[corner].twin().index()].target = VertexId::new(triangle[corner]);
         }
     }
     topology

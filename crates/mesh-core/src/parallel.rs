@@ -3,6 +3,8 @@
 //! Results are bitwise the same for any number of threads and without rayon: values are computed
 //! one by one, and sums are added in blocks whose size does not depend on the number of threads.
 
+use core::ops::Range;
+
 #[cfg(feature = "rayon")]
 use rayon::prelude::*;
 #[cfg(feature = "rayon")]
@@ -30,6 +32,32 @@ pub fn collect<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<
     return (0..count).into_par_iter().with_min_len(BLOCK).map(&value).collect();
     #[cfg(not(feature = "rayon"))]
     return (0..count).map(value).collect();
+}
+
+/// The values of blocks of `N` consecutive indices, from 0 to `count`, for values that are computed
+/// best side by side. The function gets scratch memory and the indices of its block; what it
+/// returns for those beyond `count` is dropped. The values must not depend on what earlier calls
+/// left in the scratch memory.
+pub fn collect_blocks<S, T: Send, const N: usize>(
+    count: usize,
+    scratch: impl Fn() -> S + Sync + Send,
+    block: impl Fn(&mut S, Range<usize>) -> [T; N] + Sync,
+) -> Vec<T> {
+    let values = |memory: &mut S, i: usize| block(memory, i * N..count.min((i + 1) * N));
+    let blocks = count.div_ceil(N);
+    #[cfg(feature = "rayon")]
+    let blocks: Vec<[T; N]> = {
+        let portion = (BLOCK / N).max(1);
+        (0..blocks).into_par_iter().with_min_len(portion).map_init(scratch, values).collect()
+    };
+    #[cfg(not(feature = "rayon"))]
+    let blocks: Vec<[T; N]> = {
+        let mut memory = scratch();
+        (0..blocks).map(|i| values(&mut memory, i)).collect()
+    };
+    let mut all = blocks.into_flattened();
+    all.truncate(count);
+    all
 }
 
 /// The values of a function of the index and of scratch memory that is costly to make, from 0 to
@@ -122,5 +150,12 @@ mod tests {
             memory[0]
         });
         assert!(with_scratch.into_iter().eq(0..count));
+        let in_blocks = collect_blocks(count, Vec::new, |memory: &mut Vec<usize>, indices| {
+            memory.clear();
+            memory.extend(indices);
+            core::array::from_fn::<_, 64, _>(|i| memory.get(i).copied())
+        });
+        assert!(in_blocks.into_iter().eq((0..count).map(Some)));
+        assert!(collect_blocks(0, || (), |_, _| [0; 4]).is_empty());
     }
 }

@@ -18,7 +18,7 @@
 
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::pairing::TopologyError;
-use crate::topology::Topology;
+use crate::topology::{HalfEdge, Topology};
 
 /// Where the elements of a one-to-four split come from; made by [`Topology::quadrisect`].
 ///
@@ -137,9 +137,7 @@ impl Topology {
         origin.check_size()?;
         let half_edges = 4 * origin.edges + 6 * origin.faces;
         let mut fine = Self {
-            next: vec![HalfEdgeId::REMOVED; half_edges],
-            target: vec![VertexId::new(0); half_edges],
-            face: vec![None; half_edges],
+            half_edges: vec![HalfEdge::UNSET; half_edges],
             vertex_half_edge: Vec::with_capacity(origin.vertices + origin.edges),
             face_half_edge: vec![HalfEdgeId::REMOVED; 4 * origin.faces],
             live_vertices: self.live_vertices + self.live_edges,
@@ -164,11 +162,11 @@ impl Topology {
         let middle = origin.midpoint(edge);
         let [h, twin] = edge.half_edges();
         for side in [h, twin] {
-            self.target[first_half(side).index()] = middle;
-            self.target[second_half(side).index()] = coarse.target(side);
+            self.half_edges[first_half(side).index()].target = middle;
+            self.half_edges[second_half(side).index()].target = coarse.target(side);
             if coarse.is_exterior(side) {
-                self.next[first_half(side).index()] = second_half(side);
-                self.next[second_half(side).index()] = first_half(coarse.next(side));
+                self.half_edges[first_half(side).index()].next = second_half(side);
+                self.half_edges[second_half(side).index()].next = first_half(coarse.next(side));
             }
         }
         let outgoing = if coarse.is_exterior(twin) { twin } else { h };
@@ -182,8 +180,8 @@ impl Topology {
         let inner = [0, 1, 2].map(|corner| origin.inner(face, corner));
         for corner in 0..3 {
             let (side, before) = (sides[corner], sides[(corner + 2) % 3]);
-            self.target[inner[corner].index()] = origin.midpoint(side.edge());
-            self.target[inner[corner].twin().index()] = origin.midpoint(before.edge());
+            self.half_edges[inner[corner].index()].target = origin.midpoint(side.edge());
+            self.half_edges[inner[corner].twin().index()].target = origin.midpoint(before.edge());
             let circuit = [first_half(side), inner[corner].twin(), second_half(before)];
             self.fill_face(quarters[corner], circuit);
         }
@@ -194,8 +192,9 @@ impl Topology {
     fn fill_face(&mut self, face: FaceId, circuit: [HalfEdgeId; 3]) {
         self.face_half_edge[face.index()] = circuit[0];
         for (i, h) in circuit.into_iter().enumerate() {
-            self.next[h.index()] = circuit[(i + 1) % 3];
-            self.face[h.index()] = Some(face);
+            let half_edge = &mut self.half_edges[h.index()];
+            half_edge.next = circuit[(i + 1) % 3];
+            half_edge.face = Some(face);
         }
     }
 }

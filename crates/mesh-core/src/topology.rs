@@ -33,11 +33,7 @@ use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 /// The connectivity of a triangle mesh; see the [module documentation](self).
 #[derive(Clone, Debug)]
 pub struct Topology {
-    /// The next half-edge round the face or boundary loop; `REMOVED` for removed edges.
-    pub(crate) next: Vec<HalfEdgeId>,
-    pub(crate) target: Vec<VertexId>,
-    /// `None`: exterior.
-    pub(crate) face: Vec<Option<FaceId>>,
+    pub(crate) half_edges: Vec<HalfEdge>,
     /// An outgoing half-edge, exterior if there is one; `None`: isolated; `REMOVED`: removed.
     pub(crate) vertex_half_edge: Vec<Option<HalfEdgeId>>,
     /// `REMOVED` for removed faces.
@@ -47,6 +43,23 @@ pub struct Topology {
     pub(crate) live_faces: usize,
     /// Counts edits, so that a token of a check cannot outlive the state that was checked.
     pub(crate) revision: u64,
+}
+
+/// What is stored of a half-edge: together, since whoever turns round a vertex or a face needs all
+/// of it, and next to that of its twin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HalfEdge {
+    /// The next half-edge round the face or boundary loop; `REMOVED` for removed edges.
+    pub(crate) next: HalfEdgeId,
+    pub(crate) target: VertexId,
+    /// `None`: exterior.
+    pub(crate) face: Option<FaceId>,
+}
+
+impl HalfEdge {
+    /// Not linked to anything yet.
+    pub(crate) const UNSET: Self =
+        Self { next: HalfEdgeId::REMOVED, target: VertexId::new(0), face: None };
 }
 
 /// Sizes, elements and navigation. All methods that take a handle panic, like slice indexing, when
@@ -79,14 +92,14 @@ impl Topology {
     /// One more than the largest edge index in use: the length of an array indexed by edge.
     #[must_use]
     pub fn edge_capacity(&self) -> usize {
-        self.next.len() / 2
+        self.half_edges.len() / 2
     }
 
     /// One more than the largest half-edge index in use: the length of an array indexed by
     /// half-edge.
     #[must_use]
     pub fn half_edge_capacity(&self) -> usize {
-        self.next.len()
+        self.half_edges.len()
     }
 
     /// One more than the largest face index in use: the length of an array indexed by face.
@@ -106,12 +119,8 @@ impl Topology {
     /// Bytes held by the arrays, capacity slack included.
     #[must_use]
     pub fn heap_bytes(&self) -> usize {
-        size_of::<u32>()
-            * (self.next.capacity()
-                + self.target.capacity()
-                + self.face.capacity()
-                + self.vertex_half_edge.capacity()
-                + self.face_half_edge.capacity())
+        size_of::<HalfEdge>() * self.half_edges.capacity()
+            + size_of::<u32>() * (self.vertex_half_edge.capacity() + self.face_half_edge.capacity())
     }
 
     /// All vertices, isolated ones included.
@@ -145,14 +154,14 @@ impl Topology {
     #[inline]
     #[must_use]
     pub fn contains_edge(&self, edge: EdgeId) -> bool {
-        self.next.get(2 * edge.index()).is_some_and(|&h| h != HalfEdgeId::REMOVED)
+        self.half_edges.get(2 * edge.index()).is_some_and(|h| h.next != HalfEdgeId::REMOVED)
     }
 
     /// Whether the half-edge is in the mesh: in range and not removed.
     #[inline]
     #[must_use]
     pub fn contains_half_edge(&self, half_edge: HalfEdgeId) -> bool {
-        self.next.get(half_edge.index()).is_some_and(|&h| h != HalfEdgeId::REMOVED)
+        self.half_edges.get(half_edge.index()).is_some_and(|h| h.next != HalfEdgeId::REMOVED)
     }
 
     /// Whether the face is in the mesh: in range and not removed.
@@ -166,7 +175,7 @@ impl Topology {
     #[inline]
     #[must_use]
     pub fn next(&self, half_edge: HalfEdgeId) -> HalfEdgeId {
-        self.next[half_edge.index()]
+        self.half_edges[half_edge.index()].next
     }
 
     /// The previous half-edge round the same face, or round the same boundary loop.
@@ -190,7 +199,7 @@ impl Topology {
     #[inline]
     #[must_use]
     pub fn target(&self, half_edge: HalfEdgeId) -> VertexId {
-        self.target[half_edge.index()]
+        self.half_edges[half_edge.index()].target
     }
 
     /// The vertex that the half-edge starts from.
@@ -204,7 +213,7 @@ impl Topology {
     #[inline]
     #[must_use]
     pub fn face(&self, half_edge: HalfEdgeId) -> Option<FaceId> {
-        self.face[half_edge.index()]
+        self.half_edges[half_edge.index()].face
     }
 
     /// Whether the half-edge has no face and so runs along a boundary loop.

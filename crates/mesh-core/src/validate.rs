@@ -70,13 +70,11 @@ impl Topology {
     }
 
     fn validate_counts(&self) -> Result<(), BrokenInvariant> {
-        let same_length = self.next.len() == self.target.len()
-            && self.next.len() == self.face.len()
-            && self.next.len().is_multiple_of(2);
+        let paired = self.half_edges.len().is_multiple_of(2);
         let counted = self.vertices().count() == self.live_vertices
             && self.edges().count() == self.live_edges
             && self.faces().count() == self.live_faces;
-        if same_length && counted { Ok(()) } else { Err(BrokenInvariant::Counts) }
+        if paired && counted { Ok(()) } else { Err(BrokenInvariant::Counts) }
     }
 
     fn validate_half_edges(&self) -> Result<(), BrokenInvariant> {

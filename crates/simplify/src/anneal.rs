@@ -4,19 +4,13 @@
 //! there are as many faces as before, and fits again. The result is kept when it is closer to the
 //! original.
 
-use core::ops::ControlFlow;
-
 use glam::DVec3;
-use mesh_core::{EdgeId, Handle, RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, Handle, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError, sample_surface};
 
-use crate::constraint::{Boundary, Constraints};
-use crate::cost::Memoryless;
-use crate::driver::{Policies, Update, collapse_edges};
+use crate::collapse_back::{CollapseBack, collapse_back};
+use crate::constraint::Boundary;
 use crate::fit::{FitConstraints, FitOptions, fit};
-use crate::guard::{Guard, IntersectionGuard, NormalGuard, ShapeGuard};
-use crate::placement::Optimal;
-use crate::stop::Limits;
 
 /// How to anneal; see [`anneal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,14 +48,14 @@ pub struct AnnealReport {
 }
 
 /// Anneals a mesh without gaps towards the original that it was made from. The number of faces does
-/// not rise. The boundary stays.
+/// not rise, and `constraints` follow the mesh. The boundary stays.
 ///
 /// # Errors
 /// The mesh has no faces.
 pub fn anneal(
     mesh: &mut TriMesh,
     original: &Surface,
-    constraints: &FitConstraints,
+    constraints: &mut FitConstraints,
     options: &AnnealOptions,
 ) -> Result<AnnealReport, SurfaceError> {
     let faces = mesh.topology().face_count();
@@ -84,7 +78,7 @@ pub fn anneal(
         }
     }
     let rms_after = state.rms();
-    *mesh = state.mesh;
+    (*mesh, *constraints) = (state.mesh, state.constraints);
     Ok(AnnealReport { rounds: options.rounds, kept, rms_before, rms_after, vertex_map: state.map })
 }
 
@@ -151,42 +145,19 @@ impl State {
             }
         }
         fit(&mut mesh, original, &self.constraints, &FitOptions { rounds: 1, ..*options })?;
-        let mut guards: Vec<Box<dyn Guard>> =
-            vec![Box::new(NormalGuard::default()), Box::new(ShapeGuard::default())];
-        if options.forbid_intersections {
-            guards.push(Box::new(IntersectionGuard::default()));
-        }
-        let policies = Policies {
-            cost: Memoryless,
-            placement: Optimal::default(),
-            guards,
-            update: Update::Lazy,
-        };
-        let fixed = Constraints {
+        let to = CollapseBack {
+            faces: self.topology_faces(),
+            locked: &[],
             boundary: Boundary::Lock,
-            locked: self.constraints.fixed.clone(),
-            features: self.constraints.features.clone(),
+            forbid_intersections: options.forbid_intersections,
+            // No component gets smaller than it was before the splits.
+            min_component_vertices: None,
         };
-        let limits = Limits { faces: Some(self.topology_faces()), ..Limits::default() };
-        let before = mesh.clone();
-        let run =
-            collapse_edges(
-                &mut mesh,
-                policies,
-                &fixed,
-                &limits,
-                &mut |_| ControlFlow::Continue(()),
-            );
-        let remap = mesh.compact();
-        let became = run.log.representatives(&before, run.log.len());
-        let map = self.map.as_slice().iter().map(|v| v.and_then(|v| remap.new_handle(became[v])));
+        let back = collapse_back(&mut mesh, &self.constraints, &to);
+        let became = |v: VertexId| back.vertex_map.get(v).copied().flatten();
+        let map = self.map.as_slice().iter().map(|v| v.and_then(became));
         let map = VertexMap::from_vec(map.collect());
-        let constraints = FitConstraints {
-            // Boundary vertices are fixed without being listed.
-            fixed: self.constraints.fixed.as_ref().and(run.locked.map(|map| map.compact(&remap))),
-            features: run.features.map(|map| map.compact(&remap)),
-            ..self.constraints.clone()
-        };
+        let constraints = back.constraints;
         fit(&mut mesh, original, &constraints, options)?;
         let (of_face, squares) = (Vec::new(), 0.0);
         Self { mesh, constraints, map, of_face, squares, samples: points.len() }.measured(points)

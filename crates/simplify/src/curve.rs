@@ -71,7 +71,7 @@ impl Curve {
         let mut points = Vec::new();
         for edge in 0..self.edges.triangle_count() {
             let [a, b, _] = self.edges.triangle(edge);
-            let count = (a.distance(b) / spacing).ceil().min(MOST_POINTS).max(1.0);
+            let count = (a.distance(b) / spacing).ceil().clamp(1.0, MOST_POINTS);
             let part = |i: usize| (i as f64 + 0.5) / count;
             points.extend((0..count as usize).map(|i| a + part(i) * (b - a)));
         }

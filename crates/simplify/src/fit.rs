@@ -73,7 +73,7 @@ pub struct FitConstraints {
 }
 
 impl FitConstraints {
-    fn is_feature(&self, e: EdgeId) -> bool {
+    pub(crate) fn is_feature(&self, e: EdgeId) -> bool {
         self.features.as_ref().and_then(|map| map.get(e)).is_some_and(|&feature| feature)
     }
 
@@ -644,7 +644,7 @@ fn shortest_edge(mesh: &TriMesh, v: VertexId) -> f64 {
 }
 
 /// Moves a vertex unless that turns a face too far from its normal before.
-fn try_move(mesh: &mut TriMesh, v: VertexId, to: DVec3, before: &[DVec3]) -> bool {
+pub(crate) fn try_move(mesh: &mut TriMesh, v: VertexId, to: DVec3, before: &[DVec3]) -> bool {
     let from = mesh.position(v);
     mesh.positions_mut()[v.index()] = to;
     let keeps_side = mesh.topology().faces_of_vertex(v).zip(before).all(|(f, old)| {

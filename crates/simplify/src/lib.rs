@@ -13,21 +13,25 @@
 //!   always guarded.
 //! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
 //!
-//! [`fit()`] then moves the vertices closer to the original, and [`anneal()`] spends patience on it.
+//! [`fit()`] then moves the vertices closer to the original, [`anneal()`] spends patience on it, and
+//! [`cut_peaks()`] takes down the largest errors.
 //!
 //! All lengths are in model units. Results are bitwise the same for any number of threads.
 
 mod anneal;
+mod collapse_back;
 mod constraint;
 mod cost;
 mod curve;
 mod driver;
+mod finish;
 mod fit;
 mod guard;
 mod intersection;
 mod log;
 mod options;
 mod patch;
+mod peaks;
 mod placement;
 mod quadric;
 mod queue;
@@ -39,6 +43,7 @@ mod symmetric;
 mod texture_fit;
 mod transfer;
 mod wedges;
+mod within;
 
 pub use anneal::{AnnealOptions, AnnealReport, anneal};
 pub use constraint::{Boundary, Constraints};
@@ -56,13 +61,13 @@ pub use guard::{
 pub use log::{CollapseLog, LogEntry};
 pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};
 pub use patch::{EdgePatch, PatchFace, Place};
+pub use peaks::{PeakOptions, PeakReport, cut_peaks};
 pub use placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use quadric::Quadric;
 pub use record::RecordError;
-pub use simplify::{
-    AchievedError, Simplified, SimplifyError, collapses_within, simplify, simplify_observed,
-};
+pub use simplify::{AchievedError, Simplified, SimplifyError, simplify, simplify_observed};
 pub use stop::{Limits, StopReason};
 pub use symmetric::Symmetric3;
 pub use transfer::{CornerSource, corner_sources, seam_nodes};
 pub use wedges::{CornerAttributes, MAX_CHANNELS};
+pub use within::collapses_within;

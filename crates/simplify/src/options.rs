@@ -7,6 +7,7 @@ use crate::anneal::AnnealOptions;
 use crate::constraint::Constraints;
 use crate::driver::Update;
 use crate::fit::FitOptions;
+use crate::peaks::PeakOptions;
 use crate::stop::Limits;
 use crate::wedges::CornerAttributes;
 
@@ -25,8 +26,8 @@ pub struct Options {
     /// When to stop.
     pub limits: Limits,
     /// The largest allowed distance from the original, in model units, both ways. The result is
-    /// the last one in the sequence of collapses, up to a half percent of its faces, that was
-    /// found within it.
+    /// the coarsest one in the sequence of collapses, up to three percent of its vertices, that was
+    /// found within it after it was fitted.
     pub max_error: Option<f64>,
     /// How the distance from the original is found.
     pub error: ErrorCheck,
@@ -54,6 +55,9 @@ pub struct Options {
     pub fit: Option<FitOptions>,
     /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()).
     pub anneal: Option<AnnealOptions>,
+    /// Whether and how the largest errors are taken down in the end. See
+    /// [`cut_peaks`](crate::cut_peaks()). Guards are those of these options.
+    pub peaks: Option<PeakOptions>,
 }
 
 impl Default for Options {
@@ -197,6 +201,7 @@ impl Options {
             forbid_intersections: false,
             fit: Some(FitOptions::default()),
             anneal: None,
+            peaks: Some(PeakOptions::default()),
         };
         let paper = |metric| Self {
             metric,
@@ -204,13 +209,18 @@ impl Options {
             placement: PlacementRule::Butterfly,
             update: Update::Eager,
             fit: None,
+            peaks: None,
             ..base.clone()
         };
         let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
         match preset {
-            Preset::Fast => {
-                Self { metric: Metric::Marginal, curvature_weight: 0.0, fit: None, ..base }
-            }
+            Preset::Fast => Self {
+                metric: Metric::Marginal,
+                curvature_weight: 0.0,
+                fit: None,
+                peaks: None,
+                ..base
+            },
             Preset::Default => base,
             Preset::Quality => Self { fit: Some(long_fit), ..base },
             Preset::Extreme => {

@@ -3,31 +3,28 @@
 use core::ops::ControlFlow;
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Arc;
 
 use glam::DVec3;
-use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
-use mesh_metric::{
-    CertifyOptions, CompareOptions, Surface, SurfaceError, compare, hausdorff_bounds,
-};
+use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_metric::{Surface, SurfaceError};
 
-use crate::anneal::{AnnealOptions, AnnealReport, anneal};
-use crate::constraint::Boundary;
+use crate::anneal::AnnealReport;
 use crate::cost::{
     AttributeDeviation, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless,
     Norm,
 };
 use crate::curve::Curve;
 use crate::driver::{Policies, Progress, Run, collapse_edges};
-use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
+use crate::finish::{Finished, Finishing, Found, Level};
+use crate::fit::FitReport;
 use crate::guard::{
     ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusals, ShapeGuard, TextureGuard,
 };
 use crate::log::CollapseLog;
 use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
+use crate::peaks::PeakReport;
 use crate::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 use crate::stop::{Limits, StopReason};
-use crate::texture_fit::{TextureCheck, fit_unfolded};
 
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
@@ -50,12 +47,13 @@ pub struct Simplified {
     /// The largest distance of a boundary vertex of the original to the boundary of the result;
     /// `None` when there is no boundary.
     pub boundary_shift: Option<f64>,
-    /// What fitting did; `None` when there was none, or when it was undone because it exceeded the
-    /// largest allowed error.
+    /// What fitting did, if it was asked for.
     pub fit: Option<FitReport>,
-    /// What annealing did; `None` as for `fit`, and when it was undone because it folded the
+    /// What annealing did, if it was asked for; `None` when it was undone because it folded the
     /// texture.
     pub anneal: Option<AnnealReport>,
+    /// What was done about the largest errors; `None` as for `anneal`.
+    pub peaks: Option<PeakReport>,
 }
 
 /// A distance between two surfaces: the larger of the two one-sided Hausdorff distances.
@@ -130,133 +128,50 @@ pub fn simplify_observed(
     let mut working = mesh.clone();
     let mut run = collapse(&mut working, options, &options.limits, observe);
     let is_cancelled = run.stop == StopReason::Cancelled;
-    let wants_fit = options.fit.filter(|_| !is_cancelled && !run.log.is_empty());
+    let is_changed = !is_cancelled && !run.log.is_empty();
+    let wants_finish = is_changed && (options.fit.is_some() || options.peaks.is_some());
     let wants_error = options.max_error.is_some() || options.error != ErrorCheck::None;
     let has_faces = mesh.topology().face_count() > 0;
-    let original = match has_faces && (wants_error || wants_fit.is_some()) {
-        true => Some(Surface::new(mesh)?),
-        false => None,
+    let mut level = Level::new(working, &run, run.log.len());
+    let finished = if has_faces && (wants_finish || wants_error) {
+        let original = Surface::new(mesh)?;
+        let finishing = Finishing::new(mesh, &original, options, wants_finish);
+        match options.max_error {
+            None => finishing.finish(&level)?,
+            Some(limit) => match finishing.search(&run, limit)? {
+                Found::All(finished) => finished,
+                Found::Fewer(collapses, finished) => {
+                    let mut working = mesh.clone();
+                    let limits =
+                        Limits { collapses: Some(collapses), time: None, ..options.limits };
+                    run = collapse(&mut working, options, &limits, observe);
+                    run.stop = StopReason::Error;
+                    level = Level::new(working, &run, run.log.len());
+                    finished
+                }
+            },
+        }
+    } else {
+        Finished::untouched(level.mesh.clone())
     };
-    let mut remap = working.compact();
-    let mut error = None;
-    if let (Some(original), true) = (&original, wants_error) {
-        let within = match options.max_error {
-            Some(limit) => restrict(mesh, original, options, limit, &run.log)?,
-            None => run.log.len(),
-        };
-        if within < run.log.len() {
-            working = mesh.clone();
-            let limits = Limits { collapses: Some(within), ..options.limits };
-            run = collapse(&mut working, options, &limits, observe);
-            run.stop = StopReason::Error;
-            remap = working.compact();
-        }
-        error = Some(measure(original, &working, options)?);
-    }
-    let base_map = vertex_map(mesh, &run.log, &remap);
-    let mut finish = Finish { mesh: working, fit: None, anneal: None };
-    if let (Some(original), Some(fit_options)) = (&original, wants_fit) {
-        let constraints = FitConstraints {
-            fixed: run.locked.as_ref().map(|locked| locked.compact(&remap)),
-            features: run.features.as_ref().map(|features| features.compact(&remap)),
-            boundary_curve: boundary_to_slide_on(mesh, options.constraints.boundary),
-            feature_curve: options.constraints.features.as_ref().and_then(|features| {
-                let is_feature = |e| features.get(e).is_some_and(|&feature| feature);
-                Curve::of_edges(mesh, is_feature).map(Arc::new)
-            }),
-        };
-        let fit_options = FitOptions {
-            forbid_intersections: fit_options.forbid_intersections || options.forbid_intersections,
-            ..fit_options
-        };
-        let texture = texture_check(mesh, options, &base_map);
-        let closer = finish.fitted(
-            original,
-            &constraints,
-            &fit_options,
-            options.anneal,
-            texture.as_ref(),
-        )?;
-        let check = match wants_error {
-            true => Some(measure(original, &closer.mesh, options)?),
-            false => None,
-        };
-        let allowed = options.max_error.zip(check).is_none_or(|(limit, e)| e.is_within(limit));
-        if allowed {
-            (finish, error) = (closer, check);
-        }
-    }
-    let Finish { mesh: finished, fit, anneal } = finish;
-    let mut vertex_map = base_map;
-    if let Some(report) = &anneal {
-        for new in vertex_map.as_mut_slice() {
-            *new = new.and_then(|v| report.vertex_map.get(v).copied().flatten());
-        }
-    }
+    let became = run.log.representatives(mesh, run.log.len());
+    let follow = |&v: &VertexId| {
+        let v = level.remap.new_handle(v)?;
+        finished.vertex_map.as_ref().map_or(Some(v), |map| map.get(v).copied().flatten())
+    };
     Ok(Simplified {
-        vertex_map,
-        boundary_shift: boundary_shift(mesh, &finished),
-        mesh: finished,
+        vertex_map: VertexMap::from_vec(became.as_slice().iter().map(follow).collect()),
+        boundary_shift: boundary_shift(mesh, &finished.mesh),
+        mesh: finished.mesh,
         log: run.log,
         stop: run.stop,
         refusals: run.refusals,
         max_cost: run.max_cost,
-        error,
-        fit,
-        anneal,
+        error: finished.error,
+        fit: finished.fit,
+        anneal: finished.anneal,
+        peaks: finished.peaks,
     })
-}
-
-/// A mesh after the collapses, and what was done with it since.
-struct Finish {
-    mesh: TriMesh,
-    fit: Option<FitReport>,
-    anneal: Option<AnnealReport>,
-}
-
-impl Finish {
-    fn fitted(
-        &self,
-        original: &Surface,
-        constraints: &FitConstraints,
-        options: &FitOptions,
-        then: Option<AnnealOptions>,
-        texture: Option<&TextureCheck<'_>>,
-    ) -> Result<Self, SimplifyError> {
-        let mut mesh = self.mesh.clone();
-        let report = match texture {
-            Some(check) => fit_unfolded(&mut mesh, original, constraints, options, check)?,
-            None => fit(&mut mesh, original, constraints, options)?,
-        };
-        let anneal = match then {
-            Some(then) => {
-                let forbid_intersections = options.forbid_intersections;
-                let fit = FitOptions { forbid_intersections, ..then.fit };
-                let then = AnnealOptions { fit, ..then };
-                let fitted = mesh.clone();
-                let report = anneal(&mut mesh, original, constraints, &then)?;
-                let folds = texture.is_some_and(|check| check.folds_more(&mesh, &fitted, &report));
-                if folds {
-                    mesh = fitted;
-                }
-                (!folds).then_some(report)
-            }
-            None => None,
-        };
-        Ok(Self { mesh, fit: Some(report), anneal })
-    }
-}
-
-/// What keeps a fit from folding the texture, if there is one that counts.
-fn texture_check<'a>(
-    mesh: &'a TriMesh,
-    options: &'a Options,
-    became: &'a VertexMap<Option<VertexId>>,
-) -> Option<TextureCheck<'a>> {
-    let attributes = options.attributes.as_ref().filter(|a| a.has_texture())?;
-    let seams = options.constraints.features.as_ref()?;
-    let counts = options.attribute_weight > 0.0;
-    counts.then_some(TextureCheck { original: mesh, attributes, seams, became })
 }
 
 impl AchievedError {
@@ -303,7 +218,7 @@ fn check_positions(mesh: &TriMesh) -> Result<(), SimplifyError> {
 }
 
 /// Runs the driver with the policies that the options name.
-fn collapse(
+pub(crate) fn collapse(
     mesh: &mut TriMesh,
     options: &Options,
     limits: &Limits,
@@ -383,91 +298,10 @@ impl Job<'_> {
     }
 }
 
-/// How many of the collapses may be carried out for the result to be within the limit, by
-/// bisection of the log.
-fn restrict(
-    mesh: &TriMesh,
-    original: &Surface,
-    options: &Options,
-    limit: f64,
-    log: &CollapseLog,
-) -> Result<usize, SimplifyError> {
-    let is_within = |count: usize| -> Result<bool, SimplifyError> {
-        // The log is of this very mesh, so that it can be replayed.
-        let Ok(mut level) = log.replay(mesh, count) else { return Ok(false) };
-        level.compact();
-        Ok(measure(original, &level, options)?.is_within(limit))
-    };
-    let (mut good, mut bad) = (0, log.len());
-    if is_within(bad)? {
-        return Ok(bad);
-    }
-    let vertices = mesh.topology().vertex_count();
-    while bad - good > 1 + (vertices - good) / 200 {
-        // In between as a ratio: errors grow with the size of the faces.
-        let middle = vertices as f64 - (((vertices - good) * (vertices - bad)) as f64).sqrt();
-        let middle = (middle as usize).clamp(good + 1, bad - 1);
-        if is_within(middle)? {
-            good = middle;
-        } else {
-            bad = middle;
-        }
-    }
-    Ok(good)
-}
-
-/// How many of the collapses of a run may be carried out for the result to be within a distance of
-/// the mesh that the run was made on, both ways, up to half a percent of the vertices.
-///
-/// # Errors
-/// The mesh has no faces.
-pub fn collapses_within(
-    mesh: &TriMesh,
-    log: &CollapseLog,
-    max_error: f64,
-    error: ErrorCheck,
-) -> Result<usize, SimplifyError> {
-    let options = Options { max_error: Some(max_error), error, ..Options::default() };
-    restrict(mesh, &Surface::new(mesh)?, &options, max_error, log)
-}
-
-fn measure(
-    original: &Surface,
-    mesh: &TriMesh,
-    options: &Options,
-) -> Result<AchievedError, SimplifyError> {
-    let surface = Surface::new(mesh)?;
-    if options.error == ErrorCheck::Certified {
-        let size = original.bounding_box().diagonal();
-        let tolerance = options.max_error.map_or(1e-4 * size, |limit| 0.01 * limit);
-        let certify = CertifyOptions { tolerance, limit: options.max_error, ..Default::default() };
-        let bounds = hausdorff_bounds(original, &surface, &certify);
-        Ok(AchievedError { lower: bounds.lower, upper: Some(bounds.upper) })
-    } else {
-        let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
-        let lower = compare(original, &surface, &samples).hausdorff();
-        Ok(AchievedError { lower, upper: None })
-    }
-}
-
-fn vertex_map(mesh: &TriMesh, log: &CollapseLog, remap: &Remap) -> VertexMap<Option<VertexId>> {
-    let representatives = log.representatives(mesh, log.len());
-    let new = representatives.as_slice().iter().map(|&v| remap.new_handle(v)).collect();
-    VertexMap::from_vec(new)
-}
-
 /// The largest distance of a boundary vertex of one mesh to the boundary of another.
 fn boundary_shift(from: &TriMesh, to: &TriMesh) -> Option<f64> {
     let topology = from.topology();
     let vertices = topology.vertices().filter(|&v| topology.is_boundary_vertex(v));
     let points: Vec<DVec3> = vertices.map(|v| from.position(v)).collect();
     Curve::boundary(to)?.farthest(&points)
-}
-
-/// The curve for boundary vertices while fitting, unless the boundary is locked.
-fn boundary_to_slide_on(mesh: &TriMesh, boundary: Boundary) -> Option<Arc<Curve>> {
-    match boundary {
-        Boundary::Lock => None,
-        Boundary::Quadrics | Boundary::Free => Curve::boundary(mesh).map(Arc::new),
-    }
 }

@@ -6,7 +6,6 @@
 use mesh_core::{EdgeId, EdgeMap, FaceId, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError};
 
-use crate::anneal::AnnealReport;
 use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
 use crate::transfer::corner_sources;
 use crate::wedges::{CornerAttributes, doubled_area};
@@ -24,12 +23,16 @@ pub(crate) struct TextureCheck<'a> {
 }
 
 impl TextureCheck<'_> {
-    /// Whether annealing has made faces turn over in the texture that did not before.
-    pub(crate) fn folds_more(&self, after: &TriMesh, before: &TriMesh, by: &AnnealReport) -> bool {
-        let moved = |v: &Option<VertexId>| v.and_then(|v| by.vertex_map.get(v).copied().flatten());
+    /// How many faces are folded in a mesh whose vertices come from those of the first by a map.
+    pub(crate) fn folded_after(
+        &self,
+        mesh: &TriMesh,
+        then: Option<&VertexMap<Option<VertexId>>>,
+    ) -> usize {
+        let Some(then) = then else { return self.folded(mesh).len() };
+        let moved = |v: &Option<VertexId>| v.and_then(|v| then.get(v).copied().flatten());
         let became = VertexMap::from_vec(self.became.as_slice().iter().map(moved).collect());
-        let annealed = TextureCheck { became: &became, ..*self };
-        annealed.folded(after).len() > self.folded(before).len()
+        TextureCheck { became: &became, ..*self }.folded(mesh).len()
     }
 
     /// The faces that lie the other way round in the texture than where they come from.

@@ -74,7 +74,11 @@ proptest! {
         let level_mesh = result.log.replay(&mesh, result.log.count_for_faces(level)).unwrap();
         let got = level_mesh.topology().face_count();
         prop_assert!(got <= level && got + 2 > level.min(before), "{got} {level}");
-        prop_assert_eq!(result.log.len() + topology.vertex_count(), mesh.topology().vertex_count());
+        // Cutting peaks may exchange vertices of the boundary for others.
+        if result.peaks.is_none_or(|peaks| peaks.kept == 0) {
+            let vertices = mesh.topology().vertex_count();
+            prop_assert_eq!(result.log.len() + topology.vertex_count(), vertices);
+        }
     }
 
     #[test]

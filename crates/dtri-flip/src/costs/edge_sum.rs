@@ -1,44 +1,62 @@
 //! Costs that are sums over the edges between two triangles of a function of their four vertices.
 
+use core::iter::zip;
+
 use glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, parallel};
 
+use super::hinges::Hinges;
 use crate::cost::{Change, FlipCost, Reach};
 use crate::quad::Quad;
 
 /// The term of one edge, from `a`, `b`, the left apex and the right apex.
-pub(crate) trait EdgeTerm: Sync {
+pub(crate) trait EdgeTerm: Sync + Sized {
     /// The power of a length that a term has as its unit.
     const LENGTH_EXPONENT: i32;
 
     fn term(&self, a: DVec3, b: DVec3, left: DVec3, right: DVec3) -> f64;
 
-    /// The term of an edge as it is; 0 for edges that are not between two triangles.
+    /// The terms of up to `N` edges as they are; 0 for edges that are not between two triangles.
     #[inline]
-    fn of_edge(&self, mesh: &TriMesh, edge: EdgeId) -> f64 {
+    fn terms_of<const N: usize>(
+        &self,
+        mesh: &TriMesh,
+        edges: impl Iterator<Item = EdgeId>,
+    ) -> [f64; N] {
         let topology = mesh.topology();
-        if !topology.contains_edge(edge) {
-            return 0.0;
+        let mut hinges = Hinges::<N>::new();
+        let mut inside = [false; N];
+        for (place, edge) in edges.enumerate().take(N) {
+            if topology.contains_edge(edge)
+                && let Some(quad) = Quad::around(topology, edge)
+            {
+                hinges.set(place, corner_points(mesh, &quad));
+                inside[place] = true;
+            }
         }
-        Quad::around(topology, edge).map_or(0.0, |quad| {
-            let [a, b, c, d] = corner_points(mesh, &quad);
-            self.term(a, b, c, d)
-        })
+        let mut terms = hinges.terms(self);
+        for (term, inside) in zip(&mut terms, inside) {
+            *term = if inside { *term } else { 0.0 };
+        }
+        terms
     }
 
     fn all_terms(&self, mesh: &TriMesh) -> EdgeMap<f64> {
+        const BLOCK: usize = 64;
         let count = mesh.topology().edge_capacity();
-        EdgeMap::from_vec(parallel::collect(count, |i| self.of_edge(mesh, EdgeId::from_index(i))))
+        EdgeMap::from_vec(parallel::collect_blocks(
+            count,
+            || (),
+            |(), edges| self.terms_of::<BLOCK>(mesh, edges.map(EdgeId::from_index)),
+        ))
     }
 
-    fn sum(&self, mesh: &TriMesh) -> f64 {
-        let count = mesh.topology().edge_capacity();
-        parallel::sum(count, |i| self.of_edge(mesh, EdgeId::from_index(i)))
-    }
-
+    /// Computes the terms of the edge and of the four sides anew.
     fn update_terms(&self, mesh: &TriMesh, terms: &mut EdgeMap<f64>, flipped: &Quad) {
-        for edge in edges(flipped) {
-            terms[edge] = self.of_edge(mesh, edge);
+        let edges = edges(flipped);
+        let new_terms = self.terms_of::<8>(mesh, edges.into_iter());
+        for (edge, term) in zip(edges, new_terms) {
+            terms[edge] = term;
         }
     }
 
@@ -46,48 +64,67 @@ pub(crate) trait EdgeTerm: Sync {
     #[inline]
     fn change_of_terms(&self, mesh: &TriMesh, terms: &EdgeMap<f64>, quad: &Quad) -> Change {
         let before = sum_before(terms, quad);
-        let after = self.new_terms(mesh, quad).fold(0.0, |sum, term| sum + term);
-        Change { before, after }
+        Change { before, after: self.terms_after(mesh, quad).iter().sum() }
     }
 
-    /// The same when it is a gain. Terms are never negative: once those after the flip add up to
-    /// more than those before it, the rest does not matter.
+    /// The terms after the flip: of the edge, then of the sides; 0 for boundary edges.
     #[inline]
-    fn lower_change_of_terms(
-        &self,
-        mesh: &TriMesh,
-        terms: &EdgeMap<f64>,
-        quad: &Quad,
-    ) -> Option<Change> {
-        let before = sum_before(terms, quad);
-        let mut after = 0.0;
-        for term in self.new_terms(mesh, quad) {
-            after += term;
-            if after >= before {
-                return None;
-            }
+    fn terms_after(&self, mesh: &TriMesh, quad: &Quad) -> [f64; 5] {
+        let mut terms = [0.0; 5];
+        for_hinges_after(mesh, quad, |kind, [a, b, left, right]| {
+            terms[kind] = self.term(a, b, left, right);
+        });
+        terms
+    }
+
+    /// [`EdgeTerm::terms_after`] of up to [`QUADS`] quadrilaterals side by side.
+    #[inline]
+    fn all_terms_after(&self, mesh: &TriMesh, quads: &[Option<Quad>]) -> [[f64; 5]; QUADS] {
+        let mut hinges = Hinges::<{ 5 * QUADS }>::new();
+        let mut present = [false; 5 * QUADS];
+        for (place, quad) in quads.iter().enumerate().take(QUADS) {
+            let Some(quad) = quad else { continue };
+            for_hinges_after(mesh, quad, |kind, points| {
+                hinges.set(5 * place + kind, points);
+                present[5 * place + kind] = true;
+            });
         }
-        Some(Change { before, after })
-    }
-
-    /// The terms after the flip: of the edge, then of the sides, each computed when it is asked for.
-    #[inline]
-    fn new_terms(&self, mesh: &TriMesh, quad: &Quad) -> impl Iterator<Item = f64> {
-        let [a, b, c, d] = corner_points(mesh, quad);
-        let sides = [([b, c], d), ([c, a], d), ([a, d], c), ([d, b], c)];
-        let of_side = move |(side, (ends, inner))| self.side(mesh, side, ends, inner);
-        let diagonal = core::iter::once_with(move || self.term(c, d, b, a));
-        diagonal.chain(quad.sides.into_iter().zip(sides).map(of_side))
-    }
-
-    /// The term of a side of the quadrilateral with this apex inside.
-    #[inline]
-    fn side(&self, mesh: &TriMesh, side: HalfEdgeId, [from, to]: [DVec3; 2], inner: DVec3) -> f64 {
-        mesh.topology()
-            .apex(side.twin())
-            .map_or(0.0, |outer| self.term(from, to, inner, mesh.position(outer)))
+        let mut terms = hinges.terms(self);
+        for (term, present) in zip(&mut terms, present) {
+            *term = if present { *term } else { 0.0 };
+        }
+        let (terms, _) = terms.as_chunks();
+        let mut by_quad = [[0.0; 5]; QUADS];
+        by_quad.copy_from_slice(terms);
+        by_quad
     }
 }
+
+/// Calls a function for each edge whose term the flip changes, as it is after the flip: 0 is the
+/// edge, 1 to 4 are the sides that are not boundary edges.
+#[inline(always)]
+fn for_hinges_after(mesh: &TriMesh, quad: &Quad, mut call: impl FnMut(usize, [DVec3; 4])) {
+    let topology = mesh.topology();
+    let [a, b, c, d] = corner_points(mesh, quad);
+    let [bc, ca, ad, db] = quad.sides;
+    call(0, [c, d, b, a]);
+    if let Some(outer) = topology.apex(bc.twin()) {
+        call(1, [b, c, d, mesh.position(outer)]);
+    }
+    if let Some(outer) = topology.apex(ca.twin()) {
+        call(2, [c, a, d, mesh.position(outer)]);
+    }
+    if let Some(outer) = topology.apex(ad.twin()) {
+        call(3, [a, d, c, mesh.position(outer)]);
+    }
+    if let Some(outer) = topology.apex(db.twin()) {
+        call(4, [d, b, c, mesh.position(outer)]);
+    }
+}
+
+/// How many quadrilaterals are evaluated side by side: a flip affects 12 others that share an edge
+/// with a face of its own, and itself.
+pub(crate) const QUADS: usize = 16;
 
 #[inline]
 fn sum_before(terms: &EdgeMap<f64>, quad: &Quad) -> f64 {
@@ -121,7 +158,12 @@ impl<T: EdgeTerm> FlipCost for T {
     }
 
     fn total(&self, mesh: &TriMesh) -> f64 {
-        self.sum(mesh)
+        self.prepared_total(mesh, &self.all_terms(mesh))
+    }
+
+    fn prepared_total(&self, _: &TriMesh, terms: &EdgeMap<f64>) -> f64 {
+        let terms = terms.as_slice();
+        parallel::sum(terms.len(), |i| terms[i])
     }
 
     #[inline]
@@ -129,9 +171,35 @@ impl<T: EdgeTerm> FlipCost for T {
         self.change_of_terms(mesh, cache, quad)
     }
 
+    /// Terms are never negative: once those after the flip add up to more than those before it, the
+    /// rest does not matter.
     #[inline]
     fn change_if_lower(&self, mesh: &TriMesh, cache: &EdgeMap<f64>, quad: &Quad) -> Option<Change> {
-        self.lower_change_of_terms(mesh, cache, quad)
+        let before = sum_before(cache, quad);
+        let mut after = 0.0;
+        for_hinges_after(mesh, quad, |_, [a, b, left, right]| {
+            if after < before {
+                after += self.term(a, b, left, right);
+            }
+        });
+        (after < before).then_some(Change { before, after })
+    }
+
+    fn changes_if_lower(
+        &self,
+        mesh: &TriMesh,
+        cache: &EdgeMap<f64>,
+        quads: &[Option<Quad>],
+        changes: &mut [Option<Change>],
+    ) {
+        for (quads, changes) in zip(quads.chunks(QUADS), changes.chunks_mut(QUADS)) {
+            let terms_after = self.all_terms_after(mesh, quads);
+            for ((change, quad), terms) in zip(zip(changes, quads), terms_after) {
+                let change_of =
+                    |quad| Change { before: sum_before(cache, quad), after: terms.iter().sum() };
+                *change = quad.as_ref().map(change_of);
+            }
+        }
     }
 
     fn reach(&self) -> Reach {

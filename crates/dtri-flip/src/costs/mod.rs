@@ -3,6 +3,7 @@
 mod abs_mean;
 mod edge_sum;
 mod face_cost;
+mod hinges;
 mod vertex_cost;
 mod virtual_willmore;
 mod willmore;

@@ -1,12 +1,13 @@
 //! Costs that are sums over the vertices of a function of their integrated curvatures: F1, F3, and
 //! the absolute Gaussian curvature.
 
+use core::iter::zip;
+
 use dcurv::{VertexArea, corner_angle, corner_area, vertex_curvature};
-use glam::DVec3;
 use mesh_core::{EdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use super::abs_mean::AbsMean;
-use super::edge_sum::{EdgeTerm, edges};
+use super::edge_sum::{EdgeTerm, QUADS, edges};
 use crate::cost::{Change, FlipCost, Reach};
 use crate::fold::twice_vector_area;
 use crate::quad::Quad;
@@ -115,8 +116,13 @@ impl FlipCost for VertexCost {
         parallel::sum(count, |index| self.function.of(&self.integrals(mesh, index)))
     }
 
+    fn prepared_total(&self, _: &TriMesh, cache: &VertexCostCache) -> f64 {
+        let integrals = cache.integrals.as_slice();
+        parallel::sum(integrals.len(), |index| self.function.of(&integrals[index]))
+    }
+
     fn change(&self, mesh: &TriMesh, cache: &VertexCostCache, quad: &Quad) -> Change {
-        let means = self.means_after(mesh, cache, quad);
+        let means = self.means_after(cache, quad, || AbsMean.terms_after(mesh, quad));
         self.change_with_means(mesh, cache, quad, means)
     }
 
@@ -126,11 +132,30 @@ impl FlipCost for VertexCost {
         cache: &VertexCostCache,
         quad: &Quad,
     ) -> Option<Change> {
-        let means = self.means_after(mesh, cache, quad);
-        if self.cannot_be_lower(mesh, cache, quad, means) {
-            return None;
+        let means = self.means_after(cache, quad, || AbsMean.terms_after(mesh, quad));
+        self.lower_change_with_means(mesh, cache, quad, means)
+    }
+
+    fn changes_if_lower(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        quads: &[Option<Quad>],
+        changes: &mut [Option<Change>],
+    ) {
+        for (quads, changes) in zip(quads.chunks(QUADS), changes.chunks_mut(QUADS)) {
+            let terms_after = if self.function.needs_areas_and_means() {
+                AbsMean.all_terms_after(mesh, quads)
+            } else {
+                [[0.0; 5]; QUADS]
+            };
+            for ((change, quad), terms) in zip(zip(changes, quads), terms_after) {
+                *change = quad.as_ref().and_then(|quad| {
+                    let means = self.means_after(cache, quad, || terms);
+                    self.lower_change_with_means(mesh, cache, quad, means)
+                });
+            }
         }
-        Some(self.change_with_means(mesh, cache, quad, means))
     }
 
     fn reach(&self) -> Reach {
@@ -181,11 +206,29 @@ impl VertexCost {
         Change { before: sum(before), after: sum(after.integrals) }
     }
 
+    fn lower_change_with_means(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        quad: &Quad,
+        means: [f64; 4],
+    ) -> Option<Change> {
+        if self.cannot_be_lower(mesh, cache, quad, means) {
+            return None;
+        }
+        Some(self.change_with_means(mesh, cache, quad, means))
+    }
+
     /// The absolute mean curvatures at the four corners after the flip.
-    fn means_after(&self, mesh: &TriMesh, cache: &VertexCostCache, quad: &Quad) -> [f64; 4] {
+    fn means_after(
+        &self,
+        cache: &VertexCostCache,
+        quad: &Quad,
+        terms_after: impl FnOnce() -> [f64; 5],
+    ) -> [f64; 4] {
         let mut means = quad.corners.map(|v| cache.integrals[v].abs_mean);
         if self.function.needs_areas_and_means() {
-            exchange_means(mesh, &cache.edge_terms, quad, &mut means);
+            exchange_means(&cache.edge_terms, terms_after(), quad, &mut means);
         }
         means
     }
@@ -269,16 +312,11 @@ fn exchange_faces(
 }
 
 /// Half of an edge's term goes to each end.
-fn exchange_means(mesh: &TriMesh, terms: &EdgeMap<f64>, quad: &Quad, means: &mut [f64; 4]) {
-    let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
-    let [diagonal, bc, ca, ad, db] = edges(quad).map(|edge| terms[edge]);
-    let side =
-        |i: usize, ends: [DVec3; 2], inner: DVec3| AbsMean.side(mesh, quad.sides[i], ends, inner);
-    let turned = AbsMean.term(c, d, b, a);
-    let bc = side(0, [b, c], d) - bc;
-    let ca = side(1, [c, a], d) - ca;
-    let ad = side(2, [a, d], c) - ad;
-    let db = side(3, [d, b], c) - db;
+fn exchange_means(terms: &EdgeMap<f64>, terms_after: [f64; 5], quad: &Quad, means: &mut [f64; 4]) {
+    let before = edges(quad).map(|edge| terms[edge]);
+    let change = |side: usize| terms_after[side] - before[side];
+    let [diagonal, turned] = [before[0], terms_after[0]];
+    let [bc, ca, ad, db] = [1, 2, 3, 4].map(change);
     means[0] += 0.5 * (ca + ad - diagonal);
     means[1] += 0.5 * (bc + db - diagonal);
     means[2] += 0.5 * (bc + ca + turned);

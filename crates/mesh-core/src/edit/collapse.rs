@@ -169,7 +169,7 @@ impl Topology {
         let Some(first) = self.half_edge_of_vertex(from) else { return };
         let mut outgoing = first;
         loop {
-            self.target[outgoing.twin().index()] = to;
+            self.half_edges[outgoing.twin().index()].target = to;
             outgoing = self.next(outgoing.twin());
             if outgoing == first {
                 break;
@@ -211,7 +211,7 @@ impl Topology {
         let next = self.next(gone);
         self.link(previous, stand_in);
         self.link(stand_in, next);
-        self.face[stand_in.index()] = self.face(gone);
+        self.half_edges[stand_in.index()].face = self.face(gone);
         if let Some(face) = self.face(gone)
             && self.half_edge_of_face(face) == gone
         {
@@ -240,7 +240,7 @@ impl Topology {
 
     fn remove_edge(&mut self, edge: EdgeId) {
         for h in edge.half_edges() {
-            self.next[h.index()] = HalfEdgeId::REMOVED;
+            self.half_edges[h.index()].next = HalfEdgeId::REMOVED;
         }
         self.live_edges -= 1;
     }

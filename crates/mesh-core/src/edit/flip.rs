@@ -150,7 +150,7 @@ impl Topology {
         for (side, start) in [h, t].into_iter().zip(starts) {
             let circuit = [side, self.next(side), self.next(self.next(side))];
             // The last half-edge of the circuit ends where the turned one begins.
-            self.target[side.twin().index()] = self.target(circuit[2]);
+            self.half_edges[side.twin().index()].target = self.target(circuit[2]);
             if let Some(face) = self.face(side) {
                 self.face_half_edge[face.index()] = circuit[start];
             }

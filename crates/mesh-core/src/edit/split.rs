@@ -1,7 +1,7 @@
 //! Splits: a new vertex on an edge or inside a face.
 
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
-use crate::topology::Topology;
+use crate::topology::{HalfEdge, Topology};
 
 /// Why an edge or a face cannot be split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
@@ -99,15 +99,15 @@ impl Topology {
         let vertex = self.push_vertex();
         // The new half of the edge, from the new vertex to the old end.
         let far = self.push_edge(vertex, end);
-        self.target[h.index()] = vertex;
+        self.half_edges[h.index()].target = vertex;
 
         let after = self.next(h);
         self.link(h, far);
         self.link(far, after);
         self.link(before_twin, far.twin());
         self.link(far.twin(), h.twin());
-        self.face[far.index()] = self.face(h);
-        self.face[far.twin().index()] = self.face(h.twin());
+        self.half_edges[far.index()].face = self.face(h);
+        self.half_edges[far.twin().index()].face = self.face(h.twin());
         self.vertex_half_edge[vertex.index()] = Some(far);
 
         // Both faces are quadrilaterals now, until a spoke cuts each in two.
@@ -131,7 +131,7 @@ impl Topology {
         let faces = [split.face, self.push_face(sides[1]), self.push_face(sides[2])];
         for (i, (&side, &face)) in sides.iter().zip(&faces).enumerate() {
             let circuit = [side, spokes[(i + 1) % 3].twin(), spokes[i]];
-            self.face[side.index()] = Some(face);
+            self.half_edges[side.index()].face = Some(face);
             self.circuit(circuit);
         }
         self.face_half_edge[split.face.index()] = sides[0];
@@ -153,7 +153,7 @@ impl Topology {
         let third = self.next(second);
         let spoke = self.push_edge(self.origin(first), self.target(second));
         let new_face = self.push_face(moved);
-        self.face[moved.index()] = Some(new_face);
+        self.half_edges[moved.index()].face = Some(new_face);
         self.circuit([first, second, spoke.twin()]);
         self.circuit([last, spoke, third]);
         // Where the start corner of the old face moved away, the new vertex takes its place.
@@ -182,9 +182,10 @@ impl Topology {
     /// A new edge; the half-edge returned runs from `from` to `to`. Not linked to anything yet.
     fn push_edge(&mut self, from: VertexId, to: VertexId) -> HalfEdgeId {
         let h = HalfEdgeId::from_index(self.half_edge_capacity());
-        self.next.extend([h, h.twin()]);
-        self.target.extend([to, from]);
-        self.face.extend([None, None]);
+        self.half_edges.extend([
+            HalfEdge { next: h, target: to, face: None },
+            HalfEdge { next: h.twin(), target: from, face: None },
+        ]);
         self.live_edges += 1;
         h
     }

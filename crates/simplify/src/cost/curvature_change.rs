@@ -10,9 +10,9 @@ use core::f64::consts::PI;
 
 use dcurv::{
     AngleSum, Area, Integral, VertexArea, VertexCurvature, VertexIntegrals, corner_direction,
-    dihedral_angle, hinge_angle, vertex_curvature,
+    dihedral_angle, hinge_angle, unit_scaled, vertex_curvature,
 };
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use crate::patch::EdgePatch;
@@ -208,16 +208,16 @@ impl CurvatureChange {
 
             let spoke = &mut turn.spokes[j];
             (spoke.normal, spoke.link_hinge) = (normal, link_hinge);
-            spoke.angle.add(corner_direction(along, -from, size));
-            spoke.angle.subtract(corner_direction(along, -old_from, old_size));
+            spoke.angle.add(direction(along, -from, size));
+            spoke.angle.subtract(direction(along, -old_from, old_size));
             spoke.mean += change_of_mean;
             spoke.area += change_of_area;
             let before = &mut turn.spokes[i];
-            before.angle.add(corner_direction(-to, -along, size));
-            before.angle.subtract(corner_direction(-old_to, -along, old_size));
+            before.angle.add(direction(-to, -along, size));
+            before.angle.subtract(direction(-old_to, -along, old_size));
             before.mean += change_of_mean;
             before.area += change_of_area;
-            angle.add(corner_direction(from, to, size));
+            angle.add(direction(from, to, size));
             doubled += size;
         }
         (angle.radians(), doubled / 6.0)
@@ -236,7 +236,7 @@ impl CurvatureChange {
             let spoke = &mut turn.spokes[place];
             let [a, b] = patch.ends().map(|end| end - x - spoke.along);
             let size = a.cross(b).length();
-            spoke.angle.subtract(corner_direction(a, b, size));
+            spoke.angle.subtract(direction(a, b, size));
             spoke.mean -= self.hinges[other.edge()];
             spoke.area -= size / 6.0;
         }
@@ -315,6 +315,12 @@ impl Spoke {
             ..*integrals
         }
     }
+}
+
+/// The direction of the angle between `u` and `w`, for [`AngleSum`].
+#[inline]
+fn direction(u: DVec3, w: DVec3, cross: f64) -> DVec2 {
+    unit_scaled(corner_direction(u, w, cross))
 }
 
 /// The share of mean curvature that an edge gives to each of its ends: a quarter of length times

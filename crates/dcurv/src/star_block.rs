@@ -1,0 +1,311 @@
+//! The stars of a block of vertices, side by side.
+//!
+//! A star alone leaves a processor little to do at once: each step of the turn waits for the one
+//! before. Here the spokes of many vertices stand in one row, so that the faces, and then the
+//! edges, of all their stars are evaluated by plain loops over flat arrays. Compilers turn these
+//! into vector instructions, and `fearless_simd` picks the widest that the processor has. The
+//! formulas, and the order in which the terms of a star are added, are those of
+//! [`VertexStar`](crate::VertexStar): the results have the same bits at any width.
+
+use core::iter::zip;
+use core::mem::take;
+
+use fearless_simd::{Level, dispatch};
+use glam::{DVec2, DVec3};
+use mesh_core::{TriMesh, VertexId};
+
+use crate::angle::{collapsed_corner, unit_scaled};
+use crate::area::{VertexArea, barycentric_share, voronoi_share};
+use crate::dihedral::hinge_angle;
+use crate::star::{StarTotals, VertexIntegrals, full_angle};
+
+/// Memory for the stars of a block of vertices. What the arrays hold beyond the row of spokes is
+/// left over from earlier blocks and never read.
+#[derive(Clone, Debug)]
+pub(crate) struct StarBlock {
+    level: Level,
+    stars: Vec<Star>,
+    /// The centre and the other end of each spoke, clockwise, star by star. The first two spokes
+    /// of a closed star are repeated at its end, so that every face lies between two consecutive
+    /// spokes and every inner edge between two consecutive faces.
+    ends: Vec<[VertexId; 2]>,
+    spokes: Columns,
+    /// Of the face between this spoke and the one after it.
+    normals: Columns,
+    /// The angle between this spoke and the one after it is that of a vector with these
+    /// coordinates; both are 0 where a spoke has no length.
+    cosines: Vec<f64>,
+    sines: Vec<f64>,
+    shares: Vec<f64>,
+    /// The length of this spoke times its dihedral angle.
+    bends: Vec<f64>,
+    totals: Vec<StarTotals>,
+    angle_defects: Vec<f64>,
+}
+
+/// Where the spokes of a star lie in the row.
+#[derive(Clone, Copy, Debug)]
+struct Star {
+    first: usize,
+    faces: usize,
+    closed: bool,
+    full_angle: f64,
+}
+
+/// Vectors, coordinate by coordinate.
+#[derive(Clone, Debug, Default)]
+struct Columns {
+    x: Vec<f64>,
+    y: Vec<f64>,
+    z: Vec<f64>,
+}
+
+impl Columns {
+    fn lengthen(&mut self, length: usize) {
+        for column in [&mut self.x, &mut self.y, &mut self.z] {
+            lengthen(column, length);
+        }
+    }
+
+    #[inline]
+    fn at(&self, index: usize) -> DVec3 {
+        DVec3::new(self.x[index], self.y[index], self.z[index])
+    }
+}
+
+fn lengthen(column: &mut Vec<f64>, length: usize) {
+    if column.len() < length {
+        column.resize(length, 0.0);
+    }
+}
+
+impl StarBlock {
+    /// No stars, and no memory yet, for processors with these vector instructions.
+    pub(crate) fn new(level: Level) -> Self {
+        Self {
+            level,
+            stars: Vec::new(),
+            ends: Vec::new(),
+            spokes: Columns::default(),
+            normals: Columns::default(),
+            cosines: Vec::new(),
+            sines: Vec::new(),
+            shares: Vec::new(),
+            bends: Vec::new(),
+            totals: Vec::new(),
+            angle_defects: Vec::new(),
+        }
+    }
+
+    /// What is integrated over each of the vertices.
+    pub(crate) fn integrals(
+        &mut self,
+        mesh: &TriMesh,
+        vertices: impl Iterator<Item = VertexId>,
+        area: VertexArea,
+    ) -> impl Iterator<Item = VertexIntegrals> {
+        self.line_up(mesh, vertices);
+        dispatch!(self.level, _ => self.evaluate(mesh.positions(), area));
+        self.add_up();
+        dispatch!(self.level, _ => self.evaluate_defects());
+        zip(&self.totals, &self.angle_defects).map(|(totals, &defect)| totals.integrals(defect))
+    }
+
+    /// Sets the spokes of all stars.
+    fn line_up(&mut self, mesh: &TriMesh, vertices: impl Iterator<Item = VertexId>) {
+        let topology = mesh.topology();
+        self.stars.clear();
+        self.ends.clear();
+        for vertex in vertices {
+            let first = self.ends.len();
+            self.ends.extend(topology.one_ring(vertex).map(|neighbour| [vertex, neighbour]));
+            let spokes = self.ends.len() - first;
+            let closed = !topology.is_boundary_vertex(vertex);
+            if closed {
+                self.ends.extend_from_within(first..first + spokes.min(2));
+            }
+            let faces = if closed { spokes } else { spokes - 1 };
+            let full_angle = if spokes == 0 { 0.0 } else { full_angle(closed) };
+            self.stars.push(Star { first, faces, closed, full_angle });
+        }
+        lengthen(&mut self.angle_defects, self.stars.len());
+        let length = self.ends.len();
+        self.spokes.lengthen(length);
+        self.normals.lengthen(length);
+        for column in [&mut self.cosines, &mut self.sines, &mut self.shares, &mut self.bends] {
+            lengthen(column, length);
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate(&mut self, positions: &[DVec3], area: VertexArea) {
+        self.evaluate_spokes(positions);
+        match area {
+            VertexArea::Voronoi => self.evaluate_faces(voronoi_share),
+            VertexArea::Barycentric => self.evaluate_faces(barycentric_share),
+        }
+        self.evaluate_edges();
+    }
+
+    #[inline(always)]
+    fn evaluate_spokes(&mut self, positions: &[DVec3]) {
+        let count = self.ends.len();
+        let Columns { x, y, z } = &mut self.spokes;
+        let (x, y, z) = (&mut x[..count], &mut y[..count], &mut z[..count]);
+        for (i, &[center, neighbour]) in self.ends.iter().enumerate() {
+            let spoke = positions[neighbour.index()] - positions[center.index()];
+            (x[i], y[i], z[i]) = (spoke.x, spoke.y, spoke.z);
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_faces(&mut self, share: impl Fn(DVec3, DVec3, f64) -> f64) {
+        let count = self.ends.len().saturating_sub(1);
+        let Columns { x, y, z } = &self.spokes;
+        let (x, y, z) = (&x[..=count], &y[..=count], &z[..=count]);
+        let Columns { x: nx, y: ny, z: nz } = &mut self.normals;
+        let (nx, ny, nz) = (&mut nx[..count], &mut ny[..count], &mut nz[..count]);
+        let (cosines, sines) = (&mut self.cosines[..count], &mut self.sines[..count]);
+        let shares = &mut self.shares[..count];
+        for i in 0..count {
+            let from = DVec3::new(x[i], y[i], z[i]);
+            let to = DVec3::new(x[i + 1], y[i + 1], z[i + 1]);
+            let normal = to.cross(from);
+            let twice_area = normal.length();
+            (nx[i], ny[i], nz[i]) = (normal.x, normal.y, normal.z);
+            let corner = unit_scaled(DVec2::new(from.dot(to), twice_area));
+            (cosines[i], sines[i]) = (corner.x, corner.y);
+            shares[i] = share(from, to, twice_area);
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_edges(&mut self) {
+        let count = self.ends.len().saturating_sub(2);
+        let Columns { x, y, z } = &self.spokes;
+        let (x, y, z) = (&x[..count + 2], &y[..count + 2], &z[..count + 2]);
+        let Columns { x: nx, y: ny, z: nz } = &self.normals;
+        let (nx, ny, nz) = (&nx[..=count], &ny[..=count], &nz[..=count]);
+        let bends = &mut self.bends[1..=count];
+        for i in 0..count {
+            let spoke = DVec3::new(x[i + 1], y[i + 1], z[i + 1]);
+            let right = DVec3::new(x[i + 2], y[i + 2], z[i + 2]);
+            let left_normal = DVec3::new(nx[i], ny[i], nz[i]);
+            let right_normal = DVec3::new(nx[i + 1], ny[i + 1], nz[i + 1]);
+            let length = spoke.length();
+            bends[i] = length * hinge_angle(length, left_normal, right_normal, right);
+        }
+    }
+
+    /// Adds up the terms of each star, in the order of a turn round it.
+    fn add_up(&mut self) {
+        let mut totals = take(&mut self.totals);
+        totals.clear();
+        totals.extend(self.stars.iter().map(|star| self.total(star)));
+        self.totals = totals;
+    }
+
+    #[inline]
+    fn total(&self, star: &Star) -> StarTotals {
+        let mut totals = StarTotals::ZERO;
+        if star.faces == 0 {
+            return totals;
+        }
+        let last = star.first + star.faces - 1;
+        for face in star.first..last {
+            totals.add_face(self.corner(face), self.shares[face]);
+            totals.add_edge(self.bends[face + 1]);
+        }
+        totals.add_face(self.corner(last), self.shares[last]);
+        if star.closed {
+            totals.add_edge(self.bends[last + 1]);
+        }
+        totals
+    }
+
+    #[inline]
+    fn corner(&self, face: usize) -> DVec2 {
+        let corner = DVec2::new(self.cosines[face], self.sines[face]);
+        if corner == DVec2::ZERO {
+            unit_scaled(collapsed_corner(self.spokes.at(face), self.spokes.at(face + 1)))
+        } else {
+            corner
+        }
+    }
+
+    #[inline(always)]
+    fn evaluate_defects(&mut self) {
+        let rows = zip(&self.stars, &self.totals).zip(&mut self.angle_defects);
+        for ((star, totals), defect) in rows {
+            *defect = totals.angle_defect(star.full_angle);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vertex::vertex_curvature;
+    use fearless_simd::Simd;
+    use mesh_core::shapes::{SplitMix64, scramble};
+
+    fn levels() -> Vec<Level> {
+        let best = Level::new();
+        let mut levels = vec![Level::baseline(), best];
+        #[cfg(target_arch = "x86_64")]
+        {
+            levels.extend(best.as_sse4_2().map(Simd::level));
+            levels.extend(best.as_avx2().map(Simd::level));
+        }
+        levels
+    }
+
+    /// A cone of many faces, whole or with a gap, with random neighbours and an isolated vertex.
+    fn cone(sides: u32, closed: bool, random: &mut SplitMix64) -> TriMesh {
+        let mut point = || DVec3::new(random.uniform(), random.uniform(), random.uniform());
+        let points: Vec<DVec3> = (0..sides + 2).map(|_| point()).collect();
+        let last = if closed { sides } else { sides - 1 };
+        let faces: Vec<[u32; 3]> = (0..last).map(|i| [sides, i, (i + 1) % sides]).collect();
+        TriMesh::from_triangles(&points, &faces).unwrap()
+    }
+
+    /// A grid with flipped diagonals, some of whose points coincide.
+    fn crumpled_grid(random: &mut SplitMix64) -> TriMesh {
+        let side = 20;
+        let mut points: Vec<DVec3> = (0..side * side)
+            .map(|i| DVec3::new(f64::from(i % side), f64::from(i / side), random.uniform()))
+            .collect();
+        for i in [45, 46, 67, 210] {
+            points[i + 1] = points[i];
+            points[i + 20] = points[i];
+        }
+        let cell = |i: u32| [[i, i + 1, i + side], [i + 1, i + side + 1, i + side]];
+        let cells = (0..side * (side - 1)).filter(|i| i % side != side - 1);
+        let faces: Vec<[u32; 3]> = cells.flat_map(cell).collect();
+        let mut mesh = TriMesh::from_triangles(&points, &faces).unwrap();
+        scramble(&mut mesh, 500, random, |_, _| true);
+        mesh
+    }
+
+    #[test]
+    fn side_by_side_and_one_by_one_give_the_same_bits() {
+        let mut random = SplitMix64::new(3);
+        let meshes = [
+            cone(4, true, &mut random),
+            cone(3000, true, &mut random),
+            cone(3000, false, &mut random),
+            crumpled_grid(&mut random),
+        ];
+        for (mesh, level) in meshes.iter().flat_map(|m| levels().into_iter().map(move |l| (m, l))) {
+            let mut block = StarBlock::new(level);
+            for area in [VertexArea::Voronoi, VertexArea::Barycentric] {
+                let vertices = mesh.topology().vertices();
+                let found = block.integrals(mesh, vertices.clone(), area);
+                for (vertex, found) in zip(vertices, found) {
+                    let expected = vertex_curvature(mesh, vertex, area);
+                    assert_eq!(found, *expected.integrals(), "{vertex:?} {level:?}");
+                }
+            }
+        }
+    }
+}
