@@ -1,6 +1,6 @@
 //! `cargo xtask render`: a mesh file to a picture.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use mesh_core::build::{Repair, build};
@@ -9,6 +9,7 @@ use mesh_io::Model;
 
 use crate::failure::Failure;
 use crate::render::{Scene, Style, View, render};
+use crate::texture::Texture;
 
 /// What to draw, and from where.
 #[derive(Debug, clap::Args)]
@@ -34,13 +35,18 @@ pub(crate) struct Draw {
     /// Shade with one normal per vertex, so that the surface looks smooth
     #[arg(long)]
     smooth: bool,
+    /// Show texture coordinates by a chessboard of so many squares, instead of the file's pictures
+    #[arg(long, value_name = "SQUARES")]
+    chessboard: Option<u32>,
 }
 
 pub(crate) fn run(options: &Draw) -> Result<(), Failure> {
     let model = mesh_io::read(&options.input).map_err(Failure::reading(&options.input))?;
     let built = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?;
     let colors = vertex_colors(&model, &built.provenance.vertex_source);
-    let picture = draw(&built.mesh, colors.as_ref(), options)?;
+    let folder = options.input.parent().unwrap_or(Path::new(""));
+    let texture = Texture::of(&model, &built.provenance, folder, options.chessboard)?;
+    let picture = draw(&built.mesh, colors.as_ref(), texture.as_ref(), options)?;
     picture.save(&options.output).map_err(|source| Failure::Picture {
         path: options.output.clone(),
         source: Box::new(source),
@@ -50,6 +56,7 @@ pub(crate) fn run(options: &Draw) -> Result<(), Failure> {
 fn draw(
     mesh: &TriMesh,
     colors: Option<&VertexMap<[u8; 3]>>,
+    texture: Option<&Texture>,
     options: &Draw,
 ) -> Result<image::RgbImage, Failure> {
     let &[width, height] = &options.size[..] else {
@@ -62,7 +69,7 @@ fn draw(
         .ok_or(Failure::Usage("the mesh has no faces".into()))?;
     let style =
         Style { size: [width, height], smooth: options.smooth, edge_width: options.edges.max(0.0) };
-    Ok(render(&Scene { colors, ..Scene::of(mesh) }, &view, &style))
+    Ok(render(&Scene { colors, texture, ..Scene::of(mesh) }, &view, &style))
 }
 
 /// The colours of the file, for the vertices of the built mesh.

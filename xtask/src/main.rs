@@ -11,6 +11,7 @@ mod failure;
 mod plot;
 mod render;
 mod reproduce;
+mod texture;
 
 use std::process::ExitCode;
 

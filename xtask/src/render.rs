@@ -10,6 +10,8 @@ use glam::DVec3;
 use image::RgbImage;
 use mesh_core::{BoundingBox, FaceMap, TriMesh, VertexMap};
 
+use crate::texture::{NO_IMAGE, Skin, Texture};
+
 /// Samples per pixel and direction.
 const OVERSAMPLING: usize = 3;
 /// Where triangles have no colour of their own.
@@ -70,6 +72,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) mesh: &'a TriMesh,
     /// Without, the mesh is light grey.
     pub(crate) colors: Option<&'a VertexMap<[u8; 3]>>,
+    /// What the faces are painted with where there are no colours; the mesh must have no gaps.
+    pub(crate) texture: Option<&'a Texture>,
     /// The faces whose edges are drawn; without, those of all faces.
     pub(crate) edged: Option<&'a FaceMap<bool>>,
     /// Lines on the surface or beside it; hidden where the surface is well in front.
@@ -88,7 +92,7 @@ pub(crate) struct Stroke {
 impl<'a> Scene<'a> {
     /// The mesh alone.
     pub(crate) fn of(mesh: &'a TriMesh) -> Self {
-        Self { mesh, colors: None, edged: None, strokes: &[] }
+        Self { mesh, colors: None, texture: None, edged: None, strokes: &[] }
     }
 }
 
@@ -118,7 +122,7 @@ pub(crate) fn render(scene: &Scene<'_>, view: &View, style: &Style) -> RgbImage 
     let mut color = Buffer2d::new([width, height], BACKGROUND);
     let mut depth = Buffer2d::new([width, height], f32::INFINITY);
     let line = (style.edge_width * OVERSAMPLING as f64 / 2.0) as f32;
-    Shader { line }.draw::<Triangles<'_, _, BackfaceCullingDisabled>, _>(
+    Shader { line, texture: scene.texture }.draw::<Triangles<'_, _, BackfaceCullingDisabled>, _>(
         &vertices,
         &mut color,
         Some(&mut depth),
@@ -182,10 +186,13 @@ impl Camera {
     }
 }
 
-/// What the rasteriser interpolates: a lit colour, and the distances in samples to the three edges.
+/// What the rasteriser interpolates: a lit colour, what to multiply it with, and the distances in
+/// samples to the three edges.
 #[derive(Clone, Copy)]
 struct Surface {
     color: [f32; 3],
+    image: f32,
+    uv: [f32; 2],
     to_edges: [f32; 3],
 }
 
@@ -195,22 +202,27 @@ impl Interpolate for Surface {
     }
 
     fn lerp3(a: Self, b: Self, c: Self, x: f32, y: f32, z: f32) -> Self {
-        let mix = |a: [f32; 3], b: [f32; 3], c: [f32; 3]| {
-            core::array::from_fn(|i| a[i] * x + b[i] * y + c[i] * z)
-        };
+        fn mix<const N: usize>(values: [[f32; N]; 3], [x, y, z]: [f32; 3]) -> [f32; N] {
+            core::array::from_fn(|i| values[0][i] * x + values[1][i] * y + values[2][i] * z)
+        }
+        let weights = [x, y, z];
         Self {
-            color: mix(a.color, b.color, c.color),
-            to_edges: mix(a.to_edges, b.to_edges, c.to_edges),
+            color: mix([a.color, b.color, c.color], weights),
+            // The same at the three corners.
+            image: a.image,
+            uv: mix([a.uv, b.uv, c.uv], weights),
+            to_edges: mix([a.to_edges, b.to_edges, c.to_edges], weights),
         }
     }
 }
 
-struct Shader {
+struct Shader<'a> {
     /// Half the width of an edge, in samples.
     line: f32,
+    texture: Option<&'a Texture>,
 }
 
-impl Pipeline for Shader {
+impl Pipeline for Shader<'_> {
     type Vertex = ([f32; 4], Surface);
     type VsOut = Surface;
     type Pixel = [f32; 3];
@@ -221,13 +233,20 @@ impl Pipeline for Shader {
 
     fn frag(&self, surface: &Surface) -> [f32; 3] {
         let nearest = surface.to_edges.into_iter().fold(f32::INFINITY, f32::min);
-        if nearest < self.line { EDGE } else { surface.color }
+        match self.texture {
+            _ if nearest < self.line => EDGE,
+            Some(texture) if surface.image >= 0.0 => {
+                let texel = texture.sample(surface.image, surface.uv);
+                core::array::from_fn(|i| surface.color[i] * texel[i])
+            }
+            _ => surface.color,
+        }
     }
 }
 
 /// Three lit vertices for every face that is visible at all.
 fn shaded_vertices(scene: &Scene<'_>, camera: &Camera, style: &Style) -> Vec<([f32; 4], Surface)> {
-    let Scene { mesh, colors, edged, .. } = scene;
+    let Scene { mesh, colors, texture, edged, .. } = scene;
     let topology = mesh.topology();
     let vertex_normals = style.smooth.then(|| mesh.vertex_normals());
     let mut vertices = Vec::with_capacity(3 * topology.face_count());
@@ -241,17 +260,21 @@ fn shaded_vertices(scene: &Scene<'_>, camera: &Camera, style: &Style) -> Vec<([f
         let heights = sample_heights(points, camera);
         let face_normal = mesh.face_normal(face);
         let has_edges = edged.is_none_or(|edged| edged[face]);
+        let bare = Skin { color: CLAY, image: NO_IMAGE, uvs: [[0.0; 2]; 3] };
+        let skin = texture.map_or(bare, |texture| texture.skin(face.index()));
         for corner in 0..3 {
             let normal =
                 vertex_normals.as_ref().map_or(face_normal, |normals| normals[corners[corner]]);
             let light = camera.brightness(normal);
             let base =
-                colors.map_or(CLAY, |map| map[corners[corner]].map(|c| f32::from(c) / 255.0));
+                colors.map_or(skin.color, |map| map[corners[corner]].map(|c| f32::from(c) / 255.0));
             let mut to_edges = if has_edges { [0.0; 3] } else { [f32::INFINITY; 3] };
             if has_edges {
                 to_edges[corner] = heights[corner];
             }
-            let surface = Surface { color: base.map(|c| c * light), to_edges };
+            let color = base.map(|c| c * light);
+            let Skin { image, uvs, .. } = skin;
+            let surface = Surface { color, image, uv: uvs[corner], to_edges };
             vertices.push((projected[corner], surface));
         }
     }
@@ -268,7 +291,8 @@ fn stroke_vertices(stroke: &Stroke, camera: &Camera) -> Vec<([f32; 4], Surface)>
     let half = 0.5 * stroke.width * OVERSAMPLING as f64 / camera.resolution;
     let lift = camera.toward * (STROKE_LIFT * camera.half.z);
     let color = stroke.color.map(|c| f32::from(c) / 255.0);
-    let surface = Surface { color, to_edges: [f32::INFINITY; 3] };
+    let to_edges = [f32::INFINITY; 3];
+    let surface = Surface { color, image: NO_IMAGE, uv: [0.0; 2], to_edges };
     let single = [stroke.points[..].first(), stroke.points[..].first()];
     let pieces = match stroke.points.len() {
         1 => single.iter().flatten().map(|&&p| p).collect::<Vec<_>>(),

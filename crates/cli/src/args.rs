@@ -1,12 +1,13 @@
 //! What all commands take from the command line.
 
 use std::num::NonZero;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use dcurv::VertexArea;
 use mesh_core::build::{Repair, Weld};
 
-use crate::{convert, curvature, flip, info, patch};
+use crate::{convert, curvature, distance, flip, info, lod, patch, simplify};
 
 /// Curvature-driven work on triangle meshes.
 #[derive(Debug, Parser)]
@@ -30,6 +31,9 @@ pub(crate) enum Command {
     Curvature(curvature::Curvature),
     Flip(flip::Flip),
     Patch(patch::Patch),
+    Simplify(Box<simplify::Simplify>),
+    Lod(Box<lod::Lod>),
+    Distance(distance::Distance),
 }
 
 /// Options of every command.
@@ -72,8 +76,8 @@ pub(crate) struct RepairOptions {
     /// All of the repairs below, with an exact weld: loads every mesh whose coordinates are finite
     #[arg(long)]
     pub(crate) lenient: bool,
-    /// Merge vertices at equal positions, or within a distance in model units
-    #[arg(long, value_name = "exact|DISTANCE", value_parser = parse_weld)]
+    /// Merge vertices at equal positions, or within a distance in model units; or none
+    #[arg(long, value_name = "none|exact|DISTANCE", value_parser = parse_weld)]
     pub(crate) weld: Option<Weld>,
     /// Drop faces that refer to vertices that are not there
     #[arg(long)]
@@ -117,11 +121,42 @@ impl RepairOptions {
 }
 
 fn parse_weld(text: &str) -> Result<Weld, String> {
-    if text == "exact" {
-        return Ok(Weld::Exact);
+    match text {
+        "none" => return Ok(Weld::None),
+        "exact" => return Ok(Weld::Exact),
+        _ => {}
     }
     match text.parse() {
         Ok(distance) if f64::is_finite(distance) && distance >= 0.0 => Ok(Weld::Distance(distance)),
-        _ => Err("expected `exact` or a distance in model units, like 0.001".into()),
+        _ => Err("expected `none`, `exact` or a distance in model units, like 0.001".into()),
+    }
+}
+
+/// Degrees to radians.
+pub(crate) fn parse_angle(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees.to_radians()),
+        _ => Err("expected an angle from 0 to 180 degrees".into()),
+    }
+}
+
+pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
+    let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+}
+
+/// A number that is positive and finite.
+pub(crate) fn parse_positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a positive number".into()),
+    }
+}
+
+/// A number that is finite and not negative.
+pub(crate) fn parse_not_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a number that is not negative".into()),
     }
 }

@@ -82,6 +82,31 @@ impl FromStr for Range {
     }
 }
 
+/// How numbers become colours.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ColorOptions {
+    /// The colours [default: viridis for quantities of one sign, red-blue for signed ones]
+    #[arg(long, value_enum)]
+    colormap: Option<ColorMap>,
+    /// The values at the ends of the colours; `auto` leaves out the outer 2 % of the vertices
+    #[arg(long, value_name = "LO,HI|auto", default_value = "auto", allow_hyphen_values = true)]
+    range: Range,
+}
+
+impl ColorOptions {
+    /// The colours for these values.
+    pub(crate) fn scale(&self, signed: bool, values: Vec<f64>) -> Scale {
+        let colors = self.colormap.unwrap_or(ColorMap::usual(signed));
+        Scale::new(colors, self.range, signed, values)
+    }
+
+    /// Says what the colours stand for.
+    pub(crate) fn explain(&self, scale: &Scale) -> String {
+        let Scale { low, high, .. } = scale;
+        format!("colours run from {low:.4e} to {high:.4e} ({})", self.range.origin())
+    }
+}
+
 /// A colour map with the values at its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {

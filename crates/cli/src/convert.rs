@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use mesh_io::Model;
 use serde::Serialize;
 
 use crate::args::RepairOptions;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Seconds, load, read};
+use crate::job::Report;
+use crate::load::{Seconds, content};
 use crate::save::{SaveOptions, check_target, save};
 
 /// Convert between formats, repairing as asked
@@ -34,37 +34,18 @@ pub(crate) struct Convert {
 }
 
 #[derive(Serialize)]
-struct Report {
-    command: &'static str,
-    input: String,
-    output: String,
-    vertices: usize,
-    faces: usize,
-    seconds: Seconds,
-}
+struct Nothing {}
 
 pub(crate) fn run(options: &Convert, console: &Console) -> Result<(), Failure> {
     check_target(&options.output, &options.save)?;
     let mut seconds = Seconds::default();
-    let model = Seconds::time(&mut seconds.load, || source(options, console))?;
+    let model =
+        Seconds::time(&mut seconds.load, || content(&options.input, &options.repair, console))?;
     Seconds::time(&mut seconds.save, || save(&options.output, &model, &options.save, console))?;
-    let report = Report {
-        command: "convert",
-        input: options.input.display().to_string(),
-        output: options.output.display().to_string(),
-        vertices: model.soup.vertex_count(),
-        faces: model.soup.face_count(),
-        seconds: seconds.summed(),
-    };
-    let text = format!("{}: {} vertices, {} faces", report.output, report.vertices, report.faces);
+    let counts = [model.soup.vertex_count(), model.soup.face_count()];
+    let report = Report::new("convert", &options.input, counts, Nothing {}, seconds)
+        .with_output(&options.output);
+    let text =
+        format!("{}: {} vertices, {} faces", report.subject(), report.vertices, report.faces);
     console.result(&report, text)
-}
-
-/// The content to be written: the file's own, or that of the repaired mesh.
-fn source(options: &Convert, console: &Console) -> Result<Model, Failure> {
-    if !options.repair.any() {
-        return read(&options.input, console);
-    }
-    let loaded = load(&options.input, &options.repair, console)?;
-    loaded.to_model(&loaded.provenance.corner_source)
 }

@@ -1,20 +1,18 @@
 //! `curvmesh curvature`: discrete curvature of every vertex, as numbers and as colours.
 
-use std::path::PathBuf;
-
 use clap::ValueEnum;
 use dcurv::{CurvatureOptions, Curvatures, Totals, VertexArea, VertexCurvature};
 use mesh_core::{Topology, VertexMap};
 use mesh_io::{Model, Scalars};
 use serde::Serialize;
 
-use crate::args::{AreaName, RepairOptions};
-use crate::colormap::{ColorMap, Range, Scale};
+use crate::args::AreaName;
+use crate::colormap::{ColorOptions, Scale};
 use crate::console::Console;
 use crate::face_curvature::{self, Estimate};
 use crate::failure::Failure;
-use crate::load::{Loaded, Seconds, load};
-use crate::save::{SaveOptions, check_target, save};
+use crate::job::{Job, Report};
+use crate::load::{Loaded, Seconds};
 
 /// Compute the curvature of every vertex or face, and colour the mesh by it
 ///
@@ -29,30 +27,18 @@ use crate::save::{SaveOptions, check_target, save};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Curvature {
-    /// The file to read
-    #[arg(value_name = "IN")]
-    pub(crate) input: PathBuf,
-    /// The file to write
-    #[arg(short, long, value_name = "OUT")]
-    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) job: Job,
     /// What the colours show
     #[arg(long, value_enum, default_value_t)]
     pub(crate) quantity: Quantity,
     /// The area that belongs to a vertex, by which integrals are divided
     #[arg(long, value_enum, default_value_t)]
     area: AreaName,
-    /// The colours [default: viridis for quantities of one sign, red-blue for signed ones]
-    #[arg(long, value_enum)]
-    pub(crate) colormap: Option<ColorMap>,
-    /// The values at the ends of the colours; `auto` leaves out the outer 2 % of the vertices
-    #[arg(long, value_name = "LO,HI|auto", default_value = "auto", allow_hyphen_values = true)]
-    pub(crate) range: Range,
+    #[command(flatten)]
+    pub(crate) colors: ColorOptions,
     #[command(flatten)]
     pub(crate) estimate: Estimate,
-    #[command(flatten)]
-    pub(crate) save: SaveOptions,
-    #[command(flatten)]
-    pub(crate) repair: RepairOptions,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -92,12 +78,7 @@ const PROPERTIES: [(Quantity, &str); 9] = [
 ];
 
 #[derive(Serialize)]
-struct Report {
-    command: &'static str,
-    input: String,
-    output: String,
-    vertices: usize,
-    faces: usize,
+struct Results {
     integral_gaussian: f64,
     integral_abs_gaussian: f64,
     integral_mean: f64,
@@ -112,7 +93,6 @@ struct Report {
     boundary_vertices: usize,
     quantity: String,
     range: [f64; 2],
-    seconds: Seconds,
 }
 
 /// What is computed of a mesh.
@@ -122,25 +102,21 @@ struct Values {
 }
 
 pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure> {
-    check_target(&options.output, &options.save)?;
     if options.estimate.is_by_face() {
         return face_curvature::run(options, console);
     }
     let mut seconds = Seconds::default();
-    let loaded =
-        Seconds::time(&mut seconds.load, || load(&options.input, &options.repair, console))?;
+    let loaded = options.job.load(&mut seconds, console)?;
     let values = Seconds::time(&mut seconds.compute, || Values::of(&loaded, options.area.into()));
     let shown = values.of_quantity(options.quantity);
     let scale = scale(options, loaded.mesh.topology(), &shown);
     let model = colored(&loaded, &values, &shown, &scale)?;
-    Seconds::time(&mut seconds.save, || save(&options.output, &model, &options.save, console))?;
-    console.message(format_args!(
-        "colours run from {:.4e} to {:.4e} ({})",
-        scale.low,
-        scale.high,
-        options.range.origin()
-    ));
-    let report = report(options, &loaded, &values, &scale, seconds.summed());
+    options.job.save(&model, &mut seconds, console)?;
+    console.message(options.colors.explain(&scale));
+    let results = results(options.quantity, &values, &scale);
+    let report =
+        Report::new("curvature", &options.job.source.input, loaded.counts(), results, seconds)
+            .with_output(&options.job.output);
     console.result(&report, summary(&report))
 }
 
@@ -176,10 +152,8 @@ impl Quantity {
 
 /// The colours and their range; vertices without faces have no say in it.
 fn scale(options: &Curvature, topology: &Topology, shown: &VertexMap<f64>) -> Scale {
-    let signed = options.quantity.is_signed();
-    let colors = options.colormap.unwrap_or(ColorMap::usual(signed));
     let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
-    Scale::new(colors, options.range, signed, used.map(|v| shown[v]).collect())
+    options.colors.scale(options.quantity.is_signed(), used.map(|v| shown[v]).collect())
 }
 
 /// The content of the output: the mesh, its colours, and every quantity as a named number.
@@ -201,21 +175,10 @@ fn colored(
     Ok(model)
 }
 
-fn report(
-    options: &Curvature,
-    loaded: &Loaded,
-    values: &Values,
-    scale: &Scale,
-    seconds: Seconds,
-) -> Report {
+fn results(quantity: Quantity, values: &Values, scale: &Scale) -> Results {
     let totals: Totals = values.curvatures.totals();
-    let quantity = options.quantity.to_possible_value();
-    Report {
-        command: "curvature",
-        input: loaded.input(),
-        output: options.output.display().to_string(),
-        vertices: loaded.mesh.topology().vertex_count(),
-        faces: loaded.mesh.topology().face_count(),
+    let name = quantity.to_possible_value().map(|value| value.get_name().to_owned());
+    Results {
         integral_gaussian: totals.gaussian.value(),
         integral_abs_gaussian: totals.abs_gaussian.value(),
         integral_mean: totals.mean.value(),
@@ -228,23 +191,17 @@ fn report(
         norm_l2_squared: totals.norm_l2_squared,
         clamped_vertices: totals.clamped,
         boundary_vertices: totals.boundary,
-        quantity: quantity.map(|value| value.get_name().to_owned()).unwrap_or_default(),
+        quantity: name.unwrap_or_default(),
         range: [scale.low, scale.high],
-        seconds,
     }
 }
 
-fn summary(report: &Report) -> String {
+fn summary(report: &Report<Results>) -> String {
+    let Results { integral_gaussian, integral_abs_mean, f1, f2, f3, willmore, .. } =
+        &report.results;
+    let (file, clamped, vertices) =
+        (report.subject(), report.results.clamped_vertices, report.vertices);
     format!(
-        "{}: integral of K {:.6}, integral of |H| {:.6}\n  F1 {:.6}, F2 {:.6}, F3 {:.6}, Willmore {:.6}\n  {} of {} vertices have H² < K",
-        report.output,
-        report.integral_gaussian,
-        report.integral_abs_mean,
-        report.f1,
-        report.f2,
-        report.f3,
-        report.willmore,
-        report.clamped_vertices,
-        report.vertices
+        "{file}: integral of K {integral_gaussian:.6}, integral of |H| {integral_abs_mean:.6}\n  F1 {f1:.6}, F2 {f2:.6}, F3 {f3:.6}, Willmore {willmore:.6}\n  {clamped} of {vertices} vertices have H² < K"
     )
 }

@@ -6,13 +6,14 @@ use mesh_core::{FaceMap, TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use serde::Serialize;
 
-use crate::colormap::{ColorMap, Scale};
+use crate::colormap::Scale;
 use crate::console::Console;
 use crate::curvature::{Curvature, Quantity};
 use crate::failure::Failure;
-use crate::load::{Loaded, Seconds, load};
+use crate::job::Report;
+use crate::load::{Loaded, Seconds};
 use crate::patch::{Preset, parse_length};
-use crate::save::{FormatName, save};
+use crate::save::FormatName;
 
 /// Where curvature is estimated, and how.
 #[derive(Debug, Args)]
@@ -61,12 +62,7 @@ const KNOWN: &str = "curvature_known";
 /// The keys of the vertex estimator, as far as there are such integrals over faces, and what is
 /// particular to this one.
 #[derive(Serialize)]
-struct Report {
-    command: &'static str,
-    input: String,
-    output: String,
-    vertices: usize,
-    faces: usize,
+struct Results {
     integral_gaussian: f64,
     integral_abs_gaussian: f64,
     integral_mean: f64,
@@ -85,7 +81,6 @@ struct Report {
     faces_without_curvature: usize,
     quantity: String,
     range: [f64; 2],
-    seconds: Seconds,
 }
 
 /// What is known of every face; nothing of those that have no curvature.
@@ -113,26 +108,19 @@ pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure>
         return Err(Failure::Usage(message.into()));
     }
     let mut seconds = Seconds::default();
-    let loaded =
-        Seconds::time(&mut seconds.load, || load(&options.input, &options.repair, console))?;
+    let loaded = options.job.load(&mut seconds, console)?;
     let values =
         Seconds::time(&mut seconds.compute, || Values::of(&loaded.mesh, &options.estimate))?;
     let known = values.discs.as_slice().iter().flatten();
-    let scale = Scale::new(
-        options.colormap.unwrap_or(ColorMap::usual(quantity.is_signed())),
-        options.range,
-        quantity.is_signed(),
-        known.map(|disc| value(disc, quantity)).collect(),
-    );
+    let scale =
+        options.colors.scale(quantity.is_signed(), known.map(|d| value(d, quantity)).collect());
     let model = colored(options, &loaded, &values, &scale)?;
-    Seconds::time(&mut seconds.save, || save(&options.output, &model, &options.save, console))?;
-    console.message(format_args!(
-        "colours run from {:.4e} to {:.4e} ({})",
-        scale.low,
-        scale.high,
-        options.range.origin()
-    ));
-    let report = report(options, &loaded, &values, &scale, seconds.summed());
+    options.job.save(&model, &mut seconds, console)?;
+    console.message(options.colors.explain(&scale));
+    let results = results(options, &loaded, &values, &scale);
+    let report =
+        Report::new("curvature", &options.job.source.input, loaded.counts(), results, seconds)
+            .with_output(&options.job.output);
     console.result(&report, summary(&report))
 }
 
@@ -188,9 +176,9 @@ fn value(disc: &DiscCurvature, quantity: Quantity) -> f64 {
     }
 }
 
-/// The mesh with every quantity as a number per face, 0 where there is none. Colours go to the faces where the format has
-/// them (PLY, OFF), and otherwise to the vertices, by the mean of the faces round each weighted by
-/// their areas, so that the mesh stays connected.
+/// The mesh with every quantity as a number per face, 0 where there is none. Colours go to the
+/// faces where the format has them (PLY, OFF), and otherwise to the vertices, by the mean of the
+/// faces round each weighted by their areas, so that the mesh stays connected.
 fn colored(
     options: &Curvature,
     loaded: &Loaded,
@@ -229,9 +217,11 @@ fn colored(
 const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 
 fn holds_face_colors(options: &Curvature) -> bool {
-    match options.save.format {
+    match options.job.save.format {
         Some(format) => matches!(format, FormatName::Ply | FormatName::Off),
-        None => matches!(Format::from_extension(&options.output), Some(Format::Ply | Format::Off)),
+        None => {
+            matches!(Format::from_extension(&options.job.output), Some(Format::Ply | Format::Off))
+        }
     }
 }
 
@@ -253,22 +243,11 @@ fn vertex_means(mesh: &TriMesh, values: &Values, quantity: Quantity) -> VertexMa
     VertexMap::from_vec(means.collect())
 }
 
-fn report(
-    options: &Curvature,
-    loaded: &Loaded,
-    values: &Values,
-    scale: &Scale,
-    seconds: Seconds,
-) -> Report {
+fn results(options: &Curvature, loaded: &Loaded, values: &Values, scale: &Scale) -> Results {
     let topology = loaded.mesh.topology();
     let sums = values.integrals(&loaded.mesh);
     let quantity = options.quantity.to_possible_value();
-    Report {
-        command: "curvature",
-        input: loaded.input(),
-        output: options.output.display().to_string(),
-        vertices: topology.vertex_count(),
-        faces: topology.face_count(),
+    Results {
         integral_gaussian: sums.gaussian,
         integral_abs_gaussian: sums.abs_gaussian,
         integral_mean: sums.mean,
@@ -284,20 +263,20 @@ fn report(
         faces_without_curvature: topology.face_count() - values.count(|_| true),
         quantity: quantity.map(|value| value.get_name().to_owned()).unwrap_or_default(),
         range: [scale.low, scale.high],
-        seconds,
     }
 }
 
-fn summary(report: &Report) -> String {
+fn summary(report: &Report<Results>) -> String {
+    let found = &report.results;
     format!(
         "{}: sections of {:.6} to either side; integral of K {:.6}, of |H| {:.6}\n  {} of {} faces have sections that end at the boundary, {} that close on themselves, {} have no curvature",
-        report.output,
-        report.radius,
-        report.integral_gaussian,
-        report.integral_abs_mean,
-        report.truncated_faces,
+        report.subject(),
+        found.radius,
+        found.integral_gaussian,
+        found.integral_abs_mean,
+        found.truncated_faces,
         report.faces,
-        report.wrapped_faces,
-        report.faces_without_curvature
+        found.wrapped_faces,
+        found.faces_without_curvature
     )
 }

@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use mesh_core::build::BuildError;
+use mesh_core::edit::CollapseRefusal;
 use mesh_io::{ReadError, WriteError};
+use mesh_metric::SurfaceError;
+use simplify::{RecordError, SimplifyError};
 
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
@@ -11,6 +14,14 @@ pub(crate) enum Failure {
     Read(Box<ReadError>),
     #[error("{}: {}", path.display(), as_options(&source.to_string()))]
     Build { path: PathBuf, source: Box<BuildError> },
+    #[error("{}: {source}", path.display())]
+    Surface { path: PathBuf, source: Box<SurfaceError> },
+    #[error("{0}")]
+    Simplify(Box<SimplifyError>),
+    #[error("{}: {source}", path.display())]
+    Record { path: PathBuf, source: Box<RecordError> },
+    #[error("the record does not fit the mesh: {0}")]
+    Replay(Box<CollapseRefusal>),
     #[error("cannot write {}: {source}", path.display())]
     Write { path: PathBuf, source: Box<WriteError> },
     /// The content does not fit together, which is a mistake of this program.
@@ -23,6 +34,8 @@ pub(crate) enum Failure {
     Refused(String),
     #[error("cannot make a JSON object: {0}")]
     Json(Box<serde_json::Error>),
+    #[error("cannot write to stdout: {0}")]
+    Stdout(std::io::Error),
     #[error("cannot start threads: {0}")]
     Threads(Box<rayon::ThreadPoolBuildError>),
 }
@@ -40,6 +53,10 @@ impl Failure {
         Self::Refused(reason.to_string())
     }
 
+    pub(crate) fn simplify(source: SimplifyError) -> Self {
+        Self::Simplify(Box::new(source))
+    }
+
     pub(crate) fn threads(source: rayon::ThreadPoolBuildError) -> Self {
         Self::Threads(Box::new(source))
     }
@@ -47,10 +64,15 @@ impl Failure {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => 2,
-            Self::Read(_) => 3,
+            Self::Read(_) | Self::Record { .. } | Self::Replay(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
-            Self::Build { .. } | Self::Refused(_) => 4,
-            Self::Write { .. } | Self::Model(_) | Self::Json(_) | Self::Threads(_) => 1,
+            Self::Simplify(error) if matches!(**error, SimplifyError::Option { .. }) => 2,
+            Self::Build { .. } | Self::Surface { .. } | Self::Simplify(_) | Self::Refused(_) => 4,
+            Self::Write { .. }
+            | Self::Model(_)
+            | Self::Json(_)
+            | Self::Stdout(_)
+            | Self::Threads(_) => 1,
         }
     }
 }

@@ -1,18 +1,17 @@
 //! `curvmesh flip`: edge flips that lower a curvature cost.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
 
 use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Refused, Ties};
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use serde::Serialize;
 
-use crate::args::{AreaName, RepairOptions};
+use crate::args::{AreaName, parse_angle, parse_seconds};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loaded, Seconds, load};
-use crate::save::{SaveOptions, check_target, save};
+use crate::job::{Job, Report};
+use crate::load::Seconds;
 use crate::seams::Seams;
 
 /// Optimise the triangulation by edge flips; the vertices stay where they are
@@ -26,18 +25,10 @@ use crate::seams::Seams;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Flip {
-    /// The file to read
-    #[arg(value_name = "IN")]
-    input: PathBuf,
-    /// The file to write
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    #[command(flatten)]
+    job: Job,
     #[command(flatten)]
     optimise: Optimise,
-    #[command(flatten)]
-    save: SaveOptions,
-    #[command(flatten)]
-    repair: RepairOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -76,12 +67,7 @@ struct Optimise {
 }
 
 #[derive(Serialize)]
-struct Report {
-    command: &'static str,
-    input: String,
-    output: String,
-    vertices: usize,
-    faces: usize,
+struct Results {
     cost: String,
     cost_before: f64,
     cost_after: f64,
@@ -89,7 +75,6 @@ struct Report {
     stop: String,
     locked_edges: usize,
     refused: RefusedCounts,
-    seconds: Seconds,
 }
 
 #[derive(Serialize)]
@@ -102,10 +87,8 @@ struct RefusedCounts {
 }
 
 pub(crate) fn run(options: &Flip, console: &Console) -> Result<(), Failure> {
-    check_target(&options.output, &options.save)?;
     let mut seconds = Seconds::default();
-    let mut loaded =
-        Seconds::time(&mut seconds.load, || load(&options.input, &options.repair, console))?;
+    let mut loaded = options.job.load(&mut seconds, console)?;
     let seams = Seams::find(loaded.mesh.topology(), &loaded.provenance, &loaded.model);
     if seams.count() > 0 {
         console.message(format_args!("{} edges are borders that stay", seams.count()));
@@ -117,8 +100,10 @@ pub(crate) fn run(options: &Flip, console: &Console) -> Result<(), Failure> {
     let mut model = loaded.to_model(&corners)?;
     model.corner_normals = None;
     model.vertex_normals = None;
-    Seconds::time(&mut seconds.save, || save(&options.output, &model, &options.save, console))?;
-    let report = report(options, &loaded, &flipped, seconds.summed());
+    options.job.save(&model, &mut seconds, console)?;
+    let results = Results::new(&options.optimise, &flipped);
+    let report = Report::new("flip", &options.job.source.input, loaded.counts(), results, seconds)
+        .with_output(&options.job.output);
     console.result(&report, summary(&report))
 }
 
@@ -159,49 +144,28 @@ fn show(bar: &ProgressBar, now: Progress) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }
 
-fn report(options: &Flip, loaded: &Loaded, flipped: &FlipReport, seconds: Seconds) -> Report {
-    let Refused { valence_three, diagonal_exists, fold, intersection, cycle, .. } = flipped.refused;
-    Report {
-        command: "flip",
-        input: loaded.input(),
-        output: options.output.display().to_string(),
-        vertices: loaded.mesh.topology().vertex_count(),
-        faces: loaded.mesh.topology().face_count(),
-        cost: options.optimise.cost.to_string(),
-        cost_before: flipped.cost_before,
-        cost_after: flipped.cost_after,
-        flips: flipped.flips,
-        stop: flipped.stop.to_string(),
-        locked_edges: flipped.locked_edges,
-        refused: RefusedCounts { valence_three, diagonal_exists, fold, intersection, cycle },
-        seconds,
+impl Results {
+    fn new(options: &Optimise, flipped: &FlipReport) -> Self {
+        let Refused { valence_three, diagonal_exists, fold, intersection, cycle, .. } =
+            flipped.refused;
+        Self {
+            cost: options.cost.to_string(),
+            cost_before: flipped.cost_before,
+            cost_after: flipped.cost_after,
+            flips: flipped.flips,
+            stop: flipped.stop.to_string(),
+            locked_edges: flipped.locked_edges,
+            refused: RefusedCounts { valence_three, diagonal_exists, fold, intersection, cycle },
+        }
     }
 }
 
-fn summary(report: &Report) -> String {
+fn summary(report: &Report<Results>) -> String {
+    let Results { cost, cost_before, cost_after, flips, stop, .. } = &report.results;
+    let (file, seconds) = (report.subject(), report.seconds.compute);
     format!(
-        "{}: {} {:.6} -> {:.6} with {} flips in {:.3} s ({})",
-        report.output,
-        report.cost,
-        report.cost_before,
-        report.cost_after,
-        report.flips,
-        report.seconds.compute,
-        report.stop
+        "{file}: {cost} {cost_before:.6} -> {cost_after:.6} with {flips} flips in {seconds:.3} s ({stop})"
     )
-}
-
-/// Degrees to radians.
-fn parse_angle(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(degrees) if (0.0..=180.0).contains(&degrees) => Ok(degrees.to_radians()),
-        _ => Err("expected an angle from 0 to 180 degrees".into()),
-    }
-}
-
-fn parse_seconds(text: &str) -> Result<std::time::Duration, String> {
-    let seconds: f64 = text.parse().map_err(|_| "expected a number of seconds".to_owned())?;
-    std::time::Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
 fn parse_anneal(text: &str) -> Result<Anneal, String> {

@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::args::RepairOptions;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::job::Report;
 use crate::load::{Seconds, load, read};
 
 /// Count the parts and defects of a mesh, and measure it
@@ -31,11 +32,7 @@ pub(crate) struct Info {
 }
 
 #[derive(Serialize)]
-struct Report {
-    command: &'static str,
-    input: String,
-    vertices: usize,
-    faces: usize,
+struct Results {
     triangles: usize,
     quadrilaterals: usize,
     larger_polygons: usize,
@@ -64,16 +61,16 @@ struct Report {
     area: Option<f64>,
     /// Only a closed, oriented mesh encloses a volume; null for others.
     volume: Option<f64>,
-    seconds: Seconds,
 }
 
 pub(crate) fn run(options: &Info, console: &Console) -> Result<(), Failure> {
     let mut seconds = Seconds::default();
     let soup = Seconds::time(&mut seconds.load, || subject(options, console))?;
-    let input = options.input.display().to_string();
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
         .map_err(|source| too_large(options, source))?;
-    let report = report(input, &soup, &diagnosis, seconds.summed());
+    let counts = [diagnosis.vertices, diagnosis.faces];
+    let results = results(&soup, &diagnosis);
+    let report = Report::new("info", &options.input, counts, results, seconds);
     console.result(&report, &report)
 }
 
@@ -98,16 +95,12 @@ fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
     })
 }
 
-fn report(input: String, soup: &PolygonSoup, found: &Diagnosis, seconds: Seconds) -> Report {
+fn results(soup: &PolygonSoup, found: &Diagnosis) -> Results {
     let measures = soup.measure();
     let bounds = measures.bounds;
     let finite = |value: f64| value.is_finite().then_some(value);
     let encloses = found.is_closed() && found.is_oriented();
-    Report {
-        command: "info",
-        input,
-        vertices: found.vertices,
-        faces: found.faces,
+    Results {
         triangles: found.triangles,
         quadrilaterals: found.quadrilaterals,
         larger_polygons: found.larger_polygons,
@@ -134,54 +127,58 @@ fn report(input: String, soup: &PolygonSoup, found: &Diagnosis, seconds: Seconds
         bbox_max: bounds.map(|b| b.max.to_array()),
         area: bounds.and_then(|_| finite(measures.area)),
         volume: bounds.and_then(|_| finite(measures.volume)).filter(|_| encloses),
-        seconds,
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for Report<Results> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}", self.input)?;
+        let found = &self.results;
+        writeln!(f, "{}", self.subject())?;
         writeln!(f, "  vertices     {}", self.vertices)?;
         writeln!(
             f,
             "  faces        {} (triangles {}, quadrilaterals {}, larger {}; counts below are of triangles)",
-            self.faces, self.triangles, self.quadrilaterals, self.larger_polygons
+            self.faces, found.triangles, found.quadrilaterals, found.larger_polygons
         )?;
-        writeln!(f, "  edges        {}", self.edges)?;
+        writeln!(f, "  edges        {}", found.edges)?;
         writeln!(
             f,
             "  boundary     {} edges in {} loops",
-            self.boundary_edges, self.boundary_loops
+            found.boundary_edges, found.boundary_loops
         )?;
-        writeln!(f, "  components   {} ({} through edges)", self.components, self.edge_components)?;
-        writeln!(f, "  Euler char.  {}", self.euler_characteristic)?;
+        writeln!(
+            f,
+            "  components   {} ({} through edges)",
+            found.components, found.edge_components
+        )?;
+        writeln!(f, "  Euler char.  {}", found.euler_characteristic)?;
         let is = |yes: bool, word: &str| if yes { word.to_owned() } else { format!("not {word}") };
         writeln!(
             f,
             "  surface      {}, {}, {}",
-            is(self.closed, "closed"),
-            is(self.manifold, "manifold"),
-            is(self.oriented, "consistently oriented")
+            is(found.closed, "closed"),
+            is(found.manifold, "manifold"),
+            is(found.oriented, "consistently oriented")
         )?;
-        for (count, what) in self.defects() {
+        for (count, what) in found.defects() {
             if count > 0 {
                 writeln!(f, "  defect       {count} {what}")?;
             }
         }
-        if let (Some(min), Some(max)) = (self.bbox_min, self.bbox_max) {
+        if let (Some(min), Some(max)) = (found.bbox_min, found.bbox_max) {
             writeln!(f, "  box          {min:?} to {max:?}")?;
         }
-        if let Some(area) = self.area {
+        if let Some(area) = found.area {
             write!(f, "  area         {area}")?;
         }
-        if let Some(volume) = self.volume {
+        if let Some(volume) = found.volume {
             write!(f, "\n  volume       {volume}")?;
         }
         Ok(())
     }
 }
 
-impl Report {
+impl Results {
     /// Counts of what repairs can cure, and the repair.
     fn defects(&self) -> [(usize, &'static str); 9] {
         [

@@ -1,10 +1,10 @@
 //! From a file to a mesh.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use mesh_core::TriMesh;
-use mesh_core::build::{Built, Provenance, build};
+use mesh_core::build::{Built, Provenance, Repair, Weld, build};
 use mesh_io::Model;
 use serde::Serialize;
 
@@ -39,7 +39,6 @@ impl Seconds {
 
 /// A mesh with the file content that it was built from.
 pub(crate) struct Loaded {
-    pub(crate) path: PathBuf,
     pub(crate) model: Model,
     pub(crate) mesh: TriMesh,
     pub(crate) provenance: Provenance,
@@ -61,12 +60,50 @@ pub(crate) fn load(
     console: &Console,
 ) -> Result<Loaded, Failure> {
     let model = read(path, console)?;
-    let Built { mesh, report, provenance } = build(&model.soup, &repair.repair())
+    assemble(path, model, &repair.repair(), console)
+}
+
+/// As [`load`], but where vertices of a file are split so that each has one texture coordinate and
+/// one normal, as glTF does it, the parts are one vertex of the mesh unless `--weld` says otherwise.
+pub(crate) fn load_whole(
+    path: &Path,
+    options: &RepairOptions,
+    console: &Console,
+) -> Result<Loaded, Failure> {
+    let model = read(path, console)?;
+    let mut repair = options.repair();
+    let has_corner_data = model.corner_uvs.is_some() || model.corner_normals.is_some();
+    if has_corner_data && options.weld.is_none() {
+        repair.weld = Weld::Exact;
+    }
+    assemble(path, model, &repair, console)
+}
+
+fn assemble(
+    path: &Path,
+    model: Model,
+    repair: &Repair,
+    console: &Console,
+) -> Result<Loaded, Failure> {
+    let Built { mesh, report, provenance } = build(&model.soup, repair)
         .map_err(|source| Failure::Build { path: path.to_owned(), source: Box::new(source) })?;
     if !report.is_unchanged() {
         console.message(format_args!("{}: {report}", path.display()));
     }
-    Ok(Loaded { path: path.to_owned(), model, mesh, provenance })
+    Ok(Loaded { model, mesh, provenance })
+}
+
+/// The content of a file as it is, or of the mesh that the repairs make of it if there are any.
+pub(crate) fn content(
+    path: &Path,
+    repair: &RepairOptions,
+    console: &Console,
+) -> Result<Model, Failure> {
+    if !repair.any() {
+        return read(path, console);
+    }
+    let loaded = load(path, repair, console)?;
+    loaded.to_model(&loaded.provenance.corner_source)
 }
 
 impl Loaded {
@@ -79,8 +116,8 @@ impl Loaded {
             .map_err(Failure::model)
     }
 
-    /// The name of the input for reports.
-    pub(crate) fn input(&self) -> String {
-        self.path.display().to_string()
+    /// The number of vertices and faces.
+    pub(crate) fn counts(&self) -> [usize; 2] {
+        [self.mesh.topology().vertex_count(), self.mesh.topology().face_count()]
     }
 }

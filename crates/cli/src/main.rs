@@ -5,18 +5,25 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
+mod attributes;
 mod colormap;
 mod console;
 mod convert;
 mod curvature;
+mod distance;
 mod face_curvature;
 mod failure;
 mod flip;
 mod info;
+mod job;
 mod load;
+mod lod;
+mod normals;
 mod patch;
 mod save;
 mod seams;
+mod simplify;
+mod simplify_options;
 
 use std::process::ExitCode;
 
@@ -49,5 +56,8 @@ fn run(arguments: &Arguments, console: &Console) -> Result<(), Failure> {
         Command::Curvature(options) => curvature::run(options, console),
         Command::Flip(options) => flip::run(options, console),
         Command::Patch(options) => patch::run(options, console),
+        Command::Simplify(options) => simplify::run(options, console),
+        Command::Lod(options) => lod::run(options, console),
+        Command::Distance(options) => distance::run(options, console),
     }
 }

@@ -12,9 +12,9 @@ use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
 use serde::Serialize;
 
-use crate::args::RepairOptions;
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::job::{Report, Source};
 use crate::load::{Seconds, load};
 use crate::save::{FormatName, SaveOptions, check_target, save};
 
@@ -35,9 +35,8 @@ use crate::save::{FormatName, SaveOptions, check_target, save};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Patch {
-    /// The file to read
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    #[command(flatten)]
+    source: Source,
     /// The file to write
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -48,8 +47,6 @@ pub(crate) struct Patch {
     content: Option<Content>,
     #[command(flatten)]
     save: SaveOptions,
-    #[command(flatten)]
-    repair: RepairOptions,
 }
 
 #[derive(Debug, clap::Args)]
@@ -162,12 +159,7 @@ enum Content {
 }
 
 #[derive(Serialize)]
-struct Report {
-    command: &'static str,
-    input: String,
-    output: String,
-    vertices: usize,
-    faces: usize,
+struct Results {
     patches: usize,
     covered_faces: usize,
     uncovered_faces: usize,
@@ -175,7 +167,6 @@ struct Report {
     tolerance: Option<f64>,
     max_error: f64,
     method: &'static str,
-    seconds: Seconds,
 }
 
 /// Patches, and how finely to cut them into triangles.
@@ -188,26 +179,22 @@ pub(crate) fn run(options: &Patch, console: &Console) -> Result<(), Failure> {
     let content = options.content();
     check_output(options, content)?;
     let mut seconds = Seconds::default();
-    let loaded =
-        Seconds::time(&mut seconds.load, || load(&options.input, &options.repair, console))?;
+    let Source { input, repair } = &options.source;
+    let loaded = Seconds::time(&mut seconds.load, || load(input, repair, console))?;
     let mesh = &loaded.mesh;
     let made = Seconds::time(&mut seconds.compute, || options.what.make(mesh, console))?;
     Seconds::time(&mut seconds.save, || write(options, content, mesh, &made, console))?;
     let Made { cover, .. } = &made;
-    let report = Report {
-        command: "patch",
-        input: loaded.input(),
-        output: options.output.display().to_string(),
-        vertices: mesh.topology().vertex_count(),
-        faces: mesh.topology().face_count(),
+    let results = Results {
         patches: cover.patches.len(),
         covered_faces: cover.covered_faces(),
         uncovered_faces: cover.residual.len(),
         tolerance: options.what.radius.is_none().then_some(cover.tolerance),
         max_error: cover.max_error(),
         method: options.what.method_name(cover),
-        seconds: seconds.summed(),
     };
+    let report =
+        Report::new("patch", input, loaded.counts(), results, seconds).with_output(&options.output);
     console.result(&report, summary(&report))
 }
 
@@ -404,7 +391,7 @@ fn mesh_model(mesh: &TriMesh, cover: &Cover, cut: f64) -> Result<Model, Failure>
 
 fn write_record(path: &Path, cover: &Cover) -> Result<(), Failure> {
     let text = serde_json::to_string(&cover.record()).map_err(Failure::json)?;
-    mesh_io::replace(path, |writer| Ok(writeln!(writer, "{text}")?))
+    mesh_io::replace_file(path, |writer| writeln!(writer, "{text}"))
         .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })
 }
 
@@ -434,20 +421,18 @@ fn opaque([red, green, blue]: &[u8; 3]) -> [f32; 4] {
     [red, green, blue, 1.0]
 }
 
-fn summary(report: &Report) -> String {
-    let kept = match report.tolerance {
+fn summary(report: &Report<Results>) -> String {
+    let Results { patches, covered_faces, tolerance, max_error, .. } = &report.results;
+    let kept = match tolerance {
         Some(tolerance) => format!("tolerance {tolerance:.6}, "),
         None => String::new(),
     };
-    let patches = if report.patches == 1 { "patch" } else { "patches" };
+    let noun = if *patches == 1 { "patch" } else { "patches" };
     format!(
-        "{}: {} {patches} for {} of {} faces in {:.3} s ({kept}largest error {:.6})",
-        report.output,
-        report.patches,
-        report.covered_faces,
+        "{}: {patches} {noun} for {covered_faces} of {} faces in {:.3} s ({kept}largest error {max_error:.6})",
+        report.subject(),
         report.faces,
         report.seconds.compute,
-        report.max_error
     )
 }
 

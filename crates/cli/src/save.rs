@@ -1,9 +1,9 @@
 //! From a mesh to a file.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use mesh_io::{Encoding, Format, Model, Precision, WriteOptions};
+use mesh_io::{Encoding, Format, Model, Precision, WriteError, WriteOptions, WriteReport};
 
 use crate::console::Console;
 use crate::failure::Failure;
@@ -52,6 +52,18 @@ pub(crate) enum PrecisionName {
 }
 
 impl SaveOptions {
+    /// The extension of the format, if one is named.
+    pub(crate) fn extension(&self) -> Option<&'static str> {
+        self.format.map(|name| match name {
+            FormatName::Obj => "obj",
+            FormatName::Ply => "ply",
+            FormatName::Stl => "stl",
+            FormatName::Off => "off",
+            FormatName::Gltf => "gltf",
+            FormatName::Glb => "glb",
+        })
+    }
+
     fn write_options(&self) -> WriteOptions {
         let format = self.format.map(|name| match name {
             FormatName::Obj => Format::Obj,
@@ -89,13 +101,35 @@ pub(crate) fn check_target(path: &Path, options: &SaveOptions) -> Result<(), Fai
 
 /// Writes a file, whole or not at all, and says what the format could not hold.
 pub(crate) fn save(
-    path: &PathBuf,
+    path: &Path,
     model: &Model,
     options: &SaveOptions,
     console: &Console,
 ) -> Result<(), Failure> {
-    let report = mesh_io::write(path, model, &options.write_options())
-        .map_err(|source| Failure::Write { path: path.clone(), source: Box::new(source) })?;
+    let written = mesh_io::write(path, model, &options.write_options());
+    explain(path, written, console)
+}
+
+/// Writes levels of detail into one file, whole or not at all.
+pub(crate) fn save_levels(
+    path: &Path,
+    levels: &[Model],
+    coverage: &[f64],
+    options: &SaveOptions,
+    console: &Console,
+) -> Result<(), Failure> {
+    let written = mesh_io::write_levels(path, levels, coverage, &options.write_options());
+    explain(path, written, console)
+}
+
+/// Says what the format could not hold.
+fn explain(
+    path: &Path,
+    written: Result<WriteReport, WriteError>,
+    console: &Console,
+) -> Result<(), Failure> {
+    let report = written
+        .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })?;
     if report.rounding > 0.0 {
         console.message(format_args!(
             "{}: coordinates were rounded by up to {:.2e}",

@@ -1,4 +1,4 @@
-//! Carrying texture coordinates and face data through edge flips.
+//! Where texture coordinates and face data break off, and carrying them through edge flips.
 //!
 //! A flip may not cross a *seam*: an edge whose two faces differ in group, material or colour, or
 //! disagree about the texture coordinates at one of its ends. Seams divide the faces round each
@@ -6,8 +6,9 @@
 //! that keep off the seams change the faces of a sector but not the sector, so afterwards each
 //! corner takes what any corner of its sector had.
 
+use glam::DVec3;
 use mesh_core::build::Provenance;
-use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, VertexMap};
+use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, VertexMap, angle_between};
 use mesh_io::Model;
 
 /// The seams of a mesh and what its corners had before the flips.
@@ -53,6 +54,24 @@ impl Seams {
         let at = |h: HalfEdgeId| uvs[self.corner[h] as usize].map(f32::to_bits);
         let twin = h.twin();
         at(h) != at(topology.next(twin)) || at(twin) != at(topology.next(h))
+    }
+
+    /// Adds the creases to the seams: edges whose two faces have normals more than `angle` apart at
+    /// one of the ends.
+    pub(crate) fn add_creases(&mut self, topology: &Topology, normals: &[[f32; 3]], angle: f64) {
+        let normal = |h: HalfEdgeId| DVec3::from(normals[self.corner[h] as usize].map(f64::from));
+        let is_crease = |h: HalfEdgeId| {
+            let pairs = [(h, topology.next(h.twin())), (h.twin(), topology.next(h))];
+            pairs.into_iter().any(|(a, b)| angle_between(normal(a), normal(b)) > angle)
+        };
+        for edge in topology.edges().filter(|&e| !topology.is_boundary_edge(e)) {
+            self.edges[edge] |= is_crease(edge.half_edge());
+        }
+    }
+
+    /// The corner of the file at the origin of a half-edge, in its face.
+    pub(crate) fn corner(&self, h: HalfEdgeId) -> usize {
+        self.corner[h] as usize
     }
 
     /// The corner of the file that each corner of the flipped mesh takes its data from.

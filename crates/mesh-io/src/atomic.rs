@@ -13,11 +13,9 @@ use std::path::{Path, PathBuf};
 /// link, and its target is replaced. A target that is not a regular file (a pipe, a device) is
 /// written directly.
 ///
-/// This is how [`write()`](crate::write()) writes meshes; use it for what belongs beside them.
-///
 /// # Errors
 /// Those of `write`, and whatever keeps the file from being made or renamed.
-pub fn replace<T>(
+pub(crate) fn replace<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<T, WriteError>,
 ) -> Result<T, WriteError> {

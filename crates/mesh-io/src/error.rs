@@ -207,6 +207,9 @@ pub enum WriteError {
         /// How much there is.
         found: u64,
     },
+    /// The format holds no levels of detail.
+    #[error("{0} holds no levels of detail; write glTF or GLB, or a file for each level")]
+    NoLevels(Format),
     /// The model contradicts itself.
     #[error(transparent)]
     Model(#[from] ModelError),

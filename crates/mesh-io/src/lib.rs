@@ -21,7 +21,7 @@
 //!
 //! | | positions | vertices | faces | corners | parts |
 //! |---|---|---|---|---|---|
-//! | OBJ | exact | colours | n-gons | UVs, normals | groups, materials by name |
+//! | OBJ | exact | colours | n-gons | UVs, normals | groups, materials, textures beside it |
 //! | PLY | exact | normals, colours, scalars | n-gons, colours, scalars | UVs | |
 //! | STL | 32 bits | | triangles | | one name |
 //! | OFF | exact (text) | normals, colours | n-gons, colours | UVs | |
@@ -46,9 +46,10 @@ mod read;
 mod stl;
 mod write;
 
-pub use atomic::replace;
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use format::Format;
-pub use model::{Alpha, Group, Image, ImageData, Material, Model, ModelError, Scalars};
+pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
 pub use read::{ReadOptions, read, read_from, read_with};
-pub use write::{Encoding, Precision, WriteOptions, WriteReport, write, write_to};
+#[cfg(feature = "gltf")]
+pub use write::write_levels;
+pub use write::{Encoding, Precision, WriteOptions, WriteReport, replace_file, write, write_to};

@@ -276,6 +276,85 @@ impl Model {
     }
 }
 
+/// A weighted mean of the data of three corners or vertices.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Blend {
+    /// Which ones.
+    pub sources: [u32; 3],
+    /// Their weights, which add up to one; sources without weight do not matter.
+    pub weights: [f64; 3],
+}
+
+impl Blend {
+    /// The data of one corner or vertex.
+    #[must_use]
+    pub fn one(source: u32) -> Self {
+        Self { sources: [source; 3], weights: [1.0, 0.0, 0.0] }
+    }
+
+    fn of<const N: usize>(&self, values: &[[f32; N]]) -> [f32; N] {
+        core::array::from_fn(|i| self.sum(|source| f64::from(values[source][i])) as f32)
+    }
+
+    fn sum(&self, value: impl Fn(usize) -> f64) -> f64 {
+        let weighted = self.weights.iter().zip(self.sources).filter(|(weight, _)| **weight != 0.0);
+        weighted.map(|(weight, source)| weight * value(source as usize)).sum()
+    }
+}
+
+impl Model {
+    /// The model of a mesh whose vertices lie between those of this one: as [`Model::reindexed`],
+    /// with data of vertices and corners interpolated. Normals get unit length, and colours of
+    /// eight bits stay colours of eight bits.
+    ///
+    /// # Errors
+    /// As [`Model::reindexed`].
+    pub fn blended(
+        &self,
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+        vertices: &[Blend],
+        face_source: &[u32],
+        corners: &[[Blend; 3]],
+    ) -> Result<Self, ModelError> {
+        let flat = corners.as_flattened();
+        let nearest =
+            |blends: &[Blend]| -> Vec<u32> { blends.iter().map(|b| b.sources[0]).collect() };
+        let nearest_corners: Vec<_> = corners.iter().map(|c| c.map(|b| b.sources[0])).collect();
+        let mut model = self.reindexed(
+            positions,
+            triangles,
+            &nearest(vertices),
+            face_source,
+            &nearest_corners,
+        )?;
+        let others =
+            |blends: &[Blend]| -> Vec<u32> { blends.iter().flat_map(|b| b.sources).collect() };
+        in_range("new vertex", &others(vertices), "vertex", self.soup.vertex_count(), None)?;
+        in_range("new corner", &others(flat), "corner", self.soup.corners().len(), None)?;
+        let unit = |blends: &[Blend], normals: &Vec<[f32; 3]>| -> Vec<[f32; 3]> {
+            let normal = |b: &Blend| glam::Vec3::from(b.of(normals)).normalize_or(glam::Vec3::NAN);
+            blends.iter().map(|b| normal(b).to_array()).collect()
+        };
+        let all =
+            |blends: &[Blend], uvs: &Vec<[f32; 2]>| blends.iter().map(|b| b.of(uvs)).collect();
+        model.vertex_normals = self.vertex_normals.as_ref().map(|n| unit(vertices, n));
+        model.corner_normals = self.corner_normals.as_ref().map(|n| unit(flat, n));
+        model.corner_uvs = self.corner_uvs.as_ref().map(|uvs| all(flat, uvs));
+        model.vertex_colors = self.vertex_colors.as_ref().map(|c| blend_colors(c, vertices));
+        for (new, old) in model.vertex_scalars.iter_mut().zip(&self.vertex_scalars) {
+            new.values = vertices.iter().map(|b| b.sum(|source| old.values[source])).collect();
+        }
+        Ok(model)
+    }
+}
+
+fn blend_colors(colors: &[[f32; 4]], blends: &[Blend]) -> Vec<[f32; 4]> {
+    let eight_bits = crate::write::as_bytes(colors).is_some();
+    let round = |c: f32| if eight_bits { (255.0 * c).round() / 255.0 } else { c };
+    blends.iter().map(|b| b.of(colors).map(round)).collect()
+}
+
 impl From<PolygonSoup> for Model {
     fn from(soup: PolygonSoup) -> Self {
         Self { soup, ..Self::default() }

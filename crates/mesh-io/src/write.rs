@@ -70,19 +70,91 @@ pub struct WriteReport {
 /// The file is written beside the target and renamed onto it when it is whole, so that no failure
 /// leaves anything else than the old file or the new one.
 ///
+/// An OBJ file comes with a material library, `NAME.mtl`, and with its embedded images as files
+/// beside it, unless the libraries that the model names are there already or nothing is known of its
+/// materials. Images in files keep their names, which are relative to the OBJ or glTF file.
+///
 /// # Errors
-/// A [`WriteError`]: nothing has been written then.
+/// A [`WriteError`]: nothing has been written then, save for the companions of an OBJ file.
 pub fn write(
     path: impl AsRef<Path>,
     model: &Model,
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
     let path = path.as_ref();
-    let format = options
-        .format
-        .or_else(|| Format::from_extension(path))
-        .ok_or_else(|| WriteError::UnknownExtension(path.to_owned()))?;
-    atomic::replace(path, |writer| write_to(writer, model, format, options))
+    let format = format_of(path, options)?;
+    model.check()?;
+    let (libraries, has_images) = companions(path, model, format)?;
+    let written =
+        atomic::replace(path, |writer| write_stream(writer, model, format, options, &libraries));
+    let mut report = written?;
+    report.dropped.retain(|what| !(has_images && what == EMBEDDED_IMAGES));
+    Ok(report)
+}
+
+/// The format that the options or the extension name.
+fn format_of(path: &Path, options: &WriteOptions) -> Result<Format, WriteError> {
+    let format = options.format.or_else(|| Format::from_extension(path));
+    format.ok_or_else(|| WriteError::UnknownExtension(path.to_owned()))
+}
+
+/// Writes levels of detail of one object, from fine to coarse, into one glTF or GLB file with the
+/// extension `MSFT_lod`. They share the materials and images of the first.
+///
+/// `coverage` holds for each level the part of the screen that the object must cover for the level
+/// to be shown; below the last number nothing is.
+///
+/// # Errors
+/// A [`WriteError`], also for any other format: nothing has been written then.
+#[cfg(feature = "gltf")]
+pub fn write_levels(
+    path: impl AsRef<Path>,
+    levels: &[Model],
+    coverage: &[f64],
+    options: &WriteOptions,
+) -> Result<WriteReport, WriteError> {
+    let path = path.as_ref();
+    let format = format_of(path, options)?;
+    levels.iter().try_for_each(Model::check)?;
+    let all = crate::gltf::Levels { models: levels.iter().collect(), coverage: coverage.to_vec() };
+    let mut report = atomic::replace(path, |writer| match format {
+        Format::Gltf => crate::gltf::write_levels_json(writer, &all),
+        Format::Glb => crate::gltf::write_levels_binary(writer, &all),
+        _ => Err(WriteError::NoLevels(format)),
+    })?;
+    report.dropped = levels.first().map_or_else(Vec::new, |model| dropped(model, format));
+    Ok(report)
+}
+
+/// Writes a file of any kind as [`write()`] does: the file at `path` is the old one until the new one
+/// is whole.
+///
+/// # Errors
+/// The file cannot be written: it is as it was.
+pub fn replace_file(
+    path: impl AsRef<Path>,
+    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<(), WriteError> {
+    atomic::replace(path.as_ref(), |writer| Ok(content(writer)?))
+}
+
+/// Writes the files that go with the one at `path`; the material libraries that it is to name, and
+/// whether embedded images have got files of their own.
+#[cfg(feature = "obj")]
+fn companions(
+    path: &Path,
+    model: &Model,
+    format: Format,
+) -> Result<(Vec<String>, bool), WriteError> {
+    match format {
+        Format::Obj => Ok((crate::obj::write_library(path, model)?, true)),
+        _ => Ok((Vec::new(), false)),
+    }
+}
+
+#[cfg(not(feature = "obj"))]
+fn companions(_: &Path, _: &Model, _: Format) -> Result<(Vec<String>, bool), WriteError> {
+    Ok((Vec::new(), false))
 }
 
 /// Writes a model to a stream, many small pieces at a time: buffer it.
@@ -91,12 +163,22 @@ pub fn write(
 /// A [`WriteError`]; part of the file may have been written when the stream itself fails, or when
 /// a coordinate turns out not to fit into the 32-bit numbers of the format.
 pub fn write_to(
-    mut writer: &mut dyn Write,
+    writer: &mut dyn Write,
     model: &Model,
     format: Format,
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
     model.check()?;
+    write_stream(writer, model, format, options, &model.material_libraries)
+}
+
+fn write_stream(
+    mut writer: &mut dyn Write,
+    model: &Model,
+    format: Format,
+    options: &WriteOptions,
+    libraries: &[String],
+) -> Result<WriteReport, WriteError> {
     let encoding = options.encoding;
     let no_such_encoding = WriteError::NoSuchEncoding { format, encoding: encoding.name() };
     let mut report = match (format, encoding) {
@@ -110,7 +192,9 @@ pub fn write_to(
         }
         (Format::Off, Encoding::BigEndian) => crate::off::write_binary(&mut writer, model),
         #[cfg(feature = "obj")]
-        (Format::Obj, Encoding::Usual | Encoding::Text) => crate::obj::write(&mut writer, model),
+        (Format::Obj, Encoding::Usual | Encoding::Text) => {
+            crate::obj::write(&mut writer, model, libraries)
+        }
         #[cfg(feature = "gltf")]
         (Format::Gltf, Encoding::Usual | Encoding::Text) => {
             crate::gltf::write_json(&mut writer, model)
@@ -120,7 +204,10 @@ pub fn write_to(
             crate::gltf::write_binary(&mut writer, model)
         }
         #[cfg(not(feature = "obj"))]
-        (Format::Obj, _) => Err(WriteError::FormatDisabled(format)),
+        (Format::Obj, _) => {
+            let _ = libraries;
+            Err(WriteError::FormatDisabled(format))
+        }
         #[cfg(not(feature = "gltf"))]
         (Format::Gltf | Format::Glb, _) => Err(WriteError::FormatDisabled(format)),
         _ => Err(no_such_encoding),
@@ -142,6 +229,8 @@ fn out_of_single_range(model: &Model, format: Format) -> WriteError {
     WriteError::OutOfSingleRange { format, vertex: index / 3, value }
 }
 
+const EMBEDDED_IMAGES: &str = "embedded images";
+
 /// What a model has and a format has no place for.
 fn dropped(model: &Model, format: Format) -> Vec<String> {
     use Format::{Glb, Gltf, Obj, Off, Ply};
@@ -161,7 +250,7 @@ fn dropped(model: &Model, format: Format) -> Vec<String> {
         (!model.face_scalars.is_empty() && !holds(&[Ply]), "numbers per face"),
         (model.face_groups.is_some() && !holds(&[Obj, Format::Stl]), "groups"),
         (model.face_materials.is_some() && !holds(&[Obj, Gltf, Glb]), "materials"),
-        (images && !holds(&[Gltf, Glb]), "embedded images"),
+        (images && !holds(&[Gltf, Glb]), EMBEDDED_IMAGES),
     ]
     .into_iter()
     .filter(|(lost, _)| *lost)

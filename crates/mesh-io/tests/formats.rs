@@ -2,7 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use mesh_core::PolygonSoup;
-use mesh_io::{Encoding, Format, Location, Model, ReadOptions, WriteOptions, read_from, write_to};
+use mesh_io::{
+    Alpha, Blend, Encoding, Format, Image, ImageData, Location, Material, Model, ReadOptions,
+    WriteError, WriteOptions, read, read_from, write, write_levels, write_to,
+};
 
 fn parse(bytes: &[u8]) -> Result<Model, mesh_io::ReadError> {
     let size = Some(bytes.len() as u64);
@@ -200,4 +203,84 @@ fn concave_polygons_are_cut_along_diagonals_that_stay_inside() {
         assert_eq!(again.face_count(), 3);
         assert!((again.measure().area - area).abs() < 1e-6, "{format}");
     }
+}
+
+/// A triangle with one material of everything that OBJ holds, and one without a name.
+fn painted() -> Model {
+    let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 2/2 4/4 3/3\n";
+    let mut model = parse(text).unwrap();
+    let picture =
+        |name: &str, data| Image { name: name.into(), media_type: "image/png".into(), data };
+    model.images = vec![
+        picture("embedded", ImageData::Bytes(b"\x89PNG".to_vec())),
+        picture("", ImageData::Uri("skin.png".into())),
+    ];
+    model.materials[0].base_color = [0.25, 0.5, 1.0, 0.5];
+    model.materials[0].alpha = Alpha::Blend;
+    model.materials[0].emissive = [0.0, 0.5, 0.0];
+    model.materials[0].base_color_image = Some(0);
+    model.materials[1].name = String::new();
+    model.materials[1].base_color_image = Some(1);
+    model
+}
+
+#[test]
+fn obj_comes_with_its_material_library_and_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("painted.obj");
+    let model = painted();
+    let report = write(&path, &model, &WriteOptions::default()).unwrap();
+    assert!(report.dropped.is_empty(), "{:?}", report.dropped);
+    let back = read(&path).unwrap();
+    assert_eq!(back.material_libraries, ["painted.mtl"]);
+    assert_eq!(back.materials[0], Material { name: "a".into(), ..model.materials[0].clone() });
+    assert_eq!(back.materials[1].name, "material_1");
+    let uri = |index: usize| back.images[index].data.clone();
+    assert_eq!(uri(0), ImageData::Uri("painted-0.png".into()));
+    assert_eq!(uri(1), ImageData::Uri("skin.png".into()));
+    assert_eq!(std::fs::read(folder.path().join("painted-0.png")).unwrap(), b"\x89PNG");
+
+    // A library that is there already stays as it is.
+    let library = folder.path().join("painted.mtl");
+    std::fs::write(&library, "newmtl a\nKd 1 0 0\nNs 96\n").unwrap();
+    write(&path, &back, &WriteOptions::default()).unwrap();
+    assert!(std::fs::read_to_string(&library).unwrap().contains("Ns 96"));
+}
+
+#[test]
+fn levels_of_detail_share_materials_and_name_each_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let fine = painted();
+    let mut coarse = fine.clone();
+    coarse.soup = PolygonSoup::from_triangles(&fine.soup.positions()[..3], &[[0, 1, 2]]).unwrap();
+    coarse.face_materials = Some(vec![0]);
+    coarse.corner_uvs.as_mut().unwrap().truncate(3);
+    let path = folder.path().join("levels.gltf");
+    let levels = [fine.clone(), coarse];
+    write_levels(&path, &levels, &[0.5, 0.0], &WriteOptions::default()).unwrap();
+    let text = std::fs::read_to_string(&path).unwrap();
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(document["nodes"][0]["extensions"]["MSFT_lod"]["ids"][0], 1);
+    assert_eq!(document["nodes"][0]["extras"]["MSFT_screencoverage"][0], 0.5);
+    assert_eq!(document["meshes"].as_array().unwrap().len(), 2);
+    assert_eq!(document["materials"].as_array().unwrap().len(), 2);
+    // The finest is what the scene shows.
+    assert_eq!(read(&path).unwrap().soup.face_count(), 2);
+
+    let refused = write_levels(folder.path().join("x.ply"), &levels, &[], &WriteOptions::default());
+    assert!(matches!(refused, Err(WriteError::NoLevels(Format::Ply))));
+}
+
+#[test]
+fn blends_are_weighted_means() {
+    let model = painted();
+    let middle = |a, b| Blend { sources: [a, b, b], weights: [0.25, 0.75, 0.0] };
+    let corners = [[Blend::one(0), middle(0, 1), Blend::one(2)]];
+    let positions: Vec<_> = model.soup.positions()[..3].to_vec();
+    let vertices = [Blend::one(0), middle(0, 1), Blend::one(2)];
+    let new = model.blended(&positions, &[[0, 1, 2]], &vertices, &[1], &corners).unwrap();
+    assert_eq!(new.corner_uvs.unwrap(), [[0.0, 0.0], [0.75, 0.0], [0.0, 1.0]]);
+    assert_eq!(new.face_materials.unwrap(), [1]);
+    let beyond = [[Blend::one(0), middle(0, 99), Blend::one(2)]];
+    assert!(model.blended(&positions, &[[0, 1, 2]], &vertices, &[1], &beyond).is_err());
 }

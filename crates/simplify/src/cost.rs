@@ -3,6 +3,7 @@
 //! The driver collapses the cheapest edge first. A new cost implements [`Cost`], most often
 //! through [`Cost::quadric`] and [`Cost::cost`] alone.
 
+mod attribute_deviation;
 mod curvature_change;
 mod curvature_factor;
 mod curvature_norm;
@@ -10,6 +11,7 @@ mod garland_heckbert;
 mod hybrid;
 mod memoryless;
 
+pub use attribute_deviation::AttributeDeviation;
 pub use curvature_factor::CurvatureFactor;
 pub use curvature_norm::{CurvatureNorm, Norm};
 pub use garland_heckbert::GarlandHeckbert;

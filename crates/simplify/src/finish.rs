@@ -4,7 +4,7 @@
 use core::ops::ControlFlow;
 use std::sync::Arc;
 
-use mesh_core::{EdgeMap, Remap, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeMap, Remap, RemapOf, TriMesh, VertexId, VertexMap};
 use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal};
@@ -16,6 +16,7 @@ use crate::options::{ErrorCheck, Options};
 use crate::peaks::{PeakOptions, PeakReport, cut_peaks};
 use crate::simplify::{AchievedError, SimplifyError, collapse};
 use crate::stop::Limits;
+use crate::texture_fit::{TextureCheck, fit_unfolded};
 
 /// A mesh after some collapses, without gaps.
 pub(crate) struct Level {
@@ -24,14 +25,20 @@ pub(crate) struct Level {
     pub(crate) remap: Remap,
     fixed: Option<VertexMap<bool>>,
     features: Option<EdgeMap<bool>>,
+    /// For each vertex of the original, the one that it has become.
+    became: VertexMap<Option<VertexId>>,
 }
 
 impl Level {
-    pub(crate) fn new(mut mesh: TriMesh, run: &Run) -> Self {
+    /// The mesh after the first `collapses` of a run.
+    pub(crate) fn new(mut mesh: TriMesh, run: &Run, collapses: usize) -> Self {
+        let became = run.log.representatives(&mesh, collapses);
         let remap = mesh.compact();
         let fixed = run.locked.as_ref().map(|map| map.compact(&remap));
         let features = run.features.as_ref().map(|map| map.compact(&remap));
-        Self { mesh, remap, fixed, features }
+        let became = became.as_slice().iter().map(|&v| remap.new_handle(v));
+        let became = VertexMap::from_vec(became.collect());
+        Self { mesh, remap, fixed, features, became }
     }
 }
 
@@ -49,6 +56,25 @@ pub(crate) struct Finished {
 impl Finished {
     pub(crate) fn untouched(mesh: TriMesh) -> Self {
         Self { mesh, vertex_map: None, error: None, fit: None, anneal: None, peaks: None }
+    }
+
+    /// Goes on to the next mesh, unless more faces turn over in the texture there.
+    fn take_unfolded(
+        &mut self,
+        next: TriMesh,
+        then: &VertexMap<Option<VertexId>>,
+        texture: Option<&TextureCheck<'_>>,
+    ) -> bool {
+        let before = self.vertex_map.clone();
+        let folds = texture.map_or(0, |check| check.folded_after(&self.mesh, before.as_ref()));
+        self.follow(then);
+        let then = self.vertex_map.as_ref();
+        if texture.is_some_and(|check| check.folded_after(&next, then) > folds) {
+            self.vertex_map = before;
+            return false;
+        }
+        self.mesh = next;
+        true
     }
 
     fn follow(&mut self, then: &VertexMap<Option<VertexId>>) {
@@ -131,24 +157,45 @@ impl<'a> Finishing<'a> {
         let [boundary_curve, feature_curve] = self.curves.clone();
         let (fixed, features) = (level.fixed.clone(), level.features.clone());
         let mut constraints = FitConstraints { fixed, features, boundary_curve, feature_curve };
+        let unchanged = constraints.clone();
+        let texture = self.texture_check(level);
         let mut done = Finished::untouched(level.mesh.clone());
         if let Some(options) = &self.fit {
-            done.fit = Some(fit(&mut done.mesh, self.original, &constraints, options)?);
+            done.fit = Some(match &texture {
+                Some(check) => {
+                    fit_unfolded(&mut done.mesh, self.original, &constraints, options, check)?
+                }
+                None => fit(&mut done.mesh, self.original, &constraints, options)?,
+            });
         }
         if let Some(options) = &self.anneal {
-            let report = anneal(&mut done.mesh, self.original, &mut constraints, options)?;
-            done.follow(&report.vertex_map);
-            done.anneal = Some(report);
+            let mut next = done.mesh.clone();
+            let report = anneal(&mut next, self.original, &mut constraints, options)?;
+            if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+                done.anneal = Some(report);
+            } else {
+                constraints.clone_from(&unchanged);
+            }
         }
         if let Some(options) = &self.peaks {
-            let report = cut_peaks(&mut done.mesh, self.original, &mut constraints, options)?;
-            done.follow(&report.vertex_map);
-            done.peaks = Some(report);
+            let mut next = done.mesh.clone();
+            let report = cut_peaks(&mut next, self.original, &mut constraints, options)?;
+            if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+                done.peaks = Some(report);
+            }
         }
         if self.options.max_error.is_some() || self.options.error != ErrorCheck::None {
             done.error = Some(self.measure(&done.mesh)?);
         }
         Ok(done)
+    }
+
+    /// What keeps a level from folding the texture, if there is one that counts.
+    fn texture_check<'b>(&'b self, level: &'b Level) -> Option<TextureCheck<'b>> {
+        let attributes = self.options.attributes.as_ref().filter(|a| a.has_texture())?;
+        let seams = self.options.constraints.features.as_ref()?;
+        let check = TextureCheck { original: self.mesh, attributes, seams, became: &level.became };
+        (self.options.attribute_weight > 0.0).then_some(check)
     }
 
     fn measure(&self, mesh: &TriMesh) -> Result<AchievedError, SimplifyError> {
@@ -250,11 +297,11 @@ impl<'a> Finishing<'a> {
             && run.features.is_none()
             && let Ok(mesh) = run.log.replay(self.mesh, collapses)
         {
-            return Level::new(mesh, run);
+            return Level::new(mesh, run, collapses);
         }
         let mut mesh = self.mesh.clone();
         let limits = Limits { collapses: Some(collapses), time: None, ..self.options.limits };
         let run = collapse(&mut mesh, self.options, &limits, &mut |_| ControlFlow::Continue(()));
-        Level::new(mesh, &run)
+        Level::new(mesh, &run, run.log.len())
     }
 }

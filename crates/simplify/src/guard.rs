@@ -8,11 +8,13 @@ mod component;
 mod intersection;
 mod normal;
 mod shape;
+mod texture;
 
 pub use component::ComponentGuard;
 pub use intersection::IntersectionGuard;
 pub use normal::NormalGuard;
 pub use shape::ShapeGuard;
+pub use texture::TextureGuard;
 
 use glam::DVec3;
 use mesh_core::TriMesh;
@@ -64,6 +66,8 @@ pub enum Refusal {
     Component,
     /// Faces would run into each other.
     Intersection,
+    /// A face would turn over in the texture.
+    TextureFold,
     /// The cost or the new place is not a number.
     NotFinite,
     /// Something else, refused by a guard from outside this crate.
@@ -72,7 +76,7 @@ pub enum Refusal {
 
 impl Refusal {
     /// All reasons, in order.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::LinkCondition,
         Self::JoinsBoundaries,
         Self::LastFace,
@@ -83,6 +87,7 @@ impl Refusal {
         Self::Sliver,
         Self::Component,
         Self::Intersection,
+        Self::TextureFold,
         Self::NotFinite,
         Self::Other,
     ];
@@ -101,6 +106,7 @@ impl Refusal {
             Self::Sliver => "sliver",
             Self::Component => "component",
             Self::Intersection => "intersection",
+            Self::TextureFold => "texture_fold",
             Self::NotFinite => "not_finite",
             Self::Other => "other",
         }

@@ -35,22 +35,28 @@ mod peaks;
 mod placement;
 mod quadric;
 mod queue;
+mod record;
 mod rounds;
 mod simplify;
 mod stop;
 mod symmetric;
+mod texture_fit;
+mod transfer;
+mod wedges;
+mod within;
 
 pub use anneal::{AnnealOptions, AnnealReport, anneal};
 pub use constraint::{Boundary, Constraints};
 pub use cost::{
-    Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
-    Reach,
+    AttributeDeviation, Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid,
+    Memoryless, Norm, Reach,
 };
 pub use curve::Curve;
 pub use driver::{Policies, Progress, Run, Update, collapse_edges};
 pub use fit::{FitConstraints, FitOptions, FitReport, fit};
 pub use guard::{
     ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusal, Refusals, ShapeGuard,
+    TextureGuard,
 };
 pub use log::{CollapseLog, LogEntry};
 pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};
@@ -58,6 +64,10 @@ pub use patch::{EdgePatch, PatchFace, Place};
 pub use peaks::{PeakOptions, PeakReport, cut_peaks};
 pub use placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use quadric::Quadric;
+pub use record::RecordError;
 pub use simplify::{AchievedError, Simplified, SimplifyError, simplify, simplify_observed};
 pub use stop::{Limits, StopReason};
 pub use symmetric::Symmetric3;
+pub use transfer::{CornerSource, corner_sources, seam_nodes};
+pub use wedges::{CornerAttributes, MAX_CHANNELS};
+pub use within::collapses_within;

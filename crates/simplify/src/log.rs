@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mesh_core::edit::CollapseRefusal;
-use mesh_core::{HalfEdgeId, TriMesh, VertexId, VertexMap};
+use mesh_core::{HalfEdgeId, RemapOf, TriMesh, VertexId, VertexMap};
 
 /// The collapses of a run, in order. Replayed on the same mesh they give the same result, stopped
 /// early they give every level in between.
@@ -72,6 +72,23 @@ impl CollapseLog {
             mesh.collapse(collapse, entry.position);
         }
         Ok(mesh)
+    }
+
+    /// The mesh after the first `count` collapses, without gaps, and what the vertices of the
+    /// original are in it: a level of detail.
+    ///
+    /// # Errors
+    /// As [`CollapseLog::replay`].
+    pub fn level(
+        &self,
+        mesh: &TriMesh,
+        count: usize,
+    ) -> Result<(TriMesh, VertexMap<Option<VertexId>>), CollapseRefusal> {
+        let mut level = self.replay(mesh, count)?;
+        let remap = level.compact();
+        let became = self.representatives(mesh, count);
+        let new = became.as_slice().iter().map(|&v| remap.new_handle(v));
+        Ok((level, VertexMap::from_vec(new.collect())))
     }
 
     /// For each vertex of the original mesh, the vertex that it has become after the first `count`

@@ -9,6 +9,7 @@ use crate::driver::Update;
 use crate::fit::FitOptions;
 use crate::peaks::PeakOptions;
 use crate::stop::Limits;
+use crate::wedges::CornerAttributes;
 
 /// How a mesh is simplified; see [`crate::simplify`].
 #[derive(Clone, Debug)]
@@ -41,6 +42,12 @@ pub struct Options {
     /// How many vertices every component keeps; `None` for as few as possible. See
     /// [`ComponentGuard`](crate::ComponentGuard).
     pub min_component_vertices: Option<usize>,
+    /// What should stay at the corners of the faces, besides the shape; see
+    /// [`AttributeDeviation`](crate::AttributeDeviation). The curvature norms pass over it. The
+    /// seams between wedges are not kept by this: give them as features.
+    pub attributes: Option<CornerAttributes>,
+    /// The weight of the attributes; 0 for none.
+    pub attribute_weight: f64,
     /// Whether collapses, fitting and annealing must not make faces cross that did not before. See
     /// [`IntersectionGuard`](crate::IntersectionGuard).
     pub forbid_intersections: bool,
@@ -189,6 +196,8 @@ impl Options {
             min_cosine: Some(crate::NormalGuard::default().min_cosine),
             min_shape: Some(crate::ShapeGuard::default().min_shape),
             min_component_vertices: None,
+            attributes: None,
+            attribute_weight: 1.0,
             forbid_intersections: false,
             fit: Some(FitOptions::default()),
             anneal: None,

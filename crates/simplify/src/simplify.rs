@@ -1,6 +1,8 @@
 //! Simplification from options to result: collapses, error limit, fit.
 
 use core::ops::ControlFlow;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 use glam::DVec3;
 use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
@@ -8,13 +10,16 @@ use mesh_metric::{Surface, SurfaceError};
 
 use crate::anneal::AnnealReport;
 use crate::cost::{
-    Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
+    AttributeDeviation, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless,
+    Norm,
 };
 use crate::curve::Curve;
 use crate::driver::{Policies, Progress, Run, collapse_edges};
 use crate::finish::{Finished, Finishing, Found, Level};
 use crate::fit::FitReport;
-use crate::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusals, ShapeGuard};
+use crate::guard::{
+    ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusals, ShapeGuard, TextureGuard,
+};
 use crate::log::CollapseLog;
 use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
 use crate::peaks::PeakReport;
@@ -44,9 +49,10 @@ pub struct Simplified {
     pub boundary_shift: Option<f64>,
     /// What fitting did, if it was asked for.
     pub fit: Option<FitReport>,
-    /// What annealing did, if it was asked for.
+    /// What annealing did, if it was asked for; `None` when it was undone because it folded the
+    /// texture.
     pub anneal: Option<AnnealReport>,
-    /// What was done about the largest errors, if it was asked for.
+    /// What was done about the largest errors; `None` as for `anneal`.
     pub peaks: Option<PeakReport>,
 }
 
@@ -126,7 +132,7 @@ pub fn simplify_observed(
     let wants_finish = is_changed && (options.fit.is_some() || options.peaks.is_some());
     let wants_error = options.max_error.is_some() || options.error != ErrorCheck::None;
     let has_faces = mesh.topology().face_count() > 0;
-    let mut level = Level::new(working, &run);
+    let mut level = Level::new(working, &run, run.log.len());
     let finished = if has_faces && (wants_finish || wants_error) {
         let original = Surface::new(mesh)?;
         let finishing = Finishing::new(mesh, &original, options, wants_finish);
@@ -140,7 +146,7 @@ pub fn simplify_observed(
                         Limits { collapses: Some(collapses), time: None, ..options.limits };
                     run = collapse(&mut working, options, &limits, observe);
                     run.stop = StopReason::Error;
-                    level = Level::new(working, &run);
+                    level = Level::new(working, &run, run.log.len());
                     finished
                 }
             },
@@ -192,6 +198,12 @@ fn check_options(options: &Options) -> Result<(), SimplifyError> {
         not_negative,
         "at least 0 and finite",
     )?;
+    check(
+        "attribute_weight",
+        Some(options.attribute_weight),
+        not_negative,
+        "at least 0 and finite",
+    )?;
     check("min_cosine", options.min_cosine, |x| (-1.0..=1.0).contains(&x), "between -1 and 1")?;
     check("min_shape", options.min_shape, |x| (0.0..=1.0).contains(&x), "between 0 and 1")?;
     check("fit pull", options.fit.map(|f| f.pull), not_negative, "at least 0 and finite")
@@ -212,7 +224,7 @@ pub(crate) fn collapse(
     limits: &Limits,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
-    let job = Job { mesh, options, limits, observe };
+    let job = Job { mesh, options, limits, texture: None, observe };
     match options.metric {
         Metric::Classic => job.with_factor(GarlandHeckbert::new()),
         Metric::Marginal => job.with_factor(GarlandHeckbert::marginal()),
@@ -228,17 +240,28 @@ struct Job<'a> {
     mesh: &'a mut TriMesh,
     options: &'a Options,
     limits: &'a Limits,
+    /// Set along with a cost that looks at attributes.
+    texture: Option<TextureGuard>,
     observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
 }
 
 impl Job<'_> {
-    fn with_factor(self, cost: impl Cost) -> Run {
+    fn with_factor(self, cost: impl Cost + 'static) -> Run {
         let weight = self.options.curvature_weight;
         if weight > 0.0 {
-            self.with_placement(CurvatureFactor::new(cost, weight))
+            self.with_attributes(CurvatureFactor::new(cost, weight))
         } else {
-            self.with_placement(cost)
+            self.with_attributes(cost)
         }
+    }
+
+    fn with_attributes(mut self, cost: impl Cost + 'static) -> Run {
+        let weight = self.options.attribute_weight;
+        let given = self.options.attributes.as_ref().filter(|_| weight > 0.0);
+        let Some(attributes) = given else { return self.with_placement(cost) };
+        let shared = Rc::new(RefCell::new(attributes.clone()));
+        self.texture = Some(TextureGuard::new(Rc::clone(&shared)));
+        self.with_placement(AttributeDeviation::new(Box::new(cost), weight, shared))
     }
 
     fn with_placement(self, cost: impl Cost) -> Run {
@@ -252,7 +275,7 @@ impl Job<'_> {
     }
 
     fn run(self, cost: impl Cost, placement: impl Placement) -> Run {
-        let Self { mesh, options, limits, observe } = self;
+        let Self { mesh, options, limits, texture, observe } = self;
         let mut guards: Vec<Box<dyn Guard>> = Vec::new();
         if let Some(min_vertices) = options.min_component_vertices {
             guards.push(Box::new(ComponentGuard::new(min_vertices)));
@@ -262,6 +285,9 @@ impl Job<'_> {
         }
         if let Some(min_shape) = options.min_shape {
             guards.push(Box::new(ShapeGuard { min_shape }));
+        }
+        if let Some(guard) = texture {
+            guards.push(Box::new(guard));
         }
         // The most expensive check comes last.
         if options.forbid_intersections {

@@ -12,4 +12,4 @@ mod scene;
 mod write;
 
 pub(crate) use read::read;
-pub(crate) use write::{write_binary, write_json};
+pub(crate) use write::{Levels, write_binary, write_json, write_levels_binary, write_levels_json};

@@ -1,4 +1,5 @@
-//! Writing glTF: one mesh, a primitive per material, all of them sharing the vertices.
+//! Writing glTF: one mesh, a primitive per material, all of them sharing the vertices. Levels of
+//! detail are a mesh and a node each, the first node naming the others (`MSFT_lod`).
 
 use crate::write::{Cutter, as_bytes};
 use crate::{Alpha, Format, ImageData, Model, WriteError, WriteReport};
@@ -16,7 +17,14 @@ const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 pub(crate) fn write_json(writer: &mut dyn Write, model: &Model) -> Result<WriteReport, WriteError> {
-    let (mut document, binary, report) = build(model, Format::Gltf)?;
+    write_levels_json(writer, &Levels::one(model))
+}
+
+pub(crate) fn write_levels_json(
+    writer: &mut dyn Write,
+    levels: &Levels<'_>,
+) -> Result<WriteReport, WriteError> {
+    let (mut document, binary, report) = build(levels, Format::Gltf)?;
     let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&binary));
     document["buffers"] = json!([{ "byteLength": binary.len(), "uri": uri }]);
     if binary.is_empty() {
@@ -30,7 +38,14 @@ pub(crate) fn write_binary(
     writer: &mut dyn Write,
     model: &Model,
 ) -> Result<WriteReport, WriteError> {
-    let (mut document, mut binary, report) = build(model, Format::Glb)?;
+    write_levels_binary(writer, &Levels::one(model))
+}
+
+pub(crate) fn write_levels_binary(
+    writer: &mut dyn Write,
+    levels: &Levels<'_>,
+) -> Result<WriteReport, WriteError> {
+    let (mut document, mut binary, report) = build(levels, Format::Glb)?;
     document["buffers"] = json!([{ "byteLength": binary.len() }]);
     if binary.is_empty() {
         remove_buffers(&mut document);
@@ -60,6 +75,20 @@ pub(crate) fn write_binary(
         writer.write_all(&binary)?;
     }
     Ok(report)
+}
+
+/// A model, or several of the same object from fine to coarse.
+pub(crate) struct Levels<'a> {
+    /// They share the materials and images of the first.
+    pub(crate) models: Vec<&'a Model>,
+    /// For each the part of the screen that the object must cover for it to be shown.
+    pub(crate) coverage: Vec<f64>,
+}
+
+impl<'a> Levels<'a> {
+    fn one(model: &'a Model) -> Self {
+        Self { models: vec![model], coverage: Vec::new() }
+    }
 }
 
 /// An empty mesh has no data; glTF allows no empty arrays.
@@ -147,7 +176,8 @@ impl Buffer {
     }
 }
 
-fn build(model: &Model, format: Format) -> Result<(Value, Vec<u8>, WriteReport), WriteError> {
+/// The error for a coordinate that 32 bits cannot hold, if there is one.
+fn check_coordinates(model: &Model, format: Format) -> Result<(), WriteError> {
     for (vertex, position) in model.soup.positions().iter().enumerate() {
         if let Some(value) =
             position.to_array().into_iter().find(|value| !(*value as f32).is_finite())
@@ -155,26 +185,43 @@ fn build(model: &Model, format: Format) -> Result<(Value, Vec<u8>, WriteReport),
             return Err(WriteError::NotFinite { format, vertex, value });
         }
     }
+    Ok(())
+}
+
+fn build(levels: &Levels<'_>, format: Format) -> Result<(Value, Vec<u8>, WriteReport), WriteError> {
+    let models: Vec<&Model> =
+        levels.models.iter().copied().filter(|model| model.soup.face_count() > 0).collect();
+    levels.models.iter().try_for_each(|model| check_coordinates(model, format))?;
     let mut buffer = Buffer::default();
-    let offset = offset(model.soup.positions());
     let mut document = json!({
         "asset": { "version": "2.0", "generator": concat!("mesh-io ", env!("CARGO_PKG_VERSION")) },
         "scene": 0,
     });
     let mut report = WriteReport::default();
-    if model.soup.face_count() == 0 {
+    let Some(&model) = models.first() else {
         document["scenes"] = json!([{ "nodes": [] }]);
         return Ok((document, buffer.bytes, report));
+    };
+    let offset = offset(model.soup.positions());
+    let (mut meshes, mut nodes) = (Vec::new(), Vec::new());
+    for (level, model) in models.iter().enumerate() {
+        let wedges = Wedges::new(model);
+        let attributes = attributes(model, &wedges, offset, &mut buffer, &mut report);
+        meshes.push(json!({ "primitives": primitives(model, &wedges, &attributes, &mut buffer) }));
+        let mut node = json!({ "mesh": level });
+        if offset != DVec3::ZERO {
+            node["translation"] = json!(offset.to_array());
+        }
+        nodes.push(node);
     }
-    let wedges = Wedges::new(model);
-    let attributes = attributes(model, &wedges, offset, &mut buffer, &mut report);
-    document["meshes"] =
-        json!([{ "primitives": primitives(model, &wedges, &attributes, &mut buffer) }]);
-    let mut node = json!({ "mesh": 0 });
-    if offset != DVec3::ZERO {
-        node["translation"] = json!(offset.to_array());
+    if nodes.len() > 1 {
+        let others: Vec<usize> = (1..nodes.len()).collect();
+        nodes[0]["extensions"] = json!({ "MSFT_lod": { "ids": others } });
+        nodes[0]["extras"] = json!({ "MSFT_screencoverage": levels.coverage });
+        document["extensionsUsed"] = json!(["MSFT_lod"]);
     }
-    document["nodes"] = json!([node]);
+    document["meshes"] = Value::Array(meshes);
+    document["nodes"] = Value::Array(nodes);
     document["scenes"] = json!([{ "nodes": [0] }]);
     if !model.materials.is_empty() {
         document["materials"] = model.materials.iter().map(material).collect();

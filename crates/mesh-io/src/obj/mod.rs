@@ -6,9 +6,11 @@
 //! of an error.
 
 mod filter;
+mod library;
 mod material;
 mod read;
 mod write;
 
+pub(crate) use library::write_library;
 pub(crate) use read::read;
 pub(crate) use write::write;

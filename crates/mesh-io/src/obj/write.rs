@@ -5,8 +5,12 @@ use crate::{Model, WriteError, WriteReport};
 use std::collections::HashMap;
 use std::io::Write;
 
-pub(crate) fn write(writer: &mut dyn Write, model: &Model) -> Result<WriteReport, WriteError> {
-    for library in &model.material_libraries {
+pub(crate) fn write(
+    writer: &mut dyn Write,
+    model: &Model,
+    libraries: &[String],
+) -> Result<WriteReport, WriteError> {
+    for library in libraries {
         writeln!(writer, "mtllib {}", one_line(library))?;
     }
     write_vertices(writer, model)?;
@@ -34,8 +38,7 @@ pub(crate) fn write(writer: &mut dyn Write, model: &Model) -> Result<WriteReport
             && materials[face] != material
         {
             material = materials[face];
-            let name = model.materials.get(material as usize).map_or("", |m| &m.name);
-            writeln!(writer, "usemtl {}", one_line(name))?;
+            writeln!(writer, "usemtl {}", material_name(model, material))?;
         }
         write!(writer, "f")?;
         for corner in model.soup.corner_range(face) {
@@ -88,8 +91,17 @@ fn write_group(writer: &mut dyn Write, model: &Model, from: u32, to: u32) -> std
     Ok(())
 }
 
+/// The name of a material; one without a name is called after its place.
+pub(super) fn material_name(model: &Model, material: u32) -> String {
+    match model.materials.get(material as usize) {
+        Some(found) if found.name.is_empty() => format!("material_{material}"),
+        Some(found) => one_line(&found.name),
+        None => String::new(),
+    }
+}
+
 /// A name that stays on its line: a backslash at the end would join it with the next.
-fn one_line(name: &str) -> String {
+pub(super) fn one_line(name: &str) -> String {
     name.replace(char::is_control, " ").trim().trim_end_matches('\\').to_owned()
 }
 

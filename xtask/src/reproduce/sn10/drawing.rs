@@ -134,6 +134,7 @@ impl Drawing {
             colors: Some(&colors),
             edged: Some(&edged),
             strokes: &self.strokes,
+            ..Scene::of(&mesh)
         };
         run.draw(&Picture { scene, view, style, name, caption })
     }

@@ -1,0 +1,215 @@
+//! Texture coordinates, normals, colours and material borders through a simplification.
+//!
+//! Seams are feature lines of the simplification; what is between them enters its cost; and
+//! afterwards every corner takes what the file has at the point of the input that it stands for.
+
+use clap::Args;
+use glam::DVec3;
+use mesh_core::{HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
+use mesh_io::{Blend, Model};
+use simplify::{CornerAttributes, CornerSource, Options, corner_sources, seam_nodes};
+
+use crate::args::{parse_angle, parse_not_negative};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::Loaded;
+use crate::normals::settle_normals;
+use crate::seams::Seams;
+
+/// What becomes of texture coordinates, normals, colours and materials.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Attributes")]
+pub(crate) struct Carry {
+    /// How much shifts of texture and colours count; 0 for not at all. At 1 a texture that shifts by
+    /// one model unit is as bad as a surface that does, and so is a colour that changes from black
+    /// to white on a mesh that measures 100 units
+    #[arg(long, value_name = "W", default_value_t = 0.3, value_parser = parse_not_negative)]
+    attribute_weight: f64,
+    /// How much normals of the file count on top of the shape; 0 for not at all. At 1 a normal that
+    /// turns by one radian on a mesh that measures 100 units is as bad as a surface that shifts by one
+    #[arg(long, value_name = "W", default_value_t = 0.0, value_parser = parse_not_negative)]
+    normal_weight: f64,
+    /// Normals of the file that differ by more than this across an edge, or from the simplified
+    /// surface, are a crease
+    #[arg(long, value_name = "DEGREES", default_value = "40", value_parser = parse_angle)]
+    crease_angle: f64,
+    /// Keep creases as feature lines, as borders of texture charts, materials and groups always are
+    #[arg(long)]
+    keep_creases: bool,
+    /// Leave out texture coordinates, normals, colours, materials and groups
+    #[arg(long)]
+    no_attributes: bool,
+}
+
+/// The seams of a mesh, and what its corners have.
+pub(crate) struct Attributes {
+    seams: Seams,
+    crease: f64,
+    of_corners: Option<CornerAttributes>,
+}
+
+impl Carry {
+    /// Finds the seams and the attributes of a mesh.
+    pub(crate) fn find(&self, loaded: &mut Loaded, console: &Console) -> Attributes {
+        if self.no_attributes {
+            loaded.model = Model::from(std::mem::take(&mut loaded.model.soup));
+        }
+        let topology = loaded.mesh.topology();
+        let mut seams = Seams::find(topology, &loaded.provenance, &loaded.model);
+        if let Some(normals) = &loaded.model.corner_normals {
+            if is_flat_shaded(topology, &seams, normals) {
+                console.message("every face has a normal of its own: normals are left out");
+                loaded.model.corner_normals = None;
+            } else if self.keep_creases {
+                seams.add_creases(topology, normals, self.crease_angle);
+            }
+        }
+        if seams.count() > 0 {
+            console.message(format_args!("{} edges are seams or creases", seams.count()));
+        }
+        let of_corners = self.corner_attributes(loaded, &seams);
+        Attributes { seams, crease: self.crease_angle, of_corners }
+    }
+}
+
+impl Attributes {
+    /// Makes the seams features, their nodes locked vertices, and the attributes part of the cost.
+    pub(crate) fn constrain(&self, mesh: &TriMesh, options: &mut Options) {
+        let topology = mesh.topology();
+        if self.seams.count() > 0 {
+            let constraints = &mut options.constraints;
+            let features = constraints.features.get_or_insert_with(|| topology.edge_map(false));
+            for edge in topology.edges() {
+                features[edge] |= self.seams.edges[edge];
+            }
+            let locked = constraints.locked.get_or_insert_with(|| topology.vertex_map(false));
+            let nodes = seam_nodes(topology, &self.seams.edges);
+            for v in topology.vertices() {
+                locked[v] |= nodes[v];
+            }
+        }
+        options.attributes.clone_from(&self.of_corners);
+        // The numbers are weighted already.
+        options.attribute_weight = 1.0;
+    }
+
+    /// The content of the output: the simplified mesh with the attributes of the file.
+    pub(crate) fn carry(
+        &self,
+        loaded: &Loaded,
+        result: &TriMesh,
+        became: &VertexMap<Option<VertexId>>,
+    ) -> Result<Model, Failure> {
+        let sources = corner_sources(&loaded.mesh, &self.seams.edges, result, became);
+        let topology = result.topology();
+        // A vertex without faces has nothing but its position.
+        let mut vertices = vec![Blend::one(0); topology.vertex_capacity()];
+        for (old, new) in became.iter() {
+            if let Some(new) = new {
+                vertices[new.index()] = Blend::one(loaded.provenance.vertex_source[old.index()]);
+            }
+        }
+        let (mut faces, mut corners) = (Vec::new(), Vec::new());
+        for face in topology.faces() {
+            let sides = topology.face_half_edges(face);
+            let blends = sides.map(|h| self.blend(loaded, &sources, h));
+            for (h, blend) in sides.into_iter().zip(&blends) {
+                let vertex = |corner: u32| loaded.model.soup.corners()[corner as usize];
+                let sources = blend.sources.map(vertex);
+                vertices[topology.origin(h).index()] = Blend { sources, ..*blend };
+            }
+            let source = sides.iter().find_map(|&h| sources[h]).map_or(0, |s| s.face.index());
+            faces.push(loaded.provenance.face_source.get(source).copied().unwrap_or(0));
+            corners.push(blends);
+        }
+        let triangles: Vec<[u32; 3]> = topology.triangles().collect();
+        let mut model = loaded
+            .model
+            .blended(result.positions(), &triangles, &vertices, &faces, &corners)
+            .map_err(Failure::model)?;
+        if let Some(normals) = &mut model.corner_normals {
+            settle_normals(normals.as_chunks_mut().0, result, self.crease);
+        }
+        Ok(model)
+    }
+
+    fn blend(
+        &self,
+        loaded: &Loaded,
+        sources: &HalfEdgeMap<Option<CornerSource>>,
+        h: HalfEdgeId,
+    ) -> Blend {
+        let Some(CornerSource { face, weights }) = sources[h] else { return Blend::one(0) };
+        let corners = loaded.mesh.topology().face_half_edges(face);
+        Blend { sources: corners.map(|h| self.seams.corner(h) as u32), weights }
+    }
+}
+
+/// The largest difference of normals that counts as none.
+const SAME_NORMAL: f32 = 1e-3;
+
+/// Whether the normals are those of the faces: the same at the three corners of nearly every face,
+/// and seldom the same on both sides of an edge.
+fn is_flat_shaded(topology: &Topology, seams: &Seams, normals: &[[f32; 3]]) -> bool {
+    let normal = |h: HalfEdgeId| glam::Vec3::from(normals[seams.corner(h)]);
+    let same = |a, b| normal(a).abs_diff_eq(normal(b), SAME_NORMAL);
+    let is_uniform = |&f: &_| {
+        let [a, b, c] = topology.face_half_edges(f);
+        same(a, b) && same(b, c)
+    };
+    let inner = topology.edges().filter(|&e| !topology.is_boundary_edge(e));
+    let is_smooth = |h: HalfEdgeId| same(h, topology.next(h.twin()));
+    let (faces, edges) = (topology.face_count(), inner.clone().count());
+    let uniform = topology.faces().filter(is_uniform).count();
+    let smooth = inner.filter(|e| is_smooth(e.half_edge())).count();
+    uniform * 100 > faces * 98 && smooth * 2 < edges
+}
+
+/// What a normal that turns by one radian, and a colour that goes from black to white, count, in
+/// parts of the diagonal of the bounding box.
+const PART_OF_DIAGONAL: f64 = 0.01;
+
+impl Carry {
+    /// The attributes of the corners, scaled to model units and weighted; `None` if none counts.
+    fn corner_attributes(&self, loaded: &Loaded, seams: &Seams) -> Option<CornerAttributes> {
+        let Loaded { model, mesh, .. } = loaded;
+        let counts = |weight: f64| weight > 0.0;
+        let uvs = model.corner_uvs.as_ref().filter(|_| counts(self.attribute_weight));
+        let colors = model.vertex_colors.as_ref().filter(|_| counts(self.attribute_weight));
+        let corner_normals = model.corner_normals.as_ref().filter(|_| counts(self.normal_weight));
+        let vertex_normals = model.vertex_normals.as_ref().filter(|_| counts(self.normal_weight));
+        let has_normals = corner_normals.is_some() || vertex_normals.is_some();
+        if uvs.is_none() && colors.is_none() && !has_normals {
+            return None;
+        }
+        let part = PART_OF_DIAGONAL * mesh.bounding_box().map_or(0.0, |b| b.diagonal());
+        let texture =
+            self.attribute_weight * uvs.map_or(0.0, |uvs| texture_scale(mesh, seams, uvs));
+        let (color, normal) = (self.attribute_weight * part, self.normal_weight * part);
+        let of_corner = |h: HalfEdgeId| {
+            let corner = seams.corner(h);
+            let vertex = model.soup.corners()[corner] as usize;
+            let [u, v] = uvs.map_or([0.0; 2], |all| all[corner]);
+            let by_vertex = vertex_normals.map_or([0.0; 3], |all| all[vertex]);
+            let [x, y, z] = corner_normals.map_or(by_vertex, |all| all[corner]);
+            let [r, g, b, a] = colors.map_or([0.0; 4], |all| all[vertex]);
+            let [u, v] = [u, v].map(|t| f64::from(t) * texture);
+            let [x, y, z] = [x, y, z].map(|n| f64::from(n) * normal);
+            let [r, g, b, a] = [r, g, b, a].map(|c| f64::from(c) * color);
+            [u, v, x, y, z, r, g, b, a]
+        };
+        Some(CornerAttributes::new(mesh, uvs.is_some(), of_corner))
+    }
+}
+
+/// Model units per unit of texture: the root of the ratio of the areas.
+fn texture_scale(mesh: &TriMesh, seams: &Seams, uvs: &[[f32; 2]]) -> f64 {
+    let topology = mesh.topology();
+    let area = |face| {
+        let corners = topology.face_half_edges(face).map(|h| uvs[seams.corner(h)].map(f64::from));
+        let [a, b, c] = corners.map(|[u, v]| DVec3::new(u, v, 0.0));
+        0.5 * (b - a).cross(c - a).length()
+    };
+    let total: f64 = topology.faces().map(area).filter(|area| area.is_finite()).sum();
+    if total > 0.0 { (mesh.area() / total).sqrt() } else { 0.0 }
+}

@@ -1,0 +1,208 @@
+//! What `simplify` and `lod` take from the command line, and what the library makes of it.
+
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+use clap::{Args, ValueEnum};
+use dtri_flip::feature_edges;
+use indicatif::ProgressBar;
+use mesh_core::TriMesh;
+use simplify::{
+    Boundary, Constraints, ErrorCheck, FitOptions, Limits, Options, PlacementRule, Preset, Progress,
+};
+
+use crate::args::{parse_angle, parse_not_negative, parse_positive, parse_seconds};
+use crate::failure::Failure;
+
+/// When to stop.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Targets (at least one)")]
+pub(crate) struct Targets {
+    /// Stop with this many faces, or one fewer
+    #[arg(long, value_name = "N")]
+    pub(crate) faces: Option<usize>,
+    /// Stop with this many vertices
+    #[arg(long, value_name = "N")]
+    pub(crate) vertices: Option<usize>,
+    /// Stop at this part of the faces, from 0 to 1
+    #[arg(long, value_name = "R", value_parser = parse_ratio)]
+    pub(crate) ratio: Option<f64>,
+    /// Stay within this distance of the input, and the input within it of the result, in model
+    /// units
+    #[arg(long, value_name = "E", value_parser = parse_positive)]
+    pub(crate) max_error: Option<f64>,
+    /// Stop before a collapse that costs more than this, in the unit of the metric
+    #[arg(long, value_name = "C", value_parser = parse_not_negative)]
+    pub(crate) max_cost: Option<f64>,
+    /// Stop collapsing after so many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    pub(crate) time: Option<Duration>,
+}
+
+impl Targets {
+    /// Refuses a run without a target, which would reduce the mesh to next to nothing.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        let Self { faces, vertices, ratio, max_error, max_cost, time } = self;
+        let counts = faces.is_some() || vertices.is_some() || ratio.is_some();
+        if counts || max_error.is_some() || max_cost.is_some() || time.is_some() {
+            return Ok(());
+        }
+        Err(Failure::Usage(
+            "say when to stop: --faces, --vertices, --ratio, --max-error, --max-cost or --time"
+                .into(),
+        ))
+    }
+}
+
+/// How to simplify.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Simplification")]
+pub(crate) struct Policy {
+    /// fast, default, quality, extreme, thin-features, paper-l1 or paper-l2
+    #[arg(long, value_name = "PRESET", default_value_t, value_parser = |s: &str| s.parse::<Preset>())]
+    pub(crate) preset: Preset,
+    /// Where the remaining vertex of an edge goes [default: that of the preset]
+    #[arg(long, value_enum)]
+    placement: Option<PlacementName>,
+    /// How much a change of curvature raises the cost; 0 for not at all [default: that of the
+    /// preset]
+    #[arg(long, value_name = "W", value_parser = parse_not_negative)]
+    curvature_weight: Option<f64>,
+    /// Rounds of fitting the result to the input; 0 for none [default: that of the preset]
+    #[arg(long, value_name = "N")]
+    fit_rounds: Option<usize>,
+    /// Keep every boundary vertex where it is
+    #[arg(long)]
+    lock_boundary: bool,
+    /// Keep edges whose faces meet at a larger angle than this as feature lines
+    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
+    feature_angle: Option<f64>,
+    /// Refuse collapses, moves and flips that make faces cross that did not before
+    #[arg(long)]
+    no_intersections: bool,
+    /// Whether small parts may be worn away, `free`; `keep` leaves each as large as a tetrahedron,
+    /// a number leaves it so many vertices
+    #[arg(long, value_name = "free|keep|N", default_value = "free", value_parser = parse_components)]
+    components: Components,
+    /// Prove the distance from the input, and that it is within --max-error
+    #[arg(long)]
+    verify: bool,
+    /// Where the random numbers of the fit start
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum PlacementName {
+    /// Least cost among the places that keep the volume
+    OptimalVolume,
+    /// Least cost
+    Optimal,
+    /// The better end: the vertices are some of the original ones
+    Endpoint,
+    Midpoint,
+    /// The point of butterfly subdivision
+    Butterfly,
+}
+
+impl From<PlacementName> for PlacementRule {
+    fn from(name: PlacementName) -> Self {
+        match name {
+            PlacementName::OptimalVolume => Self::OptimalVolume,
+            PlacementName::Optimal => Self::Optimal,
+            PlacementName::Endpoint => Self::Endpoint,
+            PlacementName::Midpoint => Self::Midpoint,
+            PlacementName::Butterfly => Self::Butterfly,
+        }
+    }
+}
+
+/// The vertices that every component keeps, if any.
+#[derive(Clone, Copy, Debug)]
+struct Components(Option<usize>);
+
+impl Policy {
+    /// How distances from the input are found.
+    pub(crate) fn check(&self) -> ErrorCheck {
+        if self.verify { ErrorCheck::Certified } else { ErrorCheck::Sampled }
+    }
+
+    /// The options of the library.
+    pub(crate) fn options(&self, mesh: &TriMesh, targets: &Targets) -> Options {
+        let mut options = Options::preset(self.preset);
+        options.limits = Limits {
+            faces: targets.faces,
+            vertices: targets.vertices,
+            ratio: targets.ratio,
+            cost: targets.max_cost,
+            collapses: None,
+            time: targets.time,
+        };
+        options.max_error = targets.max_error;
+        if self.verify {
+            options.error = ErrorCheck::Certified;
+        }
+        options.constraints = self.constraints(mesh);
+        options.min_component_vertices = self.components.0;
+        options.forbid_intersections = self.no_intersections;
+        if let Some(placement) = self.placement {
+            options.placement = placement.into();
+        }
+        if let Some(weight) = self.curvature_weight {
+            options.curvature_weight = weight;
+        }
+        self.adjust_fit(&mut options);
+        options
+    }
+
+    fn constraints(&self, mesh: &TriMesh) -> Constraints {
+        Constraints {
+            boundary: if self.lock_boundary { Boundary::Lock } else { Boundary::Quadrics },
+            locked: None,
+            features: self.feature_angle.map(|angle| feature_edges(mesh, angle)),
+        }
+    }
+
+    fn adjust_fit(&self, options: &mut Options) {
+        match self.fit_rounds {
+            Some(0) => (options.fit, options.anneal, options.peaks) = (None, None, None),
+            Some(rounds) => {
+                let fit = options.fit.unwrap_or_default();
+                options.fit = Some(FitOptions { rounds, ..fit });
+            }
+            None => {}
+        }
+        if let Some(fit) = &mut options.fit {
+            fit.seed = self.seed;
+        }
+        if let Some(anneal) = &mut options.anneal {
+            anneal.fit.seed = self.seed;
+        }
+    }
+}
+
+/// Moves the bar to where the run is on its way to its target.
+pub(crate) fn show(bar: &ProgressBar, now: &Progress) -> ControlFlow<()> {
+    let Progress { faces_before, faces, face_target, .. } = *now;
+    bar.set_length((faces_before - face_target.min(faces_before)) as u64);
+    bar.set_position((faces_before - faces.min(faces_before)) as u64);
+    ControlFlow::Continue(())
+}
+
+pub(crate) fn parse_ratio(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(ratio) if (0.0..=1.0).contains(&ratio) => Ok(ratio),
+        _ => Err("expected a number from 0 to 1".into()),
+    }
+}
+
+fn parse_components(text: &str) -> Result<Components, String> {
+    match text {
+        "free" => Ok(Components(None)),
+        "keep" => Ok(Components(Some(4))),
+        _ => text
+            .parse()
+            .map(|count| Components(Some(count)))
+            .map_err(|_| "expected `free`, `keep` or a number of vertices".into()),
+    }
+}

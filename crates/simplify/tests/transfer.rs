@@ -1,0 +1,73 @@
+//! Where the corners of a result are on the original.
+#![allow(clippy::unwrap_used)]
+
+use glam::DVec3;
+use mesh_core::shapes::SplitMix64;
+use mesh_core::{HalfEdgeId, TriMesh, VertexId};
+use simplify::{CornerAttributes, Options, Preset, corner_sources, seam_nodes, simplify};
+
+/// The row of the grid along which the seam runs.
+const SEAM: u32 = 15;
+
+/// A flat grid whose inner vertices are out of line, but for those of one row.
+fn uneven_grid(cells: u32) -> TriMesh {
+    let mut random = SplitMix64::new(7);
+    let mut positions = Vec::new();
+    for i in 0..=cells {
+        for j in 0..=cells {
+            let inner = |k: u32| f64::from(u8::from(k > 0 && k < cells));
+            let mut shift = |k: u32| 0.3 * inner(k) * (random.uniform() - 0.5);
+            let (x, y) = (shift(i) * f64::from(u8::from(i != SEAM)), shift(j));
+            let place = DVec3::new(f64::from(i) + x, f64::from(j) + y, 0.0);
+            positions.push(place / f64::from(cells));
+        }
+    }
+    let at = |i: u32, j: u32| i * (cells + 1) + j;
+    let cells = (0..cells).flat_map(|i| (0..cells).map(move |j| (i, j)));
+    let triangles: Vec<[u32; 3]> = cells
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    TriMesh::from_triangles(&positions, &triangles).unwrap()
+}
+
+/// Anything that is linear over a flat mesh is found again at every corner: here the position.
+#[test]
+fn linear_data_is_reproduced() {
+    let mesh = uneven_grid(30);
+    let topology = mesh.topology();
+    let middle = |v: VertexId| v.index() >= (31 * SEAM) as usize;
+    let mut seams = topology.edge_map(false);
+    for e in topology.edges().filter(|&e| !topology.is_boundary_edge(e)) {
+        let faces = topology.edge_faces(e).into_iter().flatten();
+        let sides: Vec<bool> =
+            faces.map(|f| topology.face_vertices(f).into_iter().all(middle)).collect();
+        seams[e] = sides[0] != sides[1];
+    }
+    let place = |h: HalfEdgeId| mesh.position(topology.origin(h)).to_array();
+    for preset in [Preset::Fast, Preset::Default, Preset::Extreme] {
+        let mut options = Options::preset(preset).to_faces(60);
+        options.constraints.features = Some(seams.clone());
+        options.constraints.locked = Some(seam_nodes(topology, &seams));
+        options.attributes = Some(CornerAttributes::new(&mesh, true, place));
+        let result = simplify(&mesh, &options).unwrap();
+        let sources = corner_sources(&mesh, &seams, &result.mesh, &result.vertex_map);
+        let new = result.mesh.topology();
+        assert!(new.face_count() <= 60);
+        for face in new.faces() {
+            let mut sides = Vec::new();
+            for h in new.face_half_edges(face) {
+                let source = sources[h].unwrap();
+                let corners = mesh.triangle(source.face);
+                let found: DVec3 =
+                    corners.into_iter().zip(source.weights).map(|(p, w)| p * w).sum();
+                let at = result.mesh.position(new.origin(h));
+                assert!(found.distance(at) < 1e-9, "{preset}: {found} at {at}");
+                sides.push(topology.face_vertices(source.face).into_iter().all(middle));
+            }
+            assert!(sides.iter().all(|&side| side == sides[0]), "{preset}: a face over the seam");
+        }
+    }
+}
