@@ -64,19 +64,6 @@ pub(crate) enum Quantity {
     Curvedness,
 }
 
-/// Every quantity with the name of its property in a PLY file.
-const PROPERTIES: [(Quantity, &str); 9] = [
-    (Quantity::Gaussian, "gaussian_curvature"),
-    (Quantity::Mean, "mean_curvature"),
-    (Quantity::AbsMean, "abs_mean_curvature"),
-    (Quantity::K1, "k1"),
-    (Quantity::K2, "k2"),
-    (Quantity::AbsSum, "abs_principal_sum"),
-    (Quantity::Willmore, "willmore_energy"),
-    (Quantity::ShapeIndex, "shape_index"),
-    (Quantity::Curvedness, "curvedness"),
-];
-
 #[derive(Serialize)]
 struct Results {
     integral_gaussian: f64,
@@ -145,6 +132,21 @@ impl Values {
 }
 
 impl Quantity {
+    /// The name of the property in a PLY file.
+    pub(crate) fn property(self) -> &'static str {
+        match self {
+            Self::Gaussian => "gaussian_curvature",
+            Self::Mean => "mean_curvature",
+            Self::AbsMean => "abs_mean_curvature",
+            Self::K1 => "k1",
+            Self::K2 => "k2",
+            Self::AbsSum => "abs_principal_sum",
+            Self::Willmore => "willmore_energy",
+            Self::ShapeIndex => "shape_index",
+            Self::Curvedness => "curvedness",
+        }
+    }
+
     pub(crate) fn is_signed(self) -> bool {
         matches!(self, Self::Gaussian | Self::Mean | Self::K1 | Self::K2 | Self::ShapeIndex)
     }
@@ -165,7 +167,8 @@ fn colored(
 ) -> Result<Model, Failure> {
     let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
     model.vertex_colors = Some(shown.as_slice().iter().map(|&value| scale.color(value)).collect());
-    for (quantity, name) in PROPERTIES {
+    for &quantity in Quantity::value_variants() {
+        let name = quantity.property();
         model.vertex_scalars.retain(|scalars| scalars.name != name);
         model.vertex_scalars.push(Scalars {
             name: name.to_owned(),

@@ -43,18 +43,6 @@ impl Estimate {
     }
 }
 
-/// The quantities of a face, each with the name of its property in a PLY file.
-const PROPERTIES: [(Quantity, &str); 8] = [
-    (Quantity::Gaussian, "gaussian_curvature"),
-    (Quantity::Mean, "mean_curvature"),
-    (Quantity::AbsMean, "abs_mean_curvature"),
-    (Quantity::K1, "k1"),
-    (Quantity::K2, "k2"),
-    (Quantity::AbsSum, "abs_principal_sum"),
-    (Quantity::ShapeIndex, "shape_index"),
-    (Quantity::Curvedness, "curvedness"),
-];
-
 /// The property that is 1 for faces with curvature, and 0 for those without, whose other numbers
 /// are 0.
 const KNOWN: &str = "curvature_known";
@@ -187,7 +175,9 @@ fn colored(
 ) -> Result<Model, Failure> {
     let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
     let discs = values.discs.as_slice();
-    for (quantity, name) in PROPERTIES {
+    let of_faces = Quantity::value_variants().iter().filter(|&&q| q != Quantity::Willmore);
+    for &quantity in of_faces {
+        let name = quantity.property();
         model.face_scalars.retain(|scalars| scalars.name != name);
         let of_face =
             |disc: &Option<DiscCurvature>| disc.map_or(0.0, |disc| value(&disc, quantity));
