@@ -28,13 +28,13 @@ pub(super) fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     let live = Live::run(item)?;
     item.table(
-        format!("Now: runs of {SEEDS} that end at the hull, by kind and number of random flips."),
+        format!("Now: runs of {SEEDS} that end at the hull, by kind (free or embedded) and number of random flips."),
         header(["strategy", "cost"]),
         live.lines,
     );
     let (runs, lines) = recorded_lines()?;
     item.table(
-        format!("On record: share of {runs} runs that end at the hull, by kind and number of random flips."),
+        format!("On record: share of {runs} runs that end at the hull, by kind (free or embedded) and number of random flips."),
         header(["points", "surface", "strategy", "cost"]),
         lines,
     );
@@ -144,8 +144,16 @@ fn header<const N: usize>(names: [&str; N]) -> Vec<String> {
     let scrambles = [Scramble::Free, Scramble::Embedded];
     let columns = scrambles
         .iter()
-        .flat_map(|scramble| FLIPS.map(|flips| format!("{} {flips}", scramble.name())));
+        .flat_map(|scramble| FLIPS.map(|flips| format!("{} {flips}", short_name(*scramble))));
     names.map(str::to_owned).into_iter().chain(columns).collect()
+}
+
+/// The name at the head of a column, which is to be narrow.
+fn short_name(scramble: Scramble) -> &'static str {
+    match scramble {
+        Scramble::Free => "free",
+        Scramble::Embedded => "emb.",
+    }
 }
 
 /// The full study: how many runs per case, and a line per points, surface, strategy and cost.
