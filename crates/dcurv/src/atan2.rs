@@ -16,7 +16,7 @@ const TAN_PI_8: f64 = 0.414_213_562_373_095_05;
 /// Unlike [`f64::atan2`] it does not tell the two zeros apart: the angle of the zero vector is 0
 /// and that of the negative x-axis is pi, whatever signs the zeros have. The vector must be finite,
 /// and zero or longer than 1e-300.
-#[inline]
+#[inline(always)]
 pub(crate) fn atan2(y: f64, x: f64) -> f64 {
     // Every choice is between two numbers by a comparison of two numbers, which takes no branch.
     let (width, height) = (x.abs(), y.abs());
@@ -37,7 +37,7 @@ pub(crate) fn atan2(y: f64, x: f64) -> f64 {
 
 /// The arc tangent of `r` with `|r| <= tan(pi/8)`: `r + r³ P(r²)`, where P interpolates
 /// `(atan(r)/r - 1)/r²` at the Chebyshev nodes of `0..tan²(pi/8)`. Its error is below 5e-18 `|r|`.
-#[inline]
+#[inline(always)]
 fn small_atan(r: f64) -> f64 {
     let s = r * r;
     let (s2, s4) = (s * s, (s * s) * (s * s));

@@ -32,7 +32,7 @@ pub fn dihedral_angle(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
 ///
 /// For an edge `e` with left normal `m = e x c` and right normal `n = d x e`, the cross product
 /// `m x n` is `-(m . d) e`: the sine is a product of three vectors, not of four.
-#[inline]
+#[inline(always)]
 #[must_use]
 pub fn hinge_angle(edge_length: f64, left_normal: DVec3, right_normal: DVec3, right: DVec3) -> f64 {
     let sine = -edge_length * left_normal.dot(right);

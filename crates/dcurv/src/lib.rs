@@ -76,7 +76,7 @@ pub mod totals;
 pub mod vertex;
 pub mod willmore;
 
-pub use angle::{AngleSum, corner_angle, corner_direction, unit_scaled};
+pub use angle::{corner_angle, triangle_angles};
 pub use area::{VertexArea, corner_area};
 pub use curvatures::{CurvatureOptions, Curvatures};
 pub use dihedral::{dihedral_angle, hinge_angle};

@@ -42,7 +42,7 @@ pub fn vertex_curvature(mesh: &TriMesh, vertex: VertexId, area: VertexArea) -> V
 
 impl VertexCurvature {
     /// The curvature that follows from the integrals, as of a [`VertexStar`](crate::VertexStar).
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn from_integrals(integrals: VertexIntegrals, boundary: bool) -> Self {
         let gaussian = if boundary { Pointwise::default() } else { gaussian(&integrals) };
@@ -78,14 +78,14 @@ impl VertexCurvature {
     }
 
     /// The Gaussian curvature K, per square of the model unit; 0 at boundary vertices.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn gaussian(&self) -> Pointwise {
         if self.boundary { Pointwise::default() } else { gaussian(&self.integrals) }
     }
 
     /// The mean curvature H, positive where convex, per model unit.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn mean(&self) -> Pointwise {
         self.integrals.mean / self.integrals.area
@@ -109,7 +109,7 @@ impl VertexCurvature {
 
     /// `|k1| + |k2|`: `2 |H|` where K is not negative, else `2 sqrt(H² - K)` (KKL02 sec. 3.1), per
     /// model unit. H is the signed mean curvature.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn abs_principal_sum(&self) -> Pointwise {
         let (h, k) = (self.mean().value(), self.gaussian().value());
@@ -118,7 +118,7 @@ impl VertexCurvature {
 
     /// `k1² + k2² = 4 H² - 2 K` (KKL02 eq. 2), per square of the model unit. Less than 0 only where
     /// [clamped](Self::is_clamped).
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn squared_principal_sum(&self) -> Pointwise {
         let (h, k) = (self.mean().value(), self.gaussian().value());
@@ -142,7 +142,7 @@ impl VertexCurvature {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn gaussian(integrals: &VertexIntegrals) -> Pointwise {
     integrals.angle_defect / integrals.area
 }

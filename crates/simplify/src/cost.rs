@@ -10,6 +10,7 @@ mod curvature_norm;
 mod garland_heckbert;
 mod hybrid;
 mod memoryless;
+mod merged_star;
 
 pub use attribute_deviation::AttributeDeviation;
 pub use curvature_factor::CurvatureFactor;
@@ -73,6 +74,12 @@ pub trait Cost {
     fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
         let _ = patch;
         None
+    }
+
+    /// Whether anything but [`Cost::early_bound`] looks at the faces of the patch. It has none when
+    /// neither cost nor placement do.
+    fn needs_faces(&self) -> bool {
+        true
     }
 
     /// How far a collapse is felt.

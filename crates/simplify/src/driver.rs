@@ -103,6 +103,9 @@ pub fn collapse_edges<C: Cost, P: Placement>(
 /// How many collapses pass between two looks at the clock and the observer.
 const OBSERVED_EVERY: usize = 1024;
 
+/// How many edges are looked at before they have their turn.
+const LOOK_AHEAD: usize = 32;
+
 struct Driver<'a, 'g, C, P> {
     mesh: &'a mut TriMesh,
     policies: Policies<'g, C, P>,
@@ -113,6 +116,8 @@ struct Driver<'a, 'g, C, P> {
     /// The number of refused edges at each vertex, or more.
     refused_at: Vec<u32>,
     used_vertices: usize,
+    /// Whether costs depend on the faces of a patch.
+    gathers: bool,
     scratch: Vec<PatchFace>,
     touched: Vec<VertexId>,
     stale: Vec<EdgeId>,
@@ -230,10 +235,12 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
             locked: None,
             features: None,
         };
+        let gathers = policies.cost.needs_faces() || policies.placement.needs_faces();
         Self {
             mesh,
             policies,
             fixed,
+            gathers,
             waiting: Waiting::Rounds(Rounds::default()),
             is_refused,
             refused_at,
@@ -290,6 +297,7 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
 
     fn run_in_rounds(&mut self, watch: &mut Watch<'_>) -> StopReason {
         let mut round = Round::default();
+        let mut bounds = Vec::with_capacity(LOOK_AHEAD);
         loop {
             if let Some(reason) = self.reached(watch) {
                 return reason;
@@ -302,20 +310,42 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
                 return StopReason::Cost;
             }
             let ceiling = round.ceiling.min(watch.cost());
-            for &visit in &round.visits {
-                if !self.mesh.topology().contains_edge(visit.edge) {
-                    continue;
-                }
-                if let Some(reason) = self.reached(watch) {
-                    return reason;
-                }
-                if let Turn::Above(cost) = self.take_turn(visit.edge, ceiling)
-                    && let Waiting::Rounds(rounds) = &mut self.waiting
-                {
-                    rounds.push_above(Visit { cost, ..visit });
+            for ahead in round.visits.chunks(LOOK_AHEAD) {
+                self.look_ahead(ahead, &mut bounds);
+                for (&visit, &bound) in ahead.iter().zip(&bounds) {
+                    if !self.mesh.topology().contains_edge(visit.edge) {
+                        continue;
+                    }
+                    if let Some(reason) = self.reached(watch) {
+                        return reason;
+                    }
+                    let turn = if bound > ceiling {
+                        Turn::Above(bound)
+                    } else {
+                        self.take_turn(visit.edge, ceiling)
+                    };
+                    if let Turn::Above(cost) = turn
+                        && let Waiting::Rounds(rounds) = &mut self.waiting
+                    {
+                        rounds.push_above(Visit { cost, ..visit });
+                    }
                 }
             }
         }
+    }
+
+    /// Finds the early bounds of edges whose turn comes soon; minus infinity where there is none.
+    ///
+    /// That brings their surroundings into the cache, many at a time: the edges do not wait for each
+    /// other, as collapses do.
+    fn look_ahead(&self, visits: &[Visit], bounds: &mut Vec<f64>) {
+        let Self { mesh, policies, fixed, .. } = self;
+        bounds.clear();
+        bounds.extend(visits.iter().map(|visit| {
+            let is_there = mesh.topology().contains_edge(visit.edge);
+            let bound = is_there.then(|| early_bound(mesh, policies, fixed, visit.edge));
+            bound.flatten().unwrap_or(f64::NEG_INFINITY)
+        }));
     }
 
     fn run_in_order(&mut self, watch: &mut Watch<'_>) -> StopReason {
@@ -355,11 +385,15 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
 
     /// The cost of an edge, or the quickest bound of it.
     fn key(&mut self, edge: EdgeId) -> Result<f64, Refusal> {
-        let Self { mesh, policies, fixed, scratch, .. } = self;
+        let Self { mesh, policies, fixed, scratch, gathers, .. } = self;
         if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
             return Ok(bound);
         }
-        let patch = EdgePatch::gather(mesh, edge.half_edge(), scratch);
+        let patch = if *gathers {
+            EdgePatch::gather(mesh, edge.half_edge(), scratch)
+        } else {
+            EdgePatch::without_faces(mesh, edge.half_edge())
+        };
         let patch = patch.with_border(fixed.border(&patch));
         match assess(policies, fixed, &patch, f64::NEG_INFINITY)? {
             Assessment::Above(cost) | Assessment::Exact(_, cost) => Ok(cost),
@@ -368,11 +402,6 @@ impl<'a, 'g, C: Cost, P: Placement> Driver<'a, 'g, C, P> {
 
     fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
         let Self { mesh, policies, fixed, scratch, .. } = self;
-        if let Some(bound) = early_bound(mesh, policies, fixed, edge)
-            && bound > ceiling
-        {
-            return Ok(Turn::Above(bound));
-        }
         let patch = EdgePatch::gather(mesh, edge.half_edge(), scratch);
         let patch = patch.with_border(fixed.border(&patch));
         let (place, cost) = match assess(policies, fixed, &patch, ceiling)? {

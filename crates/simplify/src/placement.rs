@@ -25,4 +25,10 @@ pub trait Placement {
         quadric: Option<&Quadric>,
         cost: &dyn Fn(DVec3) -> f64,
     ) -> Place;
+
+    /// Whether the faces of the patch are looked at, other than by the cost. It has none when
+    /// neither cost nor placement do.
+    fn needs_faces(&self) -> bool {
+        true
+    }
 }

@@ -2,19 +2,21 @@
 //!
 //! What is integrated over a vertex is a sum over the corners and edges at it, so that a collapse
 //! changes only the terms of the faces of its patch. The integrals of the mesh as it is are kept in
-//! tables; what a collapse adds to them is evaluated in one turn round the ring of its patch. The
-//! area of a vertex is a third of its faces, as in KKL02.
+//! tables; what a collapse makes of them is found by [`MergedStar`]. The area of a vertex is a third
+//! of its faces, as in KKL02.
 
 use core::cell::RefCell;
-use core::f64::consts::PI;
 
 use dcurv::{
-    AngleSum, Area, Integral, VertexArea, VertexCurvature, VertexIntegrals, corner_direction,
-    dihedral_angle, hinge_angle, unit_scaled, vertex_curvature,
+    CurvatureOptions, Curvatures, VertexArea, VertexCurvature, VertexIntegrals,
+    edge_mean_curvatures, triangle_angles,
 };
-use glam::{DVec2, DVec3};
-use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
+use glam::DVec3;
+use mesh_core::{
+    EdgeMap, FaceId, FaceMap, HalfEdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel,
+};
 
+use super::merged_star::{DOUBLED_TO_THIRD, MergedStar, Tables};
 use crate::patch::EdgePatch;
 
 /// A number per vertex that follows from its curvature, kept up to date over collapses, and its
@@ -22,10 +24,8 @@ use crate::patch::EdgePatch;
 #[derive(Clone, Debug)]
 pub(super) struct CurvatureChange {
     measure: Measure,
-    vertices: VertexMap<Term>,
-    /// Half of the integral of mean curvature over each edge: the share of each end.
-    hinges: EdgeMap<f64>,
-    turn: RefCell<Turn>,
+    tables: Tables,
+    star: RefCell<MergedStar>,
 }
 
 /// The number per vertex.
@@ -40,8 +40,8 @@ pub(super) enum Measure {
 }
 
 impl Measure {
-    #[inline]
-    fn of(self, integrals: VertexIntegrals, boundary: bool) -> f64 {
+    #[inline(always)]
+    pub(super) fn of(self, integrals: VertexIntegrals, boundary: bool) -> f64 {
         let area = integrals.area;
         let curvature = VertexCurvature::from_integrals(integrals, boundary);
         match self {
@@ -54,49 +54,17 @@ impl Measure {
 
 /// A vertex as it is.
 #[derive(Clone, Copy, Debug, Default)]
-struct Term {
-    integrals: VertexIntegrals,
-    measured: f64,
-    boundary: bool,
+pub(super) struct Term {
+    pub(super) integrals: VertexIntegrals,
+    pub(super) measured: f64,
+    pub(super) boundary: bool,
 }
 
 impl Term {
     #[inline]
-    fn new(integrals: VertexIntegrals, boundary: bool, measure: Measure) -> Self {
+    pub(super) fn new(integrals: VertexIntegrals, boundary: bool, measure: Measure) -> Self {
         Self { integrals, measured: measure.of(integrals, boundary), boundary }
     }
-}
-
-/// One turn round the ring of a patch, for one place of the vertex that remains.
-#[derive(Clone, Debug, Default)]
-struct Turn {
-    half_edges: Vec<HalfEdgeId>,
-    spokes: Vec<Spoke>,
-    /// The vertex that remains, as it would be.
-    center: Term,
-    closed: bool,
-}
-
-/// A neighbour of the vertex that remains, and what changes there: the sums of the terms that come
-/// less those that go.
-#[derive(Clone, Copy, Debug)]
-struct Spoke {
-    /// The vertex.
-    vertex: VertexId,
-    /// From the vertex that remains to this one.
-    along: DVec3,
-    /// The normal of the face between this spoke and the one before, times its doubled area.
-    normal: DVec3,
-    /// The new share of mean curvature of the spoke.
-    hinge: f64,
-    /// The edge from this vertex to the one before, and its new share of mean curvature.
-    link: EdgeId,
-    link_hinge: f64,
-    angle: AngleSum,
-    mean: f64,
-    area: f64,
-    /// The vertex as it would be.
-    after: Term,
 }
 
 /// The sums over the two ends of an edge and their neighbours.
@@ -108,229 +76,95 @@ pub(super) struct Sums {
 
 impl CurvatureChange {
     pub(super) fn new(measure: Measure) -> Self {
-        Self {
-            measure,
+        let tables = Tables {
             vertices: VertexMap::from_vec(Vec::new()),
             hinges: EdgeMap::from_vec(Vec::new()),
-            turn: RefCell::default(),
-        }
+            corners: HalfEdgeMap::from_vec(Vec::new()),
+            thirds: FaceMap::from_vec(Vec::new()),
+        };
+        Self { measure, tables, star: RefCell::new(MergedStar::new()) }
     }
 
     pub(super) fn prepare(&mut self, mesh: &TriMesh) {
         let topology = mesh.topology();
-        self.hinges = EdgeMap::from_vec(parallel::collect(topology.edge_capacity(), |i| {
-            let e = EdgeId::from_index(i);
-            if topology.contains_edge(e) { hinge(mesh, e) } else { 0.0 }
-        }));
         let measure = self.measure;
-        self.vertices = VertexMap::from_vec(parallel::collect(topology.vertex_capacity(), |i| {
-            let v = VertexId::from_index(i);
-            if !topology.contains_vertex(v) {
-                return Term::default();
-            }
-            let curvature = vertex_curvature(mesh, v, VertexArea::Barycentric);
-            Term::new(*curvature.integrals(), curvature.is_boundary(), measure)
-        }));
+        let options = CurvatureOptions { area: VertexArea::Barycentric };
+        let term = |c: &VertexCurvature| Term::new(*c.integrals(), c.is_boundary(), measure);
+        let mean = edge_mean_curvatures(mesh).into_vec().into_iter();
+        // Each end of an edge has half of its mean curvature.
+        let hinges = mean.map(|mean| mean.map_or(0.0, |mean| 0.5 * mean.value()));
+        let per_face = parallel::collect(topology.face_capacity(), |i| {
+            let f = FaceId::from_index(i);
+            if topology.contains_face(f) { measure_face(mesh, f) } else { ([0.0; 3], 0.0) }
+        });
+        let mut corners = HalfEdgeMap::from_vec(vec![0.0; 2 * topology.edge_capacity()]);
+        for f in topology.faces() {
+            let angles = per_face[f.index()].0;
+            let sides = topology.face_half_edges(f).into_iter();
+            sides.zip(angles).for_each(|(side, angle)| corners[side] = angle);
+        }
+        self.tables = Tables {
+            vertices: Curvatures::of(mesh, &options).map(term),
+            hinges: EdgeMap::from_vec(hinges.collect()),
+            corners,
+            thirds: FaceMap::from_vec(per_face.into_iter().map(|(_, third)| third).collect()),
+        };
+        self.star.get_mut().forget();
     }
 
     /// The sums before and after the collapse with the remaining vertex at `x`.
     pub(super) fn of(&self, patch: &EdgePatch<'_>, x: DVec3) -> Sums {
-        let turn = &mut *self.turn.borrow_mut();
-        self.go_round(turn, patch, x);
-        let ends = [patch.removed(), patch.kept()].map(|v| self.vertices[v].measured);
-        let mut sums = Sums { before: ends[0] + ends[1], after: turn.center.measured };
-        for spoke in &turn.spokes {
-            sums.before += self.vertices[spoke.vertex].measured;
-            sums.after += spoke.after.measured;
-        }
-        sums
-    }
-
-    /// Evaluates everything that the collapse changes.
-    fn go_round(&self, turn: &mut Turn, patch: &EdgePatch<'_>, x: DVec3) {
-        turn.closed = patch.merged_ring(&mut turn.half_edges);
-        let (mesh, origin) = (patch.mesh(), patch.origin());
-        let topology = mesh.topology();
-        turn.spokes.clear();
-        turn.spokes.extend(turn.half_edges.iter().map(|&side| {
-            let vertex = topology.target(side);
-            let link = topology.next(side).edge();
-            // The spoke as it is goes.
-            Spoke::new(vertex, link, mesh.position(vertex) - origin - x, -self.hinges[side.edge()])
-        }));
-        self.remove_vanishing(patch, turn, x);
-        let (angle, area) = self.turn_faces(turn, patch, x);
-        let mean = turn.add_spoke_hinges();
-        let full = if turn.closed { 2.0 * PI } else { PI };
-        let integrals = VertexIntegrals {
-            angle_defect: Integral::new(full - angle),
-            mean: Integral::new(mean),
-            area: Area::new(area),
-            ..VertexIntegrals::default()
-        };
-        turn.center = Term::new(integrals, !turn.closed, self.measure);
-        for spoke in &mut turn.spokes {
-            let Term { integrals, boundary, .. } = self.vertices[spoke.vertex];
-            spoke.after = Term::new(spoke.applied_to(&integrals), boundary, self.measure);
-        }
-    }
-
-    /// Exchanges the faces that remain for those with a corner at `x`. Returns their angle there
-    /// and a third of their area.
-    fn turn_faces(&self, turn: &mut Turn, patch: &EdgePatch<'_>, x: DVec3) -> (f64, f64) {
-        let (mesh, origin) = (patch.mesh(), patch.origin());
-        let topology = mesh.topology();
-        let (mut angle, mut doubled) = (AngleSum::ZERO, 0.0);
-        let count = turn.spokes.len();
-        for j in usize::from(!turn.closed)..count {
-            let i = if j == 0 { count - 1 } else { j - 1 };
-            let (from, to) = (turn.spokes[j].along, turn.spokes[i].along);
-            let link = topology.next(turn.half_edges[j]);
-            let along = to - from;
-            let normal = from.cross(to);
-            let size = normal.length();
-
-            let end =
-                patch.ends()[usize::from(topology.origin(turn.half_edges[j]) != patch.removed())];
-            let (old_from, old_to) = (from + (x - end), to + (x - end));
-            let old_size = old_from.cross(old_to).length();
-
-            let outer =
-                topology.apex(link.twin()).map_or(DVec3::ZERO, |v| mesh.position(v) - origin - x);
-            let right = outer - from;
-            let length = along.length();
-            let link_hinge = match topology.is_exterior(link.twin()) {
-                true => 0.0,
-                false => 0.25 * length * hinge_angle(length, normal, right.cross(along), right),
-            };
-            let change_of_mean = link_hinge - self.hinges[link.edge()];
-            let change_of_area = (size - old_size) / 6.0;
-
-            let spoke = &mut turn.spokes[j];
-            (spoke.normal, spoke.link_hinge) = (normal, link_hinge);
-            spoke.angle.add(direction(along, -from, size));
-            spoke.angle.subtract(direction(along, -old_from, old_size));
-            spoke.mean += change_of_mean;
-            spoke.area += change_of_area;
-            let before = &mut turn.spokes[i];
-            before.angle.add(direction(-to, -along, size));
-            before.angle.subtract(direction(-old_to, -along, old_size));
-            before.mean += change_of_mean;
-            before.area += change_of_area;
-            angle.add(direction(from, to, size));
-            doubled += size;
-        }
-        (angle.radians(), doubled / 6.0)
-    }
-
-    /// Takes the faces that vanish away from their apexes, with the second spoke to each.
-    fn remove_vanishing(&self, patch: &EdgePatch<'_>, turn: &mut Turn, x: DVec3) {
-        let topology = patch.mesh().topology();
-        for side in [patch.half_edge(), patch.half_edge().twin()] {
-            let Some(apex) = topology.apex(side) else { continue };
-            let Some(place) = turn.spokes.iter().position(|s| s.vertex == apex) else { continue };
-            let second = topology.next(side);
-            let third = topology.next(second);
-            let known = turn.half_edges[place].edge();
-            let other = if second.edge() == known { third } else { second };
-            let spoke = &mut turn.spokes[place];
-            let [a, b] = patch.ends().map(|end| end - x - spoke.along);
-            let size = a.cross(b).length();
-            spoke.angle.subtract(direction(a, b, size));
-            spoke.mean -= self.hinges[other.edge()];
-            spoke.area -= size / 6.0;
+        let star = &mut *self.star.borrow_mut();
+        star.evaluate(&self.tables, self.measure, patch, x);
+        let measured = |v: VertexId| self.tables.vertices[v].measured;
+        let neighbours = star.spokes().iter().map(|spoke| measured(spoke.vertex));
+        Sums {
+            before: measured(patch.removed()) + measured(patch.kept()) + neighbours.sum::<f64>(),
+            after: star.center().measured + star.measured().iter().sum::<f64>(),
         }
     }
 
     /// Takes over what a collapse that is about to be carried out changes.
     pub(super) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
-        let mut turn = self.turn.take();
-        self.go_round(&mut turn, patch, x);
-        self.vertices[patch.kept()] = turn.center;
-        for (spoke, &side) in turn.spokes.iter().zip(&turn.half_edges) {
-            self.vertices[spoke.vertex] = spoke.after;
-            self.hinges[side.edge()] = spoke.hinge;
-            self.hinges[spoke.link] = spoke.link_hinge;
-        }
-        // Of the two spokes to the apex of a face that vanishes, only one was met.
+        let star = self.star.get_mut();
+        star.evaluate(&self.tables, self.measure, patch, x);
+        let Tables { vertices, hinges, corners, thirds } = &mut self.tables;
         let topology = patch.mesh().topology();
-        for side in [patch.half_edge(), patch.half_edge().twin()] {
-            let Some(apex) = topology.apex(side) else { continue };
-            let Some(spoke) = turn.spokes.iter().find(|s| s.vertex == apex) else { continue };
-            let second = topology.next(side);
-            for either in [second, topology.next(second)] {
-                self.hinges[either.edge()] = spoke.hinge;
-            }
+        vertices[patch.kept()] = *star.center();
+        for (i, spoke) in star.spokes().iter().enumerate() {
+            vertices[spoke.vertex] = star.neighbour(i);
+            hinges[spoke.side.edge()] = star.spoke_hinge(i);
+            let (Some(face), Some(f)) = (star.face(i), topology.face(spoke.side)) else { continue };
+            let link = topology.next(spoke.side);
+            hinges[link.edge()] = face.link_hinge;
+            let sides = [spoke.side, link, topology.next(link)];
+            sides.into_iter().zip(face.angles).for_each(|(side, angle)| corners[side] = angle);
+            thirds[f] = face.third;
         }
-        self.turn = RefCell::new(turn);
-    }
-}
-
-impl Turn {
-    /// Adds the new spokes to the mean curvature of their outer ends; returns their sum.
-    fn add_spoke_hinges(&mut self) -> f64 {
-        let count = self.spokes.len();
-        let mut sum = 0.0;
-        for j in 0..count {
-            if !self.closed && (j == 0 || j + 1 == count) {
+        // Of the two spokes to the apex of a face that vanishes only one was met, and either may
+        // stay, with one half-edge taking the place of the twin of the other.
+        for side in [patch.half_edge(), patch.half_edge().twin()] {
+            if topology.is_exterior(side) {
                 continue;
             }
-            let k = if j + 1 == count { 0 } else { j + 1 };
-            let right = &self.spokes[k];
-            let (right_normal, right_along) = (right.normal, right.along);
-            let spoke = &mut self.spokes[j];
-            let length = spoke.along.length();
-            spoke.hinge =
-                0.25 * length * hinge_angle(length, spoke.normal, right_normal, right_along);
-            spoke.mean += spoke.hinge;
-            sum += spoke.hinge;
+            let second = topology.next(side);
+            let third = topology.next(second);
+            let apex = topology.target(second);
+            let Some(i) = star.spokes().iter().position(|s| s.vertex == apex) else { continue };
+            for (this, other) in [(second, third), (third, second)] {
+                hinges[this.edge()] = star.spoke_hinge(i);
+                corners[this] = corners[other.twin()];
+            }
         }
-        sum
+        star.forget();
     }
 }
 
-impl Spoke {
-    #[inline]
-    fn new(vertex: VertexId, link: EdgeId, along: DVec3, mean: f64) -> Self {
-        Self {
-            vertex,
-            along,
-            normal: DVec3::ZERO,
-            hinge: 0.0,
-            link,
-            link_hinge: 0.0,
-            angle: AngleSum::ZERO,
-            mean,
-            area: 0.0,
-            after: Term::default(),
-        }
-    }
-
-    #[inline]
-    fn applied_to(&self, integrals: &VertexIntegrals) -> VertexIntegrals {
-        VertexIntegrals {
-            angle_defect: Integral::new(integrals.angle_defect.value() - self.angle.radians()),
-            mean: Integral::new(integrals.mean.value() + self.mean),
-            area: Area::new((integrals.area.value() + self.area).max(0.0)),
-            ..*integrals
-        }
-    }
-}
-
-/// The direction of the angle between `u` and `w`, for [`AngleSum`].
-#[inline]
-fn direction(u: DVec3, w: DVec3, cross: f64) -> DVec2 {
-    unit_scaled(corner_direction(u, w, cross))
-}
-
-/// The share of mean curvature that an edge gives to each of its ends: a quarter of length times
-/// dihedral angle (KKL02 sec. 3.1).
-fn hinge(mesh: &TriMesh, e: EdgeId) -> f64 {
-    let topology = mesh.topology();
-    let [h, twin] = e.half_edges();
-    let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return 0.0 };
-    let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
-    0.25 * a.distance(b) * dihedral_angle(a, b, mesh.position(c), mesh.position(d))
+/// The interior angles of a face, and a third of its area.
+fn measure_face(mesh: &TriMesh, f: FaceId) -> ([f64; 3], f64) {
+    let [a, b, c] = mesh.triangle(f);
+    let cross = mesh.face_cross(f).length();
+    (triangle_angles(b - a, c - a, cross), DOUBLED_TO_THIRD * cross)
 }
 
 #[cfg(test)]

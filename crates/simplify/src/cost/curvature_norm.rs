@@ -21,6 +21,11 @@ pub enum Norm {
 /// By how much a collapse changes the discrete curvature norm of the mesh: the absolute difference
 /// before and after (KKL02 section 3.2). Curvatures are pointwise, with a third of the adjacent
 /// faces as the area of a vertex.
+///
+/// A collapse changes the curvature of the neighbours of its vertex, and brings the costs of the
+/// edges that lead from these to the neighbours of theirs up to date, as printed. Edges beyond,
+/// whose costs change too where a neighbour lies opposite to them, are evaluated again when they
+/// come to the head of the queue.
 #[derive(Clone, Debug)]
 pub struct CurvatureNorm {
     change: CurvatureChange,
@@ -48,8 +53,12 @@ impl Cost for CurvatureNorm {
         (sums.before - sums.after).abs()
     }
 
+    fn needs_faces(&self) -> bool {
+        false
+    }
+
     fn reach(&self) -> Reach {
-        Reach::TwoRings
+        Reach::OneRing
     }
 
     fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {

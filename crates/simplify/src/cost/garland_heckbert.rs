@@ -1,7 +1,7 @@
 //! Quadric error metrics (Garland and Heckbert 1997).
 
 use glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId, parallel};
+use mesh_core::TriMesh;
 
 use super::{Collapse, Cost, Reach};
 use crate::patch::EdgePatch;
@@ -80,20 +80,19 @@ pub(crate) struct AccumulatedQuadrics(Vec<Quadric>);
 impl AccumulatedQuadrics {
     pub(crate) fn new(mesh: &TriMesh) -> Self {
         let topology = mesh.topology();
-        Self(parallel::collect(topology.vertex_capacity(), |index| {
-            let vertex = VertexId::from_index(index);
-            let mut sum = Quadric::default();
-            if topology.contains_vertex(vertex) {
-                for face in topology.faces_of_vertex(vertex) {
-                    let cross = mesh.face_cross(face);
-                    let double_area = cross.length();
-                    if double_area > 0.0 {
-                        sum += Quadric::plane(cross, 0.0, 1.0 / (6.0 * double_area));
-                    }
+        let mut quadrics = vec![Quadric::default(); topology.vertex_capacity()];
+        for face in topology.faces() {
+            let cross = mesh.face_cross(face);
+            let double_area = cross.length();
+            if double_area > 0.0 {
+                // The plane goes through all three corners.
+                let plane = Quadric::plane(cross, 0.0, 1.0 / (6.0 * double_area));
+                for vertex in topology.face_vertices(face) {
+                    quadrics[vertex.index()] += plane;
                 }
             }
-            sum
-        }))
+        }
+        Self(quadrics)
     }
 
     /// The sum of the quadrics of both ends, about the midpoint of the edge.

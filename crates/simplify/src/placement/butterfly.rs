@@ -23,4 +23,8 @@ impl Placement for ButterflyPoint {
         });
         Place::At(x)
     }
+
+    fn needs_faces(&self) -> bool {
+        false
+    }
 }

@@ -21,4 +21,8 @@ impl Placement for BestEndpoint {
         let [removed, kept] = patch.ends().map(cost);
         if removed < kept { Place::Removed } else { Place::Kept }
     }
+
+    fn needs_faces(&self) -> bool {
+        false
+    }
 }

@@ -14,4 +14,8 @@ impl Placement for Midpoint {
     fn place(&self, _: &EdgePatch<'_>, _: Option<&Quadric>, _: &dyn Fn(DVec3) -> f64) -> Place {
         Place::At(DVec3::ZERO)
     }
+
+    fn needs_faces(&self) -> bool {
+        false
+    }
 }
