@@ -112,6 +112,11 @@ impl CurvatureChange {
         self.star.get_mut().forget();
     }
 
+    #[cfg(test)]
+    pub(super) fn tables(&self) -> &Tables {
+        &self.tables
+    }
+
     /// The sums before and after the collapse with the remaining vertex at `x`.
     pub(super) fn of(&self, patch: &EdgePatch<'_>, x: DVec3) -> Sums {
         let star = &mut *self.star.borrow_mut();

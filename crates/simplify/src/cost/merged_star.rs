@@ -509,3 +509,59 @@ fn integrals(defect: f64, mean: f64, area: f64) -> VertexIntegrals {
         ..VertexIntegrals::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::Simd;
+    use mesh_core::TriMesh;
+    use mesh_core::shapes::{Plane, Sphere};
+
+    use crate::cost::curvature_change::CurvatureChange;
+
+    fn levels() -> Vec<Level> {
+        let best = Level::new();
+        let mut levels = vec![Level::baseline(), best];
+        #[cfg(target_arch = "x86_64")]
+        {
+            levels.extend(best.as_sse4_2().map(Simd::level));
+            levels.extend(best.as_avx2().map(Simd::level));
+        }
+        levels
+    }
+
+    #[test]
+    fn every_vector_width_gives_the_same_bits() {
+        let plane = Plane { half_width: 1.0 }.mesh(6, Default::default()).unwrap();
+        for soup in [Sphere { radius: 1.0 }.random_hull(80, 3).unwrap(), plane] {
+            let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
+            let mut mesh = TriMesh::from_triangles(soup.positions(), &triangles).unwrap();
+            for (i, p) in mesh.positions_mut().iter_mut().enumerate() {
+                p.z += 0.05 * (i as f64).sin();
+            }
+            for measure in [Measure::AbsSum, Measure::SquaredSum, Measure::AbsIntegral] {
+                let mut change = CurvatureChange::new(measure);
+                change.prepare(&mesh);
+                let of = |level| {
+                    let mut star = MergedStar { level, ..MergedStar::new() };
+                    let mut found = Vec::new();
+                    for h in mesh.topology().half_edges() {
+                        let patch = EdgePatch::without_faces(&mesh, h);
+                        star.evaluate(
+                            change.tables(),
+                            measure,
+                            &patch,
+                            DVec3::new(0.01, 0.02, 0.03),
+                        );
+                        found.push(star.center().measured);
+                        found.extend(star.measured());
+                    }
+                    found
+                };
+                let expected = of(Level::baseline());
+                assert!(expected.iter().all(|measured| measured.is_finite()));
+                assert!(levels().into_iter().all(|level| of(level) == expected));
+            }
+        }
+    }
+}
