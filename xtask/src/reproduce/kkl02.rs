@@ -4,6 +4,7 @@ mod error_curves;
 mod head;
 mod norm_levels;
 mod rotorcraft;
+mod single_metrics;
 mod thin_parts;
 mod visual;
 
@@ -14,8 +15,9 @@ use simplify::{Metric, Options, PlacementRule, Preset, Simplified, simplify};
 use super::Step;
 use crate::failure::Failure;
 
-pub(super) const STEPS: [Step; 4] = [
+pub(super) const STEPS: [Step; 5] = [
     Step { name: "Fig. 4", compute: norm_levels::compute },
+    Step { name: "Sec. 4.2", compute: single_metrics::compute },
     Step { name: "Fig. 5 and 7 (a)", compute: thin_parts::compute },
     Step { name: "Fig. 6", compute: visual::compute },
     Step { name: "Fig. 7 (b)", compute: error_curves::compute },
@@ -69,24 +71,36 @@ fn levels(mesh: &TriMesh, options: Options, faces: &[usize]) -> Result<Vec<TriMe
 struct Original {
     surface: Surface,
     diagonal: f64,
+    /// How many samples are taken on either surface.
+    samples: usize,
 }
 
 impl Original {
     fn new(mesh: &TriMesh) -> Result<Self, Failure> {
+        Self::with_samples(mesh, 100_000)
+    }
+
+    fn with_samples(mesh: &TriMesh, samples: usize) -> Result<Self, Failure> {
         let surface = Surface::new(mesh).map_err(Failure::mesh)?;
-        Ok(Self { diagonal: surface.bounding_box().diagonal(), surface })
+        Ok(Self { diagonal: surface.bounding_box().diagonal(), surface, samples })
     }
 
     /// Both directions, from samples that lie uniformly on either surface.
     fn compare(&self, mesh: &TriMesh) -> Result<Comparison, Failure> {
+        self.compare_by(mesh, CompareOptions::default())
+    }
+
+    fn compare_by(&self, mesh: &TriMesh, options: CompareOptions) -> Result<Comparison, Failure> {
         let surface = Surface::new(mesh).map_err(Failure::mesh)?;
-        let options = CompareOptions { samples: 100_000, ..CompareOptions::default() };
+        let options = CompareOptions { samples: self.samples, ..options };
         Ok(compare(&self.surface, &surface, &options))
     }
 
     /// The mean distance in percent of the diagonal of the bounding box.
     fn mean_percent(&self, mesh: &TriMesh) -> Result<f64, Failure> {
-        Ok(self.percent(self.compare(mesh)?.mean()))
+        // Points on edges and at vertices count for the largest distance only.
+        let faces_only = CompareOptions { vertices: false, edges: false, ..Default::default() };
+        Ok(self.percent(self.compare_by(mesh, faces_only)?.mean()))
     }
 
     fn percent(&self, length: f64) -> f64 {
