@@ -2,7 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use curvmesh_benches::{SIZES, model_mesh, triangles};
+use curvmesh_benches::{SIZES, model_mesh};
 use dtri_flip::{AbsMean, FlipOptions, optimise};
 use mesh_core::TriMesh;
 use mesh_core::shapes::Torus;
@@ -12,7 +12,7 @@ fn shifted_torus(faces: usize) -> TriMesh {
     let sides = ((faces / 4) as f64).sqrt().round() as usize;
     let rings = (faces / (4 * sides)) * 2;
     let soup = Torus { major: 5.0, minor: 2.0 }.shifted_mesh(rings, sides).unwrap();
-    TriMesh::from_triangles(soup.positions(), &triangles(&soup)).unwrap()
+    TriMesh::from_soup(&soup).unwrap()
 }
 
 fn meshes() -> Vec<(String, TriMesh)> {

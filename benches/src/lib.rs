@@ -28,8 +28,7 @@ pub fn torus_soup(faces: usize) -> PolygonSoup {
 #[must_use]
 #[allow(clippy::expect_used)]
 pub fn torus(faces: usize) -> TriMesh {
-    let soup = torus_soup(faces);
-    TriMesh::from_triangles(soup.positions(), &triangles(&soup)).expect("a torus is a manifold")
+    TriMesh::from_soup(&torus_soup(faces)).expect("a torus is a manifold")
 }
 
 /// The index triples of a soup of triangles.

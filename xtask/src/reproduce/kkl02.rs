@@ -13,6 +13,7 @@ use mesh_metric::{CompareOptions, Comparison, Surface, compare};
 use simplify::{Metric, Options, PlacementRule, Preset, Simplified, simplify};
 
 use super::Step;
+use super::item::{Item, Outcome};
 use crate::failure::Failure;
 
 pub(super) const STEPS: [Step; 5] = [
@@ -36,6 +37,7 @@ fn distance_only() -> Options {
         curvature_weight: 0.0,
         placement: PlacementRule::Optimal,
         fit: None,
+        peaks: None,
         ..Options::preset(Preset::Default)
     }
 }
@@ -65,6 +67,27 @@ fn levels(mesh: &TriMesh, options: Options, faces: &[usize]) -> Result<Vec<TriMe
         Ok(level)
     };
     faces.iter().map(level).collect()
+}
+
+/// Results whose mean errors are within this factor are similar; within the other, roughly.
+const SIMILAR: f64 = 1.25;
+const ROUGHLY: f64 = 2.5;
+
+/// Whether the results of two norms are similar, from the mean errors by L2 over those by L1.
+fn add_similarity_claim(item: &mut Item, name: &str, ratios: [f64; 3]) {
+    let within = |factor: f64| ratios.iter().all(|r| (1.0 / factor..factor).contains(r));
+    let outcome = match (within(SIMILAR), within(ROUGHLY)) {
+        (true, _) => Outcome::Holds,
+        (false, true) => Outcome::InPart,
+        (false, false) => Outcome::Fails,
+    };
+    let how =
+        format!("the mean error by L2 over that by L1 at the three levels is {}", list(ratios));
+    item.claim(name, outcome, how);
+}
+
+fn list(ratios: [f64; 3]) -> String {
+    ratios.map(|ratio| format!("{ratio:.2}")).join(", ")
 }
 
 /// An original to measure distances from, as the paper does with Metro.
