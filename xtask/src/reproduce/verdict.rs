@@ -261,7 +261,8 @@ impl std::fmt::Display for Outcome {
 #[cfg(test)]
 mod tests {
     use super::super::item::Number;
-    use super::super::published::{Reference, Value};
+    use super::super::published::{Reference, Value, papers};
+    use super::super::recorded::Recorded;
     use super::Verdict;
 
     fn verdict(value: &Value, recorded: Option<f64>, ours: f64) -> Verdict {
@@ -286,6 +287,35 @@ mod tests {
         assert!(is_drift(&verdict(&value, recorded, 0.2342743546)));
         assert!(is_drift(&verdict(&value, Some(0.2342), 0.2342743622)));
         assert!(is_drift(&verdict(&value, None, 0.2342743622)));
+    }
+
+    #[test]
+    fn another_result_than_that_of_an_independent_program_needs_a_reason() {
+        let reference = Some(Reference { value: 2.0, tolerance: 0.1 });
+        let value = Value { reference, ..Value::default() };
+        assert_eq!(verdict(&value, Some(2.05), 2.05), Verdict::NotPublished);
+        assert!(is_drift(&verdict(&value, Some(2.2), 2.2)));
+        let why = Value { differs: Some("another rule".into()), ..value };
+        assert_eq!(verdict(&why, Some(2.2), 2.2), Verdict::Differs("another rule".into()));
+        assert!(is_drift(&verdict(&why, Some(2.05), 2.2)));
+        // Beside a printed number the reason is for that one.
+        let printed = Value { printed: Some(1.0), tolerance: 0.1, ..why };
+        assert!(is_drift(&verdict(&printed, Some(2.2), 2.2)));
+    }
+
+    /// Also for models that are not here, and for items that a quick run leaves out.
+    #[test]
+    fn what_is_on_record_is_no_drift() {
+        let recorded = Recorded::read().unwrap();
+        for paper in papers().unwrap() {
+            let compared = paper.values.iter().filter_map(|value| {
+                Some((value, recorded.value(&paper.short, &value.item, &value.quantity)?))
+            });
+            for (value, ours) in compared {
+                let verdict = verdict(value, Some(ours), ours);
+                assert!(!is_drift(&verdict), "{} {}: {verdict}", value.item, value.quantity);
+            }
+        }
     }
 
     #[test]
