@@ -10,6 +10,9 @@ use simplify::{Options, Preset, simplify};
 const MODELS: [(&str, usize); 3] =
     [("igea.ply", 3_000), ("rocker-arm.obj", 2_008), ("fandisk.obj", 1_294)];
 
+/// How far apart the bounds may be, as a share of the diagonal of the bounding box.
+const TOLERANCE: f64 = 1e-4;
+
 /// A mesh and a coarser version of it, with their name.
 struct Pair {
     name: String,
@@ -39,6 +42,8 @@ fn distances(criterion: &mut Criterion) {
     for Pair { name, fine, coarse } in pairs() {
         let [a, b] = [&fine, &coarse].map(|mesh| Surface::new(mesh).unwrap());
         let faces = a.triangle_count() as u64;
+        let tolerance = TOLERANCE * a.bounding_box().diagonal();
+        let bounds = CertifyOptions { tolerance, ..CertifyOptions::default() };
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let id = |what| BenchmarkId::new(format!("{what}, {threads} threads"), &name);
