@@ -2,17 +2,13 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use curvmesh_benches::{SIZES, model, torus};
+use curvmesh_benches::{SIZES, model_mesh, torus};
 use dcurv::{CurvatureOptions, Curvatures};
 use mesh_core::TriMesh;
-use mesh_core::build::{Repair, build};
 
 fn meshes() -> Vec<(String, TriMesh)> {
     let mut meshes: Vec<_> = SIZES.iter().map(|&f| (format!("torus {f}"), torus(f))).collect();
-    if let Some(path) = model("igea.ply") {
-        let soup = mesh_io::read(path).unwrap().soup;
-        meshes.push(("igea".into(), build(&soup, &Repair::strict()).unwrap().mesh));
-    }
+    meshes.extend(model_mesh("igea.ply").map(|mesh| ("igea".into(), mesh)));
     meshes
 }
 

@@ -2,10 +2,9 @@
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use curvmesh_benches::{SIZES, model, triangles};
+use curvmesh_benches::{SIZES, model_mesh};
 use dtri_flip::{AbsMean, FlipOptions, optimise};
 use mesh_core::TriMesh;
-use mesh_core::build::{Repair, build};
 use mesh_core::shapes::Torus;
 
 /// The torus of DHKL01 with more points: half of its edges are worth flipping.
@@ -13,17 +12,14 @@ fn shifted_torus(faces: usize) -> TriMesh {
     let sides = ((faces / 4) as f64).sqrt().round() as usize;
     let rings = (faces / (4 * sides)) * 2;
     let soup = Torus { major: 5.0, minor: 2.0 }.shifted_mesh(rings, sides).unwrap();
-    TriMesh::from_triangles(soup.positions(), &triangles(&soup)).unwrap()
+    TriMesh::from_soup(&soup).unwrap()
 }
 
 fn meshes() -> Vec<(String, TriMesh)> {
     let mut meshes: Vec<_> =
         SIZES.iter().map(|&faces| (format!("torus {faces}"), shifted_torus(faces))).collect();
     for name in ["rocker-arm.obj", "fandisk.obj", "armadillo_52k.off", "igea.ply"] {
-        if let Some(path) = model(name) {
-            let soup = mesh_io::read(path).unwrap().soup;
-            meshes.push((name.into(), build(&soup, &Repair::lenient()).unwrap().mesh));
-        }
+        meshes.extend(model_mesh(name).map(|mesh| (name.into(), mesh)));
     }
     meshes
 }

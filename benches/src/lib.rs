@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use mesh_core::build::{Repair, build};
 use mesh_core::shapes::Torus;
 use mesh_core::{PolygonSoup, TriMesh};
 
@@ -27,8 +28,7 @@ pub fn torus_soup(faces: usize) -> PolygonSoup {
 #[must_use]
 #[allow(clippy::expect_used)]
 pub fn torus(faces: usize) -> TriMesh {
-    let soup = torus_soup(faces);
-    TriMesh::from_triangles(soup.positions(), &triangles(&soup)).expect("a torus is a manifold")
+    TriMesh::from_soup(&torus_soup(faces)).expect("a torus is a manifold")
 }
 
 /// The index triples of a soup of triangles.
@@ -42,4 +42,15 @@ pub fn triangles(soup: &PolygonSoup) -> Vec<[u32; 3]> {
 pub fn model(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("CURVMESH_MODELS")?;
     Some(PathBuf::from(folder).join(name)).filter(|path| path.is_file())
+}
+
+/// [`model`], read and repaired as far as needed.
+///
+/// # Panics
+/// When the file cannot be read: a benchmark without its mesh has nothing to tell.
+#[must_use]
+#[allow(clippy::expect_used)]
+pub fn model_mesh(name: &str) -> Option<TriMesh> {
+    let model = mesh_io::read(model(name)?).expect("the model can be read");
+    Some(build(&model.soup, &Repair::lenient()).expect("repairs leave a manifold").mesh)
 }

@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
 const AFTER_HELP: &str = "\
 Formats, in and out: OBJ, PLY, STL, OFF, glTF, GLB.
 Exit codes: 0 done; 2 wrong usage; 3 unreadable or malformed input; 4 the mesh cannot be
-processed as asked; 1 anything else.";
+processed as asked; 130 interrupted; 1 anything else.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {

@@ -64,16 +64,23 @@ pub(crate) enum Quantity {
     Curvedness,
 }
 
+/// Integrals over the mesh, which every estimator has.
+#[derive(Default, Serialize)]
+pub(crate) struct Integrals {
+    pub(crate) integral_gaussian: f64,
+    pub(crate) integral_abs_gaussian: f64,
+    pub(crate) integral_mean: f64,
+    pub(crate) integral_abs_mean: f64,
+    pub(crate) f1: f64,
+    pub(crate) f2: f64,
+    pub(crate) f3: f64,
+    pub(crate) willmore: f64,
+}
+
 #[derive(Serialize)]
 struct Results {
-    integral_gaussian: f64,
-    integral_abs_gaussian: f64,
-    integral_mean: f64,
-    integral_abs_mean: f64,
-    f1: f64,
-    f2: f64,
-    f3: f64,
-    willmore: f64,
+    #[serde(flatten)]
+    integrals: Integrals,
     norm_l1: f64,
     norm_l2_squared: f64,
     clamped_vertices: usize,
@@ -182,14 +189,16 @@ fn results(quantity: Quantity, values: &Values, scale: &Scale) -> Results {
     let totals: Totals = values.curvatures.totals();
     let name = quantity.to_possible_value().map(|value| value.get_name().to_owned());
     Results {
-        integral_gaussian: totals.gaussian.value(),
-        integral_abs_gaussian: totals.abs_gaussian.value(),
-        integral_mean: totals.mean.value(),
-        integral_abs_mean: totals.abs_mean.value(),
-        f1: totals.f1,
-        f2: totals.f2(),
-        f3: totals.f3,
-        willmore: values.willmore.as_slice().iter().sum(),
+        integrals: Integrals {
+            integral_gaussian: totals.gaussian.value(),
+            integral_abs_gaussian: totals.abs_gaussian.value(),
+            integral_mean: totals.mean.value(),
+            integral_abs_mean: totals.abs_mean.value(),
+            f1: totals.f1,
+            f2: totals.f2(),
+            f3: totals.f3,
+            willmore: values.willmore.as_slice().iter().sum(),
+        },
         norm_l1: totals.norm_l1,
         norm_l2_squared: totals.norm_l2_squared,
         clamped_vertices: totals.clamped,
@@ -200,8 +209,8 @@ fn results(quantity: Quantity, values: &Values, scale: &Scale) -> Results {
 }
 
 fn summary(report: &Report<Results>) -> String {
-    let Results { integral_gaussian, integral_abs_mean, f1, f2, f3, willmore, .. } =
-        &report.results;
+    let Integrals { integral_gaussian, integral_abs_mean, f1, f2, f3, willmore, .. } =
+        &report.results.integrals;
     let (file, clamped, vertices) =
         (report.subject(), report.results.clamped_vertices, report.vertices);
     format!(

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::colormap::Scale;
 use crate::console::Console;
-use crate::curvature::{Curvature, Quantity};
+use crate::curvature::{Curvature, Integrals, Quantity};
 use crate::failure::Failure;
 use crate::job::Report;
 use crate::load::{Loaded, Seconds};
@@ -51,14 +51,8 @@ const KNOWN: &str = "curvature_known";
 /// particular to this one.
 #[derive(Serialize)]
 struct Results {
-    integral_gaussian: f64,
-    integral_abs_gaussian: f64,
-    integral_mean: f64,
-    integral_abs_mean: f64,
-    f1: f64,
-    f2: f64,
-    f3: f64,
-    willmore: f64,
+    #[serde(flatten)]
+    integrals: Integrals,
     estimator: &'static str,
     radius: f64,
     /// Faces whose sections end at the boundary of the mesh.
@@ -75,17 +69,6 @@ struct Results {
 struct Values {
     discs: FaceMap<Option<DiscCurvature>>,
     radius: f64,
-}
-
-/// Integrals over the mesh: curvatures of faces times their areas.
-#[derive(Default)]
-struct Integrals {
-    gaussian: f64,
-    abs_gaussian: f64,
-    mean: f64,
-    abs_mean: f64,
-    squared_mean: f64,
-    abs_sum: f64,
 }
 
 pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure> {
@@ -130,20 +113,21 @@ impl Values {
         self.discs.as_slice().iter().flatten().filter(|&disc| is(disc)).count()
     }
 
+    /// Curvatures of faces times their areas.
     fn integrals(&self, mesh: &TriMesh) -> Integrals {
         let mut sums = Integrals::default();
         for face in mesh.topology().faces() {
             let Some(disc) = &self.discs[face] else { continue };
             let area = mesh.face_area(face);
             let [k1, k2] = disc.curvatures;
-            sums.gaussian += area * disc.gaussian();
-            sums.abs_gaussian += area * disc.gaussian().abs();
-            sums.mean += area * disc.mean();
-            sums.abs_mean += area * disc.mean().abs();
-            sums.squared_mean += area * disc.mean() * disc.mean();
-            sums.abs_sum += area * (k1.abs() + k2.abs());
+            sums.integral_gaussian += area * disc.gaussian();
+            sums.integral_abs_gaussian += area * disc.gaussian().abs();
+            sums.integral_mean += area * disc.mean();
+            sums.integral_abs_mean += area * disc.mean().abs();
+            sums.f1 += area * disc.mean() * disc.mean();
+            sums.f3 += area * (k1.abs() + k2.abs());
         }
-        sums
+        Integrals { f2: sums.integral_abs_mean, willmore: sums.f1 - sums.integral_gaussian, ..sums }
     }
 }
 
@@ -235,17 +219,9 @@ fn vertex_means(mesh: &TriMesh, values: &Values, quantity: Quantity) -> VertexMa
 
 fn results(options: &Curvature, loaded: &Loaded, values: &Values, scale: &Scale) -> Results {
     let topology = loaded.mesh.topology();
-    let sums = values.integrals(&loaded.mesh);
     let quantity = options.quantity.to_possible_value();
     Results {
-        integral_gaussian: sums.gaussian,
-        integral_abs_gaussian: sums.abs_gaussian,
-        integral_mean: sums.mean,
-        integral_abs_mean: sums.abs_mean,
-        f1: sums.squared_mean,
-        f2: sums.abs_mean,
-        f3: sums.abs_sum,
-        willmore: sums.squared_mean - sums.gaussian,
+        integrals: values.integrals(&loaded.mesh),
         estimator: "face",
         radius: values.radius,
         truncated_faces: values.count(|disc| disc.truncated),
@@ -262,8 +238,8 @@ fn summary(report: &Report<Results>) -> String {
         "{}: sections of {:.6} to either side; integral of K {:.6}, of |H| {:.6}\n  {} of {} faces have sections that end at the boundary, {} that close on themselves, {} have no curvature",
         report.subject(),
         found.radius,
-        found.integral_gaussian,
-        found.integral_abs_mean,
+        found.integrals.integral_gaussian,
+        found.integrals.integral_abs_mean,
         found.truncated_faces,
         report.faces,
         found.wrapped_faces,

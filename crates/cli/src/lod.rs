@@ -16,6 +16,7 @@ use crate::args::parse_positive;
 use crate::attributes::{Attributes, Carry};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::interrupt::while_writing;
 use crate::job::{Report, Source};
 use crate::load::{Loaded, Seconds};
 use crate::save::{SaveOptions, check_target, save, save_levels};
@@ -141,7 +142,7 @@ fn collapses(
 }
 
 fn record(path: &Path, log: &CollapseLog, mesh: &TriMesh) -> Result<(), Failure> {
-    mesh_io::replace_file(path, |writer| log.write(mesh, writer))
+    while_writing(path, || mesh_io::replace_file(path, |writer| log.write(mesh, writer)))
         .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })
 }
 

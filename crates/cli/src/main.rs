@@ -15,6 +15,7 @@ mod face_curvature;
 mod failure;
 mod flip;
 mod info;
+mod interrupt;
 mod job;
 mod load;
 mod lod;
@@ -36,6 +37,7 @@ use failure::Failure;
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let console = Console::new(&arguments.common);
+    interrupt::watch();
     match run(&arguments, &console) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::interrupt::while_writing;
 use crate::job::{Report, Source};
 use crate::load::{Seconds, load};
 use crate::save::{FormatName, SaveOptions, check_target, save};
@@ -391,7 +392,7 @@ fn mesh_model(mesh: &TriMesh, cover: &Cover, cut: f64) -> Result<Model, Failure>
 
 fn write_record(path: &Path, cover: &Cover) -> Result<(), Failure> {
     let text = serde_json::to_string(&cover.record()).map_err(Failure::json)?;
-    mesh_io::replace_file(path, |writer| writeln!(writer, "{text}"))
+    while_writing(path, || mesh_io::replace_file(path, |writer| writeln!(writer, "{text}")))
         .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })
 }
 

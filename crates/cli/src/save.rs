@@ -7,6 +7,7 @@ use mesh_io::{Encoding, Format, Model, Precision, WriteError, WriteOptions, Writ
 
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::interrupt::while_writing;
 
 /// How output files are written.
 #[derive(Debug, Default, Args)]
@@ -51,28 +52,26 @@ pub(crate) enum PrecisionName {
     Double,
 }
 
+impl From<FormatName> for Format {
+    fn from(name: FormatName) -> Self {
+        match name {
+            FormatName::Obj => Self::Obj,
+            FormatName::Ply => Self::Ply,
+            FormatName::Stl => Self::Stl,
+            FormatName::Off => Self::Off,
+            FormatName::Gltf => Self::Gltf,
+            FormatName::Glb => Self::Glb,
+        }
+    }
+}
+
 impl SaveOptions {
     /// The extension of the format, if one is named.
     pub(crate) fn extension(&self) -> Option<&'static str> {
-        self.format.map(|name| match name {
-            FormatName::Obj => "obj",
-            FormatName::Ply => "ply",
-            FormatName::Stl => "stl",
-            FormatName::Off => "off",
-            FormatName::Gltf => "gltf",
-            FormatName::Glb => "glb",
-        })
+        self.format.map(|name| Format::from(name).extension())
     }
 
     fn write_options(&self) -> WriteOptions {
-        let format = self.format.map(|name| match name {
-            FormatName::Obj => Format::Obj,
-            FormatName::Ply => Format::Ply,
-            FormatName::Stl => Format::Stl,
-            FormatName::Off => Format::Off,
-            FormatName::Gltf => Format::Gltf,
-            FormatName::Glb => Format::Glb,
-        });
         let encoding = match self.encoding {
             EncodingName::Usual => Encoding::Usual,
             EncodingName::Text => Encoding::Text,
@@ -84,7 +83,7 @@ impl SaveOptions {
             PrecisionName::Single => Precision::Single,
             PrecisionName::Double => Precision::Double,
         };
-        WriteOptions { format, encoding, precision }
+        WriteOptions { format: self.format.map(Format::from), encoding, precision }
     }
 }
 
@@ -106,7 +105,7 @@ pub(crate) fn save(
     options: &SaveOptions,
     console: &Console,
 ) -> Result<(), Failure> {
-    let written = mesh_io::write(path, model, &options.write_options());
+    let written = while_writing(path, || mesh_io::write(path, model, &options.write_options()));
     explain(path, written, console)
 }
 
@@ -118,7 +117,9 @@ pub(crate) fn save_levels(
     options: &SaveOptions,
     console: &Console,
 ) -> Result<(), Failure> {
-    let written = mesh_io::write_levels(path, levels, coverage, &options.write_options());
+    let written = while_writing(path, || {
+        mesh_io::write_levels(path, levels, coverage, &options.write_options())
+    });
     explain(path, written, console)
 }
 

@@ -5,7 +5,7 @@ mod common;
 
 use std::path::Path;
 
-use common::{curvmesh, json, write};
+use common::{code, curvmesh, json, write};
 use mesh_core::PolygonSoup;
 use mesh_core::shapes::{Torus, polyhedra};
 use mesh_io::{Model, WriteOptions};
@@ -29,11 +29,6 @@ fn book(folder: &Path) -> String {
     let path = folder.join("book.off");
     write(soup, &path);
     path.to_str().unwrap().to_owned()
-}
-
-fn code(arguments: &[&str]) -> (i32, String) {
-    let output = curvmesh(arguments);
-    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
 #[test]

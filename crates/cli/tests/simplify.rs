@@ -5,7 +5,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::{curvmesh, json, write};
+use common::{code, json, write};
 use mesh_core::PolygonSoup;
 use mesh_core::shapes::{Sphere, Torus};
 use serde_json::Value;
@@ -22,11 +22,6 @@ fn torus(folder: &Path, around: usize) -> PathBuf {
 
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
-}
-
-fn code(arguments: &[&str]) -> (i32, String) {
-    let output = curvmesh(arguments);
-    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
 }
 
 #[test]

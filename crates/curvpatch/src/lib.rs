@@ -14,8 +14,7 @@
 //! use mesh_core::{FaceId, TriMesh, shapes::Sphere};
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let soup = Sphere { radius: 2.0 }.icosphere(4)?;
-//! let triangles: Vec<[u32; 3]> = soup.faces().map(|f| [f[0], f[1], f[2]]).collect();
-//! let mesh = TriMesh::from_triangles(soup.positions(), &triangles)?;
+//! let mesh = TriMesh::from_soup(&soup)?;
 //!
 //! let estimator = CurvatureEstimator::new(&mesh, Params::robust())?;
 //! let fit = estimator.patch(FaceId::new(7), 0.8, Shape::Circle)?;

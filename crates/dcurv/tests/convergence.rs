@@ -12,9 +12,7 @@ use mesh_core::{PolygonSoup, TriMesh};
 const REFINEMENTS: [usize; 4] = [16, 32, 64, 128];
 
 fn mesh(soup: Result<PolygonSoup, ShapeError>) -> TriMesh {
-    let soup = soup.unwrap();
-    let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
-    TriMesh::from_triangles(soup.positions(), &triangles).unwrap()
+    TriMesh::from_soup(&soup.unwrap()).unwrap()
 }
 
 /// The largest errors over a region, and those of integrals over it.

@@ -13,16 +13,12 @@ use mesh_core::{PolygonSoup, TriMesh};
 
 const AREAS: [VertexArea; 2] = [VertexArea::Voronoi, VertexArea::Barycentric];
 
-fn triangles(soup: &PolygonSoup) -> Vec<[u32; 3]> {
-    soup.faces().map(|f| f.try_into().unwrap()).collect()
-}
-
 fn mesh(soup: &PolygonSoup) -> TriMesh {
-    TriMesh::from_triangles(soup.positions(), &triangles(soup)).unwrap()
+    TriMesh::from_soup(soup).unwrap()
 }
 
 fn reversed(soup: &PolygonSoup) -> TriMesh {
-    let turned: Vec<[u32; 3]> = triangles(soup).into_iter().map(|[a, b, c]| [a, c, b]).collect();
+    let turned: Vec<[u32; 3]> = soup.faces().map(|f| [f[0], f[2], f[1]]).collect();
     TriMesh::from_triangles(soup.positions(), &turned).unwrap()
 }
 

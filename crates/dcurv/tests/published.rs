@@ -8,8 +8,7 @@ use mesh_core::shapes::{Torus, inset_cube, polyhedra, seven_points};
 use mesh_core::{PolygonSoup, TriMesh};
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
-    let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
-    TriMesh::from_triangles(soup.positions(), &triangles).unwrap()
+    TriMesh::from_soup(soup).unwrap()
 }
 
 fn totals(soup: &PolygonSoup, area: VertexArea) -> Totals {

@@ -43,8 +43,7 @@ use crate::quad::Quad;
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let torus = shapes::Torus { major: 5.0, minor: 2.0 }.shifted_mesh(12, 6)?;
-/// let triangles: Vec<[u32; 3]> = torus.faces().map(|f| [f[0], f[1], f[2]]).collect();
-/// let mut mesh = TriMesh::from_triangles(torus.positions(), &triangles)?;
+/// let mut mesh = TriMesh::from_soup(&torus)?;
 /// let report = optimise(&mut mesh, &SquaredArea, &FlipOptions::default())?;
 /// assert!(report.cost_after < report.cost_before);
 /// # Ok(())

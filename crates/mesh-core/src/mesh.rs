@@ -9,6 +9,7 @@ use crate::edit::{
 };
 use crate::handle::{FaceId, VertexId};
 use crate::pairing::TopologyError;
+use crate::soup::PolygonSoup;
 use crate::topology::Topology;
 
 /// A triangle mesh: [`Topology`] and a position for each of its vertices.
@@ -43,6 +44,14 @@ pub enum MeshError {
         /// Its position.
         position: DVec3,
     },
+    /// A face is not a triangle.
+    #[error("face {face} has {corners} corners, not three; use `build`, which splits polygons")]
+    NotATriangle {
+        /// The face.
+        face: usize,
+        /// How many corners it has.
+        corners: usize,
+    },
     /// There are not as many positions as vertices.
     #[error("there are {positions} positions for {vertices} vertices; give one for each")]
     PositionCount {
@@ -67,6 +76,21 @@ impl TriMesh {
     ) -> Result<Self, MeshError> {
         let topology = Topology::from_triangles(positions.len(), triangles)?;
         Self::new(topology, positions.iter().map(|&p| p.into()).collect())
+    }
+
+    /// A mesh from a soup of triangles that already form an oriented 2-manifold; otherwise as
+    /// [`TriMesh::from_triangles`].
+    ///
+    /// # Errors
+    /// As there, or a face is not a triangle.
+    pub fn from_soup(soup: &PolygonSoup) -> Result<Self, MeshError> {
+        let triangle = |(face, corners): (usize, &[u32])| {
+            let count = corners.len();
+            corners.try_into().map_err(|_| MeshError::NotATriangle { face, corners: count })
+        };
+        let triangles: Vec<[u32; 3]> =
+            soup.faces().enumerate().map(triangle).collect::<Result<_, _>>()?;
+        Self::from_triangles(soup.positions(), &triangles)
     }
 
     /// A mesh from its parts; positions are indexed by vertex, those of removed vertices included.

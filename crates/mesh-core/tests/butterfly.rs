@@ -13,8 +13,7 @@ const EIGHT_POINT: ButterflyOptions =
     ButterflyOptions { tension: 1.0 / 16.0, irregular: IrregularRule::EightPoint };
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
-    let faces: Vec<[u32; 3]> = soup.faces().map(|face| face.try_into().unwrap()).collect();
-    TriMesh::from_triangles(soup.positions(), &faces).unwrap()
+    TriMesh::from_soup(soup).unwrap()
 }
 
 fn edge(topology: &Topology, a: u32, b: u32) -> EdgeId {

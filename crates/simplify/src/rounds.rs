@@ -145,8 +145,7 @@ mod tests {
     #[test]
     fn every_edge_comes_once_and_the_rounds_ascend() {
         let soup = Sphere { radius: 1.0 }.icosphere(4).unwrap();
-        let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
-        let mesh = TriMesh::from_triangles(soup.positions(), &triangles).unwrap();
+        let mesh = TriMesh::from_soup(&soup).unwrap();
         let topology = mesh.topology();
         let mut random = SplitMix64::new(5);
         let mut cost = |index: usize| match index % 100 {

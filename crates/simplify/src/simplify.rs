@@ -99,8 +99,7 @@ pub enum SimplifyError {
 /// use simplify::{Options, Preset, simplify};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// # let soup = mesh_core::shapes::Sphere { radius: 1.0 }.icosphere(3)?;
-/// # let triangles: Vec<[u32; 3]> = soup.faces().filter_map(|f| f.try_into().ok()).collect();
-/// # let mesh = TriMesh::from_triangles(soup.positions(), &triangles)?;
+/// # let mesh = TriMesh::from_soup(&soup)?;
 /// let result = simplify(&mesh, &Options::preset(Preset::Default).to_faces(200))?;
 /// assert_eq!(result.mesh.topology().face_count(), 200);
 /// # Ok(())

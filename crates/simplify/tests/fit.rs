@@ -8,8 +8,7 @@ use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::{Boundary, Curve, Options, simplify};
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
-    let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
-    TriMesh::from_triangles(soup.positions(), &triangles).unwrap()
+    TriMesh::from_soup(soup).unwrap()
 }
 
 /// A wave over a disk with a square hole: its boundary is a curve and a polygon.

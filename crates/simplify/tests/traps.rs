@@ -11,8 +11,7 @@ use simplify::{
 use std::ops::ControlFlow;
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
-    let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
-    TriMesh::from_triangles(soup.positions(), &triangles).unwrap()
+    TriMesh::from_soup(soup).unwrap()
 }
 
 fn moved(mesh: &TriMesh, place: impl Fn(DVec3) -> DVec3) -> TriMesh {

@@ -58,6 +58,8 @@ struct Measures {
 }
 
 impl Measures {
+    const NAMES: [&str; 4] = ["W", "virtual W", "area", "F2"];
+
     fn of(mesh: &TriMesh) -> Self {
         Self {
             w: total_willmore_energy(mesh),
@@ -67,20 +69,25 @@ impl Measures {
         }
     }
 
-    fn named(&self) -> [(&'static str, f64); 4] {
-        [("W", self.w), ("virtual W", self.virtual_w), ("area", self.area), ("F2", self.f2)]
+    fn values(&self) -> [f64; 4] {
+        [self.w, self.virtual_w, self.area, self.f2]
     }
 
     /// Adds the numbers to an item.
     fn add(&self, item: &mut Item, of: &str) {
-        for (name, value) in self.named() {
+        for (name, value) in Self::NAMES.iter().zip(self.values()) {
             item.number(format!("{of}, {name}"), value);
         }
     }
 
     /// The numbers as cells of a table.
-    fn cells(&self) -> impl Iterator<Item = String> {
-        self.named().into_iter().map(|(_, value)| format!("{value:.4}"))
+    fn cells(&self) -> [String; 4] {
+        self.values().map(|value| format!("{value:.4}"))
+    }
+
+    /// The header of a table with these columns in the middle.
+    fn header<'a>(before: &'a [&'a str], after: &'a [&'a str]) -> impl Iterator<Item = &'a str> {
+        before.iter().chain(&Self::NAMES).chain(after).copied()
     }
 }
 

@@ -27,20 +27,30 @@ fn write_json(what: &(impl serde::Serialize + ?Sized), path: &Path) -> Result<()
 fn write_csv(items: &[Item], path: &Path) -> Result<(), Failure> {
     let failed = |e: csv::Error| Failure::writing(path)(e.into());
     let mut table = csv::Writer::from_path(path).map_err(failed)?;
-    let header = ["paper", "item", "quantity", "where", "printed", "ours", "verdict", "remark"];
+    let header =
+        ["paper", "item", "quantity", "where", "printed", "ours", "reference", "verdict", "remark"];
     table.write_record(header).map_err(failed)?;
     for item in items {
         for row in &item.rows {
-            let [printed, ours] = match &row.content {
-                Content::Number { printed, ours } => {
-                    [printed, ours].map(|x| x.map(|x| x.to_string()).unwrap_or_default())
+            let [printed, ours, reference] = match &row.content {
+                Content::Number { printed, ours, reference } => {
+                    [printed, ours, reference].map(|x| x.map(|x| x.to_string()).unwrap_or_default())
                 }
-                Content::Claim { says, how, .. } => [says.clone(), how.clone()],
+                Content::Claim { says, how, .. } => [says.clone(), how.clone(), String::new()],
             };
             let place = row.place.clone().unwrap_or_default();
             let (verdict, remark) = (row.verdict.label(), row.verdict.remark());
-            let fields =
-                [&*item.paper, &item.name, &row.quantity, &place, &printed, &ours, verdict, remark];
+            let fields = [
+                &*item.paper,
+                &item.name,
+                &row.quantity,
+                &place,
+                &printed,
+                &ours,
+                &reference,
+                verdict,
+                remark,
+            ];
             table.write_record(fields).map_err(failed)?;
         }
     }

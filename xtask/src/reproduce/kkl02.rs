@@ -4,6 +4,7 @@ mod error_curves;
 mod head;
 mod norm_levels;
 mod rotorcraft;
+mod single_metrics;
 mod thin_parts;
 mod visual;
 
@@ -12,10 +13,12 @@ use mesh_metric::{CompareOptions, Comparison, Surface, compare};
 use simplify::{Metric, Options, PlacementRule, Preset, Simplified, simplify};
 
 use super::Step;
+use super::item::{Item, Outcome};
 use crate::failure::Failure;
 
-pub(super) const STEPS: [Step; 4] = [
+pub(super) const STEPS: [Step; 5] = [
     Step { name: "Fig. 4", compute: norm_levels::compute },
+    Step { name: "Sec. 4.2", compute: single_metrics::compute },
     Step { name: "Fig. 5 and 7 (a)", compute: thin_parts::compute },
     Step { name: "Fig. 6", compute: visual::compute },
     Step { name: "Fig. 7 (b)", compute: error_curves::compute },
@@ -34,6 +37,7 @@ fn distance_only() -> Options {
         curvature_weight: 0.0,
         placement: PlacementRule::Optimal,
         fit: None,
+        peaks: None,
         ..Options::preset(Preset::Default)
     }
 }
@@ -65,28 +69,61 @@ fn levels(mesh: &TriMesh, options: Options, faces: &[usize]) -> Result<Vec<TriMe
     faces.iter().map(level).collect()
 }
 
+/// Results whose mean errors are within this factor are similar; within the other, roughly.
+const SIMILAR: f64 = 1.25;
+const ROUGHLY: f64 = 2.5;
+
+/// Whether the results of two norms are similar, from the mean errors by L2 over those by L1.
+fn add_similarity_claim(item: &mut Item, name: &str, ratios: [f64; 3]) {
+    let within = |factor: f64| ratios.iter().all(|r| (1.0 / factor..factor).contains(r));
+    let outcome = match (within(SIMILAR), within(ROUGHLY)) {
+        (true, _) => Outcome::Holds,
+        (false, true) => Outcome::InPart,
+        (false, false) => Outcome::Fails,
+    };
+    let how =
+        format!("the mean error by L2 over that by L1 at the three levels is {}", list(ratios));
+    item.claim(name, outcome, how);
+}
+
+fn list(ratios: [f64; 3]) -> String {
+    ratios.map(|ratio| format!("{ratio:.2}")).join(", ")
+}
+
 /// An original to measure distances from, as the paper does with Metro.
 struct Original {
     surface: Surface,
     diagonal: f64,
+    /// How many samples are taken on either surface.
+    samples: usize,
 }
 
 impl Original {
     fn new(mesh: &TriMesh) -> Result<Self, Failure> {
+        Self::with_samples(mesh, 100_000)
+    }
+
+    fn with_samples(mesh: &TriMesh, samples: usize) -> Result<Self, Failure> {
         let surface = Surface::new(mesh).map_err(Failure::mesh)?;
-        Ok(Self { diagonal: surface.bounding_box().diagonal(), surface })
+        Ok(Self { diagonal: surface.bounding_box().diagonal(), surface, samples })
     }
 
     /// Both directions, from samples that lie uniformly on either surface.
     fn compare(&self, mesh: &TriMesh) -> Result<Comparison, Failure> {
+        self.compare_by(mesh, CompareOptions::default())
+    }
+
+    fn compare_by(&self, mesh: &TriMesh, options: CompareOptions) -> Result<Comparison, Failure> {
         let surface = Surface::new(mesh).map_err(Failure::mesh)?;
-        let options = CompareOptions { samples: 100_000, ..CompareOptions::default() };
+        let options = CompareOptions { samples: self.samples, ..options };
         Ok(compare(&self.surface, &surface, &options))
     }
 
     /// The mean distance in percent of the diagonal of the bounding box.
     fn mean_percent(&self, mesh: &TriMesh) -> Result<f64, Failure> {
-        Ok(self.percent(self.compare(mesh)?.mean()))
+        // Points on edges and at vertices count for the largest distance only.
+        let faces_only = CompareOptions { vertices: false, edges: false, ..Default::default() };
+        Ok(self.percent(self.compare_by(mesh, faces_only)?.mean()))
     }
 
     fn percent(&self, length: f64) -> f64 {

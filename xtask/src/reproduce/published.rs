@@ -64,13 +64,27 @@ pub(crate) struct Value {
     /// How far a result may be from the printed number to agree with it, where more cannot be
     /// expected: other data, or a number read off a plot.
     pub(crate) agrees: Option<f64>,
-    /// Why ours is known to be farther away than that.
+    /// Why ours is known to be farther away than that; where nothing is printed, why it is farther
+    /// from what an independent program gave.
     pub(crate) differs: Option<String>,
     /// The model without which there is no such number: a file of the models' folder, or in words
     /// one that is not to be had.
     pub(crate) needs: Option<String>,
     /// What an independent program gave, where that is known.
     pub(crate) reference: Option<Reference>,
+}
+
+impl Value {
+    /// What an independent program gave.
+    pub(crate) fn reference_value(&self) -> Option<f64> {
+        self.reference.map(|reference| reference.value)
+    }
+
+    /// Why an independent program gave something else. Beside a printed number, which has a reason
+    /// of its own, both programs have to agree.
+    pub(crate) fn differs_from_reference(&self) -> Option<&str> {
+        self.differs.as_deref().filter(|_| self.printed.is_none())
+    }
 }
 
 /// The result of an independent implementation.

@@ -3,7 +3,7 @@
 use comfy_table::{ContentArrangement, Table, presets};
 
 use super::item::Item;
-use super::numbers::{difference, pair};
+use super::numbers::{difference, pair, reference};
 use super::published::Paper;
 use super::verdict::{Content, Row, Verdict};
 
@@ -55,16 +55,19 @@ fn item_lines(item: &Item, table: &mut Table) {
     if let Some(failure) = &item.failure {
         table.add_row([format!("{} {}", item.paper, item.name), failure.clone()]);
     }
-    let shown = |row: &&Row| row.is_published() || !row.verdict.is_expected();
+    let shown = |row: &&Row| row.is_compared() || !row.verdict.is_expected();
     for row in item.rows.iter().filter(shown) {
         let name = format!("{} {}: {}", item.paper, item.name, row.quantity);
         let [mut printed, mut ours] = pair(row);
+        if row.reference().is_some() && !row.is_published() {
+            printed = format!("not; another program: {}", reference(row));
+        }
         if let Content::Claim { says, how, .. } = &row.content {
             (printed, ours) = (says.clone(), how.clone());
         }
         table.add_row([name, printed, ours, difference(row), row.verdict.to_string()]);
     }
-    let unpublished = item.rows.iter().filter(|row| row.verdict == Verdict::NotPublished).count();
+    let unpublished = item.rows.iter().filter(|row| !shown(row)).count();
     if unpublished > 0 {
         let text = format!("{unpublished} more, as on record");
         let name = format!("{} {}", item.paper, item.name);

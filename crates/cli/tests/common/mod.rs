@@ -28,6 +28,12 @@ pub(crate) fn curvmesh(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_curvmesh")).args(arguments).output().unwrap()
 }
 
+/// Runs and returns the exit code and what was said.
+pub(crate) fn code(arguments: &[&str]) -> (i32, String) {
+    let output = curvmesh(arguments);
+    (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
+}
+
 /// Runs with `--json` and returns the object.
 pub(crate) fn json(arguments: &[&str]) -> serde_json::Value {
     let output = curvmesh(&[arguments, &["--json"]].concat());

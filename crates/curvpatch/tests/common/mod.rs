@@ -6,8 +6,7 @@ use mesh_core::shapes::{AnalyticSurface, Cylinder, Diagonals, RowPhase, Saddle, 
 use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
 
 pub fn mesh(soup: &PolygonSoup) -> TriMesh {
-    let triangles: Vec<[u32; 3]> = soup.faces().map(|f| [f[0], f[1], f[2]]).collect();
-    TriMesh::from_triangles(soup.positions(), &triangles).unwrap()
+    TriMesh::from_soup(soup).unwrap()
 }
 
 pub const CYLINDER: Cylinder = Cylinder { radius: 1.0, height: 4.0 };

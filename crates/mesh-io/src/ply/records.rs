@@ -4,6 +4,22 @@ use super::header::{Element, Storage, Type};
 use crate::error::{Location, ReadErrorKind};
 use crate::input::{Input, number};
 
+/// Expands `decode!` for the Rust type of a PLY type.
+macro_rules! by_type {
+    ($kind:expr, $decode:ident) => {
+        match $kind {
+            Type::I8 => $decode!(i8),
+            Type::U8 => $decode!(u8),
+            Type::I16 => $decode!(i16),
+            Type::U16 => $decode!(u16),
+            Type::I32 => $decode!(i32),
+            Type::U32 => $decode!(u32),
+            Type::F32 => $decode!(f32),
+            Type::F64 => $decode!(f64),
+        }
+    };
+}
+
 /// A record, decoded.
 pub(super) struct Record {
     /// One entry per property; zero for a list.
@@ -88,16 +104,7 @@ fn scalar(
             })
         }};
     }
-    Ok(match kind {
-        Type::I8 => decode!(i8),
-        Type::U8 => decode!(u8),
-        Type::I16 => decode!(i16),
-        Type::U16 => decode!(u16),
-        Type::I32 => decode!(i32),
-        Type::U32 => decode!(u32),
-        Type::F32 => decode!(f32),
-        Type::F64 => decode!(f64),
-    })
+    Ok(by_type!(kind, decode))
 }
 
 fn read_line(
@@ -159,16 +166,7 @@ impl Column<'_> {
                 }
             };
         }
-        match self.kind {
-            Type::I8 => decode!(i8),
-            Type::U8 => decode!(u8),
-            Type::I16 => decode!(i16),
-            Type::U16 => decode!(u16),
-            Type::I32 => decode!(i32),
-            Type::U32 => decode!(u32),
-            Type::F32 => decode!(f32),
-            Type::F64 => decode!(f64),
-        }
+        by_type!(self.kind, decode);
     }
 
     fn each_chunk<const N: usize>(self, mut put: impl FnMut(usize, [u8; N])) {

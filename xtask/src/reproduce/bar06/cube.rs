@@ -99,6 +99,7 @@ fn add_numbers(item: &mut Item, cases: &[Case]) {
         item.number(format!("inset {}, least area", case.inset), case.least_area());
         let pairs = before
             .cells()
+            .into_iter()
             .zip(after.cells())
             .map(|(b, a)| if a == b { b } else { format!("{b} → {a}") });
         let [fewest, most] = case.flips_by_order;
@@ -108,12 +109,11 @@ fn add_numbers(item: &mut Item, cases: &[Case]) {
         let ends = [format!("{:.4}", case.least_area()), case.flips.to_string(), orders];
         lines.push([case.inset.to_string()].into_iter().chain(pairs).chain(ends).collect());
     }
-    let header = ["inset", "W", "virtual W", "area", "F2", "least area", "flips", "by order"];
     item.table(
         "Before → after the printed rule. Virtual W: W and all that a point in the middle of each \
          edge, taken alone, adds to it. Least area: where flips by area end that let no faces \
          cross. By order: the number of flips over 40 random orders of equal gains.",
-        header,
+        Measures::header(&["inset"], &["least area", "flips", "by order"]),
         lines,
     );
 }

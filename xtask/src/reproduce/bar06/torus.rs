@@ -55,22 +55,13 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         item.side_by_side(figures);
         tori.push(ByOrder::of(item, name, &initial)?);
     }
-    let header = [
-        "torus",
-        "rule",
-        "flips",
-        "W",
-        "virtual W",
-        "area",
-        "F2",
-        "spread of areas",
-        "mean distance",
-        "largest",
-    ];
     item.table(
         "Ties by edge number. Spread of areas: standard deviation over mean of the triangles' areas. \
          Distances to the torus in units of the model, over a lattice of 20 steps per side.",
-        header,
+        Measures::header(
+            &["torus", "rule", "flips"],
+            &["spread of areas", "mean distance", "largest"],
+        ),
         lines,
     );
     add_claims(item, &tori);

@@ -16,6 +16,9 @@ use crate::plot::{Axis, Plot, Series};
 /// The face counts of the curves, for Igea and for the made head.
 const IGEA_FACES: [usize; 4] = [30_000, 10_000, 3_000, 1_000];
 const MADE_FACES: [usize; 6] = [10_000, 5_000, 2_000, 1_000, 500, 250];
+/// Those at which the weights of the curvature are compared.
+const IGEA_WEIGHED: [usize; 3] = [30_000, 3_000, 1_000];
+const MADE_WEIGHED: [usize; 3] = [5_000, 1_000, 500];
 /// Weights of the curvature that are tried.
 const WEIGHTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
 /// Means over all face counts that differ less are the same but for chance.
@@ -42,15 +45,15 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     let made = mesh_of(&head::head()?)?;
     let curves = Curves::of(&made, &MADE_FACES)?;
     curves.add(item, "made head", &[]);
-    claim(item, "smaller error", &curves);
-    weights(item, "made head", &made, MADE_FACES[3])?;
+    let weighed = weights(item, "made head", &made, MADE_WEIGHED)?;
+    claim(item, "smaller error", &curves, &weighed);
     if !run.quick
         && let Some(igea) = run.model(item, IGEA)?
     {
         let curves = Curves::of(&igea, &IGEA_FACES)?;
         curves.add(item, "Igea", &PEERS);
-        claim(item, "smaller error, Igea", &curves);
-        weights(item, "Igea", &igea, IGEA_FACES[2])?;
+        let weighed = weights(item, "Igea", &igea, IGEA_WEIGHED)?;
+        claim(item, "smaller error, Igea", &curves, &weighed);
     }
     Ok(())
 }
@@ -132,7 +135,7 @@ impl Curves {
     }
 }
 
-fn claim(item: &mut Item, name: &str, curves: &Curves) {
+fn claim(item: &mut Item, name: &str, curves: &Curves, weighed: &Weighed) {
     let optimal = curves.ratios(1, 0);
     let butterfly = curves.ratios(3, 2);
     let gains = |ratios: &[f64]| {
@@ -154,45 +157,74 @@ fn claim(item: &mut Item, name: &str, curves: &Curves) {
         outcome,
         format!(
             "with the curvature the mean error changes by {} % (from many faces to few); with the new \
-             vertex at the butterfly point for both, by {} %. By itself the curvature norm is {:.0} \
-             times worse than the distance at {} faces",
+             vertex at the butterfly point for both, by {} %. Over weights of {} to {} and three face \
+             counts it changes by {}, and at the butterfly point by {}. By itself the curvature norm \
+             is {:.0} times worse than the distance at {} faces",
             list(&optimal),
             list(&butterfly),
+            WEIGHTS[0],
+            WEIGHTS[WEIGHTS.len() - 1],
+            span(&weighed.optimal),
+            span(&weighed.butterfly),
             curves.ratios(4, 0)[2],
             plain(curves.faces[2] as f64),
         ),
     );
 }
 
+/// From the least to the largest change, in words.
+fn span(changes: &[f64]) -> String {
+    let least = changes.iter().copied().fold(f64::INFINITY, f64::min);
+    let largest = changes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    format!("{least:+.1} to {largest:+.1} %")
+}
+
+/// By how many percent the mean error changes with the curvature, for all weights and face counts.
+struct Weighed {
+    optimal: Vec<f64>,
+    butterfly: Vec<f64>,
+}
+
 /// How the error depends on the weight of the curvature.
-fn weights(item: &mut Item, model: &str, mesh: &TriMesh, faces: usize) -> Result<(), Failure> {
+fn weights(
+    item: &mut Item,
+    model: &str,
+    mesh: &TriMesh,
+    faces: [usize; 3],
+) -> Result<Weighed, Failure> {
     let original = Original::new(mesh)?;
-    let mean = |options| -> Result<f64, Failure> {
-        original.mean_percent(&simplified(mesh, options, faces)?.mesh)
-    };
     let mut lines = Vec::new();
-    for placement in ["optimal", "butterfly"] {
-        let with = |options| if placement == "optimal" { options } else { butterfly(options) };
+    let mut changes = |placement: &str, place: fn(Options) -> Options| {
         let weights: Vec<f64> = [0.0].into_iter().chain(WEIGHTS).collect();
-        let means: Vec<f64> =
-            weights.par_iter().map(|&w| mean(with(with_curvature(w)))).collect::<Result<_, _>>()?;
-        let mut line = vec![placement.to_owned(), format!("{:.5}", means[0])];
-        for (weight, &value) in weights.iter().zip(&means).skip(1) {
-            let quantity =
-                format!("{model}, {placement} placement, weight {weight}, {faces} faces");
-            item.number_within(quantity, value, CHAINS);
-            line.push(format!("{value:.5} ({:+.1} %)", 100.0 * (value / means[0] - 1.0)));
+        let means_of = |&weight: &f64| -> Result<Vec<f64>, Failure> {
+            let levels = levels(mesh, place(with_curvature(weight)), &faces)?;
+            levels.iter().map(|level| original.mean_percent(level)).collect()
+        };
+        let means: Vec<Vec<f64>> = weights.par_iter().map(means_of).collect::<Result<_, _>>()?;
+        let mut changes = Vec::new();
+        for (i, faces) in faces.iter().enumerate() {
+            let without = means[0][i];
+            let mut line =
+                vec![placement.to_owned(), plain(*faces as f64), format!("{without:.5}")];
+            for (weight, means) in weights.iter().zip(&means).skip(1) {
+                let quantity =
+                    format!("{model}, {placement} placement, weight {weight}, {faces} faces");
+                item.number_within(quantity, means[i], CHAINS);
+                let change = 100.0 * (means[i] / without - 1.0);
+                line.push(format!("{:.5} ({change:+.1} %)", means[i]));
+                changes.push(change);
+            }
+            lines.push(line);
         }
-        lines.push(line);
-    }
-    let header = ["placement".to_owned(), "distance only".to_owned()]
-        .into_iter()
-        .chain(WEIGHTS.map(|weight| format!("weight {weight}")));
-    let count = plain(faces as f64);
+        Ok(changes)
+    };
+    let optimal = changes("optimal", |options| options)?;
+    let butterfly = changes("butterfly", butterfly)?;
+    let header = ["placement", "faces", "distance only"].map(str::to_owned);
     item.table(
-        format!("{model}, {count} faces: mean distance in %, by the weight of the curvature."),
-        header,
+        format!("{model}: mean distance in %, by the weight of the curvature."),
+        header.into_iter().chain(WEIGHTS.map(|weight| format!("weight {weight}"))),
         lines,
     );
-    Ok(())
+    Ok(Weighed { optimal, butterfly })
 }

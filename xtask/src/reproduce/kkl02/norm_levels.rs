@@ -8,7 +8,7 @@ use simplify::{Options, Preset};
 use super::super::item::{Item, Outcome};
 use super::super::numbers::plain;
 use super::super::run::{Run, mesh_of, view_of};
-use super::{CHAINS, IGEA, Original, head, levels};
+use super::{CHAINS, IGEA, Original, add_similarity_claim, head, levels};
 use crate::failure::Failure;
 use crate::render::Style;
 
@@ -17,9 +17,6 @@ const REDUCTIONS: [f64; 3] = [30.0, 92.0, 98.0];
 /// A mean distance that cannot be seen, in percent of the diagonal: half a pixel on a picture a
 /// thousand pixels across.
 const INVISIBLE: f64 = 0.05;
-/// Results whose mean errors are within this factor are similar; within the other, roughly.
-const SIMILAR: f64 = 1.25;
-const ROUGHLY: f64 = 2.5;
 
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.about(
@@ -134,19 +131,8 @@ fn add_claims(item: &mut Item, l2: &Levels, l1: &Levels) {
         Outcome::of(l2.norm_changes[0].abs() < 0.01),
         format!("at 30 % the norm has changed by {:+.2} %", 100.0 * l2.norm_changes[0]),
     );
-    let ratios: Vec<f64> = l2.errors.iter().zip(&l1.errors).map(|(a, b)| a / b).collect();
-    let within = |factor: f64| ratios.iter().all(|r| (1.0 / factor..factor).contains(r));
-    let outcome = match (within(SIMILAR), within(ROUGHLY)) {
-        (true, _) => Outcome::Holds,
-        (false, true) => Outcome::InPart,
-        (false, false) => Outcome::Fails,
-    };
-    let list: Vec<String> = ratios.iter().map(|r| format!("{r:.2}")).collect();
-    item.claim(
-        "norms are similar",
-        outcome,
-        format!("the mean error by L2 over that by L1 at the three levels is {}", list.join(", ")),
-    );
+    let ratios = std::array::from_fn(|i| l2.errors[i] / l1.errors[i]);
+    add_similarity_claim(item, "norms are similar", ratios);
 }
 
 fn add_pictures(

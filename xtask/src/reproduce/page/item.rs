@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use maud::{Markup, PreEscaped, html};
 
 use super::super::item::{Figure, Item, Table};
-use super::super::numbers::{difference, pair};
+use super::super::numbers::{difference, pair, reference};
 use super::super::verdict::{Content, Row};
 use super::{class, source};
 use crate::failure::Failure;
@@ -22,7 +22,7 @@ pub(super) fn article(item: &Item, folder: &Path) -> Result<Markup, Failure> {
         item.figures.iter().map(|row| side_by_side(row, folder)).collect::<Result<_, _>>()?;
     let is_claim = |row: &&Row| matches!(row.content, Content::Claim { .. });
     let (claims, numbers): (Vec<&Row>, Vec<&Row>) = item.rows.iter().partition(is_claim);
-    let in_sight = |row: &&&Row| row.is_published() || !row.verdict.is_expected();
+    let in_sight = |row: &&&Row| row.is_compared() || !row.verdict.is_expected();
     let (shown, rest): (Vec<&Row>, Vec<&Row>) = numbers.iter().copied().partition(|r| in_sight(&r));
     Ok(html! {
         article id=(item.file_name()) {
@@ -69,6 +69,7 @@ fn claim(row: &Row) -> Markup {
 
 fn number_table(rows: &[&Row]) -> Markup {
     let has_printed = rows.iter().any(|row| row.is_published());
+    let has_reference = rows.iter().any(|row| row.reference().is_some());
     html! {
         div.scroll { table {
             tr {
@@ -76,6 +77,7 @@ fn number_table(rows: &[&Row]) -> Markup {
                 @if has_printed { th.place { "where" } th { "published" } }
                 th { "ours" }
                 @if has_printed { th { "difference" } }
+                @if has_reference { th { "independent program" } }
                 th.verdict { "verdict" }
             }
             @for row in rows {
@@ -85,6 +87,7 @@ fn number_table(rows: &[&Row]) -> Markup {
                     @if has_printed { td.place { @if let Some(place) = &row.place { (place) } } td { (printed) } }
                     td { (ours) }
                     @if has_printed { td { (difference(row)) } }
+                    @if has_reference { td { (reference(row)) } }
                     td.verdict {
                         span class={ "v " (class(row)) } { (row.verdict.label()) }
                         @if !row.verdict.remark().is_empty() { ": " (row.verdict.remark()) }

@@ -1,0 +1,40 @@
+//! Ctrl-C in the middle of a run.
+#![cfg(target_os = "linux")]
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use common::{files, write};
+use mesh_core::shapes::Torus;
+
+/// Whether a process has taken SIGINT, number 2, into its own hands.
+fn catches_interrupt(process: u32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+    u64::from_str_radix(mask.trim(), 16).unwrap() & (1 << (2 - 1)) != 0
+}
+
+#[test]
+fn an_interrupted_run_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(1000, 500).unwrap(), &input);
+    std::fs::write(&output, "what was there before").unwrap();
+    let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+    run.args(["simplify", "--preset", "paper-l1", "--faces", "100"]);
+    let run = run.arg(&input).arg("-o").arg(&output).stderr(Stdio::piped()).spawn().unwrap();
+    while !catches_interrupt(run.id()) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let ended = run.wait_with_output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert!(said.contains("interrupted: nothing was written"), "{said}");
+    assert_eq!(files(folder.path()), [input, output.clone()]);
+    assert_eq!(std::fs::read_to_string(output).unwrap(), "what was there before");
+}
