@@ -58,8 +58,7 @@ fn distances(criterion: &mut Criterion) {
             });
             group.throughput(Throughput::Elements(faces));
             group.bench_function(id("certified bounds"), |bench| {
-                bench
-                    .iter(|| pool.install(|| hausdorff_bounds(&a, &b, &CertifyOptions::default())));
+                bench.iter(|| pool.install(|| hausdorff_bounds(&a, &b, &bounds)));
             });
         }
     }
