@@ -1,5 +1,5 @@
-//! What comes after the collapses: fitting, annealing, peaks, and the search for the coarsest level
-//! within an error.
+//! What comes after the collapses: fitting, annealing, peaks, and the search for a coarse mesh within
+//! an error.
 
 use core::ops::ControlFlow;
 use std::sync::Arc;
@@ -8,6 +8,7 @@ use mesh_core::{EdgeMap, Remap, RemapOf, TriMesh, VertexId, VertexMap};
 use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal};
+use crate::collapse_back::CollapseBack;
 use crate::constraint::Boundary;
 use crate::curve::Curve;
 use crate::driver::Run;
@@ -15,6 +16,7 @@ use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
 use crate::options::{ErrorCheck, Options};
 use crate::peaks::{PeakOptions, PeakReport, cut_peaks};
 use crate::simplify::{AchievedError, SimplifyError, collapse};
+use crate::squeeze::squeeze;
 use crate::stop::Limits;
 use crate::texture_fit::{TextureCheck, fit_unfolded};
 
@@ -51,11 +53,22 @@ pub(crate) struct Finished {
     pub(crate) fit: Option<FitReport>,
     pub(crate) anneal: Option<AnnealReport>,
     pub(crate) peaks: Option<PeakReport>,
+    /// What holds for the mesh as it is now.
+    constraints: FitConstraints,
 }
 
 impl Finished {
     pub(crate) fn untouched(mesh: TriMesh) -> Self {
-        Self { mesh, vertex_map: None, error: None, fit: None, anneal: None, peaks: None }
+        let constraints = FitConstraints::default();
+        Self {
+            mesh,
+            vertex_map: None,
+            error: None,
+            fit: None,
+            anneal: None,
+            peaks: None,
+            constraints,
+        }
     }
 
     /// Goes on to the next mesh, unless more faces turn over in the texture there.
@@ -111,6 +124,10 @@ const MAX_PIECES: usize = 4_000_000;
 
 /// Levels whose numbers of faces are closer than this ratio are not told apart by the search.
 const RESOLUTION: f64 = 1.03;
+
+/// Parts of the limit to collapse further within. Points may miss the largest distance by a little,
+/// and then the next part is tried.
+const PARTS: [f64; 3] = [0.99, 0.95, 0.9];
 
 impl<'a> Finishing<'a> {
     /// `with_changes` is whether anything is to be done at all, besides measuring.
@@ -184,8 +201,40 @@ impl<'a> Finishing<'a> {
                 done.peaks = Some(report);
             }
         }
+        done.constraints = constraints;
         if self.options.max_error.is_some() || self.options.error != ErrorCheck::None {
             done.error = Some(self.measure(&done.mesh)?);
+        }
+        Ok(done)
+    }
+
+    /// Whether a mesh within the limit is collapsed further. What is left of other limits would not
+    /// be known, and attributes would be passed over.
+    fn squeezes(&self) -> bool {
+        let Options { limits, attributes, attribute_weight, .. } = self.options;
+        let is_bare = attributes.is_none() || *attribute_weight == 0.0;
+        let is_free = limits.cost.is_none() && limits.collapses.is_none() && limits.time.is_none();
+        self.options.squeeze && is_free && is_bare
+    }
+
+    /// Collapses a mesh further that is within the limit.
+    fn squeeze(&self, mut done: Finished, limit: f64) -> Result<Finished, SimplifyError> {
+        let to = CollapseBack {
+            faces: self.options.limits.face_target(self.mesh.topology().face_count()),
+            locked: &[],
+            boundary: self.options.constraints.boundary,
+            forbid_intersections: self.options.forbid_intersections,
+            min_component_vertices: self.options.min_component_vertices,
+        };
+        for part in PARTS {
+            let (mut next, mut constraints) = (done.mesh.clone(), done.constraints.clone());
+            let map = squeeze(&mut next, self.original, &mut constraints, part * limit, &to)?;
+            let error = self.measure(&next)?;
+            if error.is_within(limit) {
+                done.follow(&map);
+                (done.mesh, done.constraints, done.error) = (next, constraints, Some(error));
+                break;
+            }
         }
         Ok(done)
     }
@@ -220,7 +269,8 @@ impl<'a> Finishing<'a> {
     }
 
     /// The coarsest level whose finished mesh is within the limit. Errors do not grow strictly with
-    /// the number of collapses, so that a coarser one may exist.
+    /// the number of collapses, so that a coarser one may exist. Where the mesh is collapsed further
+    /// anyway, the first level that is found will do.
     pub(crate) fn search(&self, run: &Run, limit: f64) -> Result<Found, SimplifyError> {
         let total = run.log.len();
         let mut collapses = self.guess(run, limit)?;
@@ -239,13 +289,17 @@ impl<'a> Finishing<'a> {
                 bad = Some(collapses);
             }
             let next = match (&good, bad) {
+                (Some(_), _) if self.squeezes() => None,
                 (Some((good, _)), Some(bad)) => self.between(*good, bad),
                 (Some((good, _)), None) => Some(self.scaled(*good, 0.8).min(total)),
                 (None, _) => Some(self.scaled(collapses, 1.3)),
             };
             match (next, good.take_if(|_| next.is_none())) {
                 (Some(next), _) => collapses = next,
-                (None, Some((collapses, finished))) => {
+                (None, Some((collapses, mut finished))) => {
+                    if self.squeezes() {
+                        finished = self.squeeze(finished, limit)?;
+                    }
                     return Ok(Found::Fewer(collapses, finished));
                 }
                 (None, None) => collapses = 0,

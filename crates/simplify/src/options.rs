@@ -26,9 +26,14 @@ pub struct Options {
     /// When to stop.
     pub limits: Limits,
     /// The largest allowed distance from the original, in model units, both ways. The result is
-    /// the coarsest one in the sequence of collapses, up to three percent of its vertices, that was
-    /// found within it after it was fitted.
+    /// a level in the sequence of collapses that was found within it after it was fitted: the
+    /// coarsest one, up to three percent of its vertices, or one that was then collapsed further.
+    /// See [`Options::squeeze`].
     pub max_error: Option<f64>,
+    /// Whether a level within `max_error` is collapsed further, edge by edge, wherever that leaves it
+    /// within. Far fewer faces, most of them nearly as far from the original as they may be. Not
+    /// with attributes that count, and not with limits of cost, collapses or time.
+    pub squeeze: bool,
     /// How the distance from the original is found.
     pub error: ErrorCheck,
     /// What must stay.
@@ -191,6 +196,7 @@ impl Options {
             update: Update::Lazy,
             limits: Limits::default(),
             max_error: None,
+            squeeze: true,
             error: ErrorCheck::None,
             constraints: Constraints::default(),
             min_cosine: Some(crate::NormalGuard::default().min_cosine),
@@ -208,6 +214,7 @@ impl Options {
             curvature_weight: 0.0,
             placement: PlacementRule::Butterfly,
             update: Update::Eager,
+            squeeze: false,
             fit: None,
             peaks: None,
             ..base.clone()
@@ -217,6 +224,7 @@ impl Options {
             Preset::Fast => Self {
                 metric: Metric::Marginal,
                 curvature_weight: 0.0,
+                squeeze: false,
                 fit: None,
                 peaks: None,
                 ..base
