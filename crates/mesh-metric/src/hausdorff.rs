@@ -43,7 +43,8 @@ impl Default for CertifyOptions {
 impl CertifyOptions {
     /// Pieces that are not farther away than this need no cutting.
     fn bar(&self, lower: f64, slack: f64) -> f64 {
-        (lower + self.tolerance).max(self.limit.map_or(0.0, |limit| limit - slack))
+        // Once more the slack, so that adding it does not round to more than the limit.
+        (lower + self.tolerance).max(self.limit.map_or(0.0, |limit| limit - 2.0 * slack))
     }
 }
 

@@ -4,8 +4,9 @@
 use core::ops::ControlFlow;
 use std::sync::Arc;
 
+use glam::DVec3;
 use mesh_core::{EdgeMap, Remap, RemapOf, TriMesh, VertexId, VertexMap};
-use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
+use mesh_metric::{CertifyOptions, CompareOptions, Comparison, Surface, compare, hausdorff_bounds};
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal};
 use crate::collapse_back::CollapseBack;
@@ -125,9 +126,10 @@ const MAX_PIECES: usize = 4_000_000;
 /// Levels whose numbers of faces are closer than this ratio are not told apart by the search.
 const RESOLUTION: f64 = 1.03;
 
-/// Parts of the limit to collapse further within. Points may miss the largest distance by a little,
-/// and then the next part is tried.
-const PARTS: [f64; 3] = [0.99, 0.95, 0.9];
+/// How often a level is collapsed further before it is left as it is.
+const ATTEMPTS: usize = 8;
+/// The part of the limit that is aimed at then, which shrinks by this factor from one to the next.
+const AIM: f64 = 0.99;
 
 impl<'a> Finishing<'a> {
     /// `with_changes` is whether anything is to be done at all, besides measuring.
@@ -171,9 +173,7 @@ impl<'a> Finishing<'a> {
 
     /// Fits, anneals, takes down peaks, and measures, as far as the options want it.
     pub(crate) fn finish(&self, level: &Level) -> Result<Finished, SimplifyError> {
-        let [boundary_curve, feature_curve] = self.curves.clone();
-        let (fixed, features) = (level.fixed.clone(), level.features.clone());
-        let mut constraints = FitConstraints { fixed, features, boundary_curve, feature_curve };
+        let mut constraints = self.constraints(level);
         let unchanged = constraints.clone();
         let texture = self.texture_check(level);
         let mut done = Finished::untouched(level.mesh.clone());
@@ -203,9 +203,23 @@ impl<'a> Finishing<'a> {
         }
         done.constraints = constraints;
         if self.options.max_error.is_some() || self.options.error != ErrorCheck::None {
-            done.error = Some(self.measure(&done.mesh)?);
+            done.error = Some(self.measure(&done.mesh)?.0);
         }
         Ok(done)
+    }
+
+    /// A level as it is, measured.
+    fn measured(&self, level: &Level) -> Result<Finished, SimplifyError> {
+        let mut done = Finished::untouched(level.mesh.clone());
+        done.constraints = self.constraints(level);
+        done.error = Some(self.measure(&done.mesh)?.0);
+        Ok(done)
+    }
+
+    fn constraints(&self, level: &Level) -> FitConstraints {
+        let [boundary_curve, feature_curve] = self.curves.clone();
+        let (fixed, features) = (level.fixed.clone(), level.features.clone());
+        FitConstraints { fixed, features, boundary_curve, feature_curve }
     }
 
     /// Whether a mesh within the limit is collapsed further. What is left of other limits would not
@@ -226,15 +240,18 @@ impl<'a> Finishing<'a> {
             forbid_intersections: self.options.forbid_intersections,
             min_component_vertices: self.options.min_component_vertices,
         };
-        for part in PARTS {
+        let (mut aim, mut missed) = (AIM * limit, Vec::new());
+        for _ in 0..ATTEMPTS {
             let (mut next, mut constraints) = (done.mesh.clone(), done.constraints.clone());
-            let map = squeeze(&mut next, self.original, &mut constraints, part * limit, &to)?;
-            let error = self.measure(&next)?;
+            let map = squeeze(&mut next, self.original, &mut constraints, aim, &missed, &to)?;
+            let (error, at) = self.measure(&next)?;
             if error.is_within(limit) {
                 done.follow(&map);
                 (done.mesh, done.constraints, done.error) = (next, constraints, Some(error));
                 break;
             }
+            missed.push(at);
+            aim *= AIM;
         }
         Ok(done)
     }
@@ -247,7 +264,8 @@ impl<'a> Finishing<'a> {
         (self.options.attribute_weight > 0.0).then_some(check)
     }
 
-    fn measure(&self, mesh: &TriMesh) -> Result<AchievedError, SimplifyError> {
+    /// The distance, and a point of one surface that is farthest from the other or nearly so.
+    fn measure(&self, mesh: &TriMesh) -> Result<(AchievedError, DVec3), SimplifyError> {
         let surface = Surface::new(mesh)?;
         if self.options.error == ErrorCheck::Certified {
             let size = self.original.bounding_box().diagonal();
@@ -260,23 +278,27 @@ impl<'a> Finishing<'a> {
                 Some(_) => CertifyOptions { tolerance, limit, max_pieces: MAX_PIECES },
             };
             let bounds = hausdorff_bounds(self.original, &surface, &certify);
-            Ok(AchievedError { lower: bounds.lower, upper: Some(bounds.upper) })
+            let error = AchievedError { lower: bounds.lower, upper: Some(bounds.upper) };
+            Ok((error, bounds.at))
         } else {
             let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
-            let lower = compare(self.original, &surface, &samples).hausdorff();
-            Ok(AchievedError { lower, upper: None })
+            let Comparison { forward, backward } = compare(self.original, &surface, &samples);
+            let worse = if backward.max > forward.max { backward } else { forward };
+            Ok((AchievedError { lower: worse.max, upper: None }, worse.worst.from))
         }
     }
 
     /// The coarsest level whose finished mesh is within the limit. Errors do not grow strictly with
-    /// the number of collapses, so that a coarser one may exist. Where the mesh is collapsed further
-    /// anyway, the first level that is found will do.
+    /// the number of collapses, so that a coarser one may exist. Where the level is collapsed further
+    /// anyway, the first one that is found will do, and it is not finished.
     pub(crate) fn search(&self, run: &Run, limit: f64) -> Result<Found, SimplifyError> {
         let total = run.log.len();
         let mut collapses = self.guess(run, limit)?;
         let (mut good, mut bad): (Option<(usize, Finished)>, Option<usize>) = (None, None);
         loop {
-            let finished = self.finish(&self.level(run, collapses))?;
+            let level = self.level(run, collapses);
+            let goes_on = self.squeezes() && collapses < total;
+            let finished = if goes_on { self.measured(&level)? } else { self.finish(&level)? };
             if finished.error.is_some_and(|error| error.is_within(limit)) {
                 if collapses == total {
                     return Ok(Found::All(finished));

@@ -26,13 +26,14 @@ pub struct Options {
     /// When to stop.
     pub limits: Limits,
     /// The largest allowed distance from the original, in model units, both ways. The result is
-    /// a level in the sequence of collapses that was found within it after it was fitted: the
-    /// coarsest one, up to three percent of its vertices, or one that was then collapsed further.
-    /// See [`Options::squeeze`].
+    /// the coarsest one in the sequence of collapses, up to three percent of its vertices, that was
+    /// found within it after it was fitted; or a finer one, collapsed further as
+    /// [`Options::squeeze`] says.
     pub max_error: Option<f64>,
-    /// Whether a level within `max_error` is collapsed further, edge by edge, wherever that leaves it
-    /// within. Far fewer faces, most of them nearly as far from the original as they may be. Not
-    /// with attributes that count, and not with limits of cost, collapses or time.
+    /// Whether, when `max_error` ends the collapses, a level within it is collapsed further, edge by
+    /// edge, wherever that leaves it within. The result has far fewer faces than a fitted level, most
+    /// of them nearly as far from the original as they may be, and is not fitted. Not with attributes
+    /// that count, nor with limits of cost, collapses or time.
     pub squeeze: bool,
     /// How the distance from the original is found.
     pub error: ErrorCheck,

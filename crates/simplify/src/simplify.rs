@@ -145,7 +145,9 @@ pub fn simplify_observed(
                     let limits =
                         Limits { collapses: Some(collapses), time: None, ..options.limits };
                     run = collapse(&mut working, options, &limits, observe);
-                    run.stop = StopReason::Error;
+                    let faces = finished.mesh.topology().face_count();
+                    let target = options.limits.face_target(mesh.topology().face_count());
+                    run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
                     level = Level::new(working, &run, run.log.len());
                     finished
                 }
