@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use mesh_core::{EdgeMap, Remap, RemapOf, TriMesh, VertexId, VertexMap};
-use mesh_metric::{CertifyOptions, CompareOptions, Comparison, Surface, compare, hausdorff_bounds};
+use mesh_metric::{
+    CertifyOptions, CompareOptions, Comparison, Surface, compare, hausdorff_bounds, sample_surface,
+};
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal};
 use crate::collapse_back::CollapseBack;
@@ -127,7 +129,7 @@ const MAX_PIECES: usize = 4_000_000;
 const RESOLUTION: f64 = 1.03;
 
 /// How often a level is collapsed further before it is left as it is.
-const ATTEMPTS: usize = 8;
+const ATTEMPTS: u64 = 8;
 /// The part of the limit that is aimed at then, which shrinks by this factor from one to the next.
 const AIM: f64 = 0.99;
 
@@ -227,7 +229,8 @@ impl<'a> Finishing<'a> {
     fn squeezes(&self) -> bool {
         let Options { limits, attributes, attribute_weight, .. } = self.options;
         let is_bare = attributes.is_none() || *attribute_weight == 0.0;
-        let is_free = limits.cost.is_none() && limits.collapses.is_none() && limits.time.is_none();
+        let Limits { vertices, cost, collapses, time, .. } = *limits;
+        let is_free = (vertices, cost, collapses, time) == (None, None, None, None);
         self.options.squeeze && is_free && is_bare
     }
 
@@ -241,7 +244,7 @@ impl<'a> Finishing<'a> {
             min_component_vertices: self.options.min_component_vertices,
         };
         let (mut aim, mut missed) = (AIM * limit, Vec::new());
-        for _ in 0..ATTEMPTS {
+        for attempt in 0..ATTEMPTS {
             let (mut next, mut constraints) = (done.mesh.clone(), done.constraints.clone());
             let map = squeeze(&mut next, self.original, &mut constraints, aim, &missed, &to)?;
             let (error, at) = self.measure(&next)?;
@@ -251,9 +254,19 @@ impl<'a> Finishing<'a> {
                 break;
             }
             missed.push(at);
+            missed.extend(self.beyond(aim, &next, attempt)?);
             aim *= AIM;
         }
         Ok(done)
+    }
+
+    /// Samples of the original that are farther from a mesh than `limit`.
+    fn beyond(&self, limit: f64, mesh: &TriMesh, seed: u64) -> Result<Vec<DVec3>, SimplifyError> {
+        let samples = sample_surface(self.original, 200_000, seed);
+        let samples: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
+        let distances = Surface::new(mesh)?.distances(&samples);
+        let far = samples.into_iter().zip(distances).filter(|&(_, distance)| distance > limit);
+        Ok(far.map(|(sample, _)| sample).collect())
     }
 
     /// What keeps a level from folding the texture, if there is one that counts.

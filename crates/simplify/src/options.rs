@@ -33,7 +33,7 @@ pub struct Options {
     /// Whether, when `max_error` ends the collapses, a level within it is collapsed further, edge by
     /// edge, wherever that leaves it within. The result has far fewer faces than a fitted level, most
     /// of them nearly as far from the original as they may be, and is not fitted. Not with attributes
-    /// that count, nor with limits of cost, collapses or time.
+    /// that count, nor with limits of vertices, cost, collapses or time.
     pub squeeze: bool,
     /// How the distance from the original is found.
     pub error: ErrorCheck,
