@@ -35,6 +35,9 @@ struct Lists {
 
 const NONE: u32 = u32::MAX;
 
+/// The pieces of faces to look at before a collapse counts as too far.
+const MAX_PIECES: usize = 3000;
+
 impl Lists {
     fn push(&mut self, face: FaceId, point: u32) {
         let slot = &mut self.first[face.index()];
@@ -115,7 +118,7 @@ impl Tether<'_> {
         let Ok(surface) = Surface::from_triangles(&places, &triangles) else { return false };
         let options = CertifyOptions {
             limit: Some(self.limit),
-            max_pieces: 100_000,
+            max_pieces: MAX_PIECES,
             ..CertifyOptions::default()
         };
         one_sided_bounds(&surface, self.original, &options).upper <= self.limit
