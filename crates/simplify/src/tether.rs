@@ -166,8 +166,7 @@ impl Placement for &Tether<'_> {
         cost: &dyn Fn(DVec3) -> f64,
     ) -> Place {
         let best = Optimal { keep_volume: true }.place(patch, quadric, cost);
-        let free = Optimal { keep_volume: false }.place(patch, quadric, cost);
-        let places = [best, free, Place::At(DVec3::ZERO), Place::Kept, Place::Removed];
+        let places = [best, Place::Kept, Place::Removed];
         places.into_iter().find(|&place| self.holds(patch, patch.offset(place))).unwrap_or(best)
     }
 }
