@@ -34,7 +34,7 @@ pub struct Simplified {
     /// For each vertex of the original, the vertex of the result that it has become; `None` where
     /// the original had a removed vertex.
     pub vertex_map: VertexMap<Option<VertexId>>,
-    /// Every collapse, before fitting.
+    /// Every collapse, before fitting and before [`Options::squeeze`].
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,

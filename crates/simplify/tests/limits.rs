@@ -1,5 +1,5 @@
 //! A largest error that is proved, and how few faces are left within it.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 mod common;
 
