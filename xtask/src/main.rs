@@ -1,6 +1,6 @@
 //! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print,
-//! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, and `cargo xtask render`
-//! draws a mesh.
+//! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask limits-study`
+//! counts the faces within a largest error, and `cargo xtask render` draws a mesh.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -8,6 +8,7 @@
 mod convex_study;
 mod draw;
 mod failure;
+mod limits_study;
 mod plot;
 mod render;
 mod reproduce;
@@ -32,6 +33,12 @@ enum Task {
     ///     cargo xtask convex-study --quick --strategies greedy,look-ahead-3
     #[command(verbatim_doc_comment)]
     ConvexStudy(convex_study::ConvexStudy),
+    /// Count the faces that presets leave within a largest error, proved
+    ///
+    ///     cargo xtask limits-study --models meshes
+    ///     cargo xtask limits-study --models meshes --meshes cow.obj --presets fast,default,paper-l1
+    #[command(verbatim_doc_comment)]
+    LimitsStudy(limits_study::LimitsStudy),
     /// Draw a mesh with its vertex colours to a PNG file, without a display
     ///
     ///     cargo xtask render torus.ply -o torus.png --edges 1 --from 1,0.3,1
@@ -43,6 +50,7 @@ fn main() -> ExitCode {
     let result = match Task::parse() {
         Task::Reproduce(options) => reproduce::run(&options),
         Task::ConvexStudy(options) => convex_study::run(&options),
+        Task::LimitsStudy(options) => limits_study::run(&options),
         Task::Render(options) => draw::run(&options),
     };
     match result {

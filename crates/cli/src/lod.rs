@@ -25,7 +25,8 @@ use crate::simplify_options::{Policy, Targets, parse_ratio, show};
 
 /// Make levels of detail, each of them a stage of one run of collapses
 ///
-/// The vertices of a level have become of those of the finer ones. OUT is a folder for a file per
+/// The vertices of a level have become of those of the finer ones, and therefore levels are not fitted
+/// to the input, as `simplify` does by default. OUT is a folder for a file per
 /// level, or a GLB or glTF file for all of them with the input as the finest (`MSFT_lod`).
 ///
 /// The run can be recorded, and levels made from the record later; they are exactly the same.

@@ -165,7 +165,10 @@ impl Policy {
 
     fn adjust_fit(&self, options: &mut Options) {
         match self.fit_rounds {
-            Some(0) => (options.fit, options.anneal, options.peaks) = (None, None, None),
+            Some(0) => {
+                (options.fit, options.anneal, options.peaks) = (None, None, None);
+                options.squeeze = false;
+            }
             Some(rounds) => {
                 let fit = options.fit.unwrap_or_default();
                 options.fit = Some(FitOptions { rounds, ..fit });

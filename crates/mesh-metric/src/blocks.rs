@@ -12,6 +12,10 @@ const BLOCK: usize = 1024;
 /// One value for each block of the indices below `count`, in order.
 pub(crate) fn in_blocks<T: Send>(count: usize, value: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let block = |b: usize| value(b * BLOCK..count.min((b + 1) * BLOCK));
+    // Other threads would take longer to wake up.
+    if count <= BLOCK {
+        return (0..count.div_ceil(BLOCK)).map(block).collect();
+    }
     let blocks = 0..count.div_ceil(BLOCK);
     #[cfg(feature = "rayon")]
     return blocks.into_par_iter().map(block).collect();

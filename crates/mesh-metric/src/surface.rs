@@ -14,6 +14,7 @@ pub struct Surface {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     faces: Vec<FaceId>,
+    bounding_box: BoundingBox,
     bvh: Bvh,
 }
 
@@ -111,7 +112,10 @@ impl Surface {
         }
         let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
         let bvh = Bvh::new(corners, triangles.len());
-        Ok(Self { positions, triangles, faces, bvh })
+        let empty = BoundingBox { min: DVec3::ZERO, max: DVec3::ZERO };
+        let all = (0..triangles.len()).flat_map(corners);
+        let bounding_box = BoundingBox::of_points(all).unwrap_or(empty);
+        Ok(Self { positions, triangles, faces, bounding_box, bvh })
     }
 
     /// The number of triangles, at least one.
@@ -144,9 +148,7 @@ impl Surface {
     /// The box round the triangles.
     #[must_use]
     pub fn bounding_box(&self) -> BoundingBox {
-        let corners = (0..self.triangle_count()).flat_map(|t| self.triangle(t));
-        let empty = BoundingBox { min: DVec3::ZERO, max: DVec3::ZERO };
-        BoundingBox::of_points(corners).unwrap_or(empty)
+        self.bounding_box
     }
 
     /// The point of the surface that is closest to `point`.

@@ -168,6 +168,18 @@ fn bounds_hold_at_the_limit_of_pieces() {
 }
 
 #[test]
+fn surfaces_that_coincide_are_certified_in_few_pieces_however_small_the_tolerance() {
+    let tile = Plane { half_width: 0.5 };
+    let [a, b] = [7, 32].map(|cells| mesh(&tile.mesh(cells, Default::default()).unwrap()));
+    let faces = a.topology().face_count() + b.topology().face_count();
+    let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());
+    let options = CertifyOptions { tolerance: 1e-10, ..Default::default() };
+    let bounds = hausdorff_bounds(&a, &b, &options);
+    assert!(bounds.converged && bounds.upper <= 1.01e-10, "{bounds:?}");
+    assert!(bounds.pieces < 20 * faces, "{} pieces for {faces} faces", bounds.pieces);
+}
+
+#[test]
 fn a_limit_is_decided_on_the_right_side() {
     let (a, b) = (sphere(), moved(&sphere(), |p| p * DVec3::new(1.0, 1.1, 0.9)));
     let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());

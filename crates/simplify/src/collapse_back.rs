@@ -9,7 +9,7 @@ use crate::cost::Memoryless;
 use crate::driver::{Policies, Update, collapse_edges};
 use crate::fit::FitConstraints;
 use crate::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
-use crate::placement::Optimal;
+use crate::placement::{Optimal, Placement};
 use crate::stop::Limits;
 
 /// What a mesh is brought back to.
@@ -35,7 +35,18 @@ pub(crate) fn collapse_back(
     constraints: &FitConstraints,
     to: &CollapseBack<'_>,
 ) -> Back {
-    let mut guards: Vec<Box<dyn Guard>> =
+    collapse_guarded(mesh, constraints, to, Optimal::default(), None)
+}
+
+/// The same with a placement and one more guard.
+pub(crate) fn collapse_guarded<'a>(
+    mesh: &mut TriMesh,
+    constraints: &FitConstraints,
+    to: &CollapseBack<'_>,
+    placement: impl Placement,
+    guard: Option<Box<dyn Guard + 'a>>,
+) -> Back {
+    let mut guards: Vec<Box<dyn Guard + 'a>> =
         vec![Box::new(NormalGuard::default()), Box::new(ShapeGuard::default())];
     if let Some(min_vertices) = to.min_component_vertices {
         guards.push(Box::new(ComponentGuard::new(min_vertices)));
@@ -43,8 +54,8 @@ pub(crate) fn collapse_back(
     if to.forbid_intersections {
         guards.push(Box::new(IntersectionGuard::default()));
     }
-    let policies =
-        Policies { cost: Memoryless, placement: Optimal::default(), guards, update: Update::Lazy };
+    guards.extend(guard);
+    let policies = Policies { cost: Memoryless, placement, guards, update: Update::Lazy };
     let mut locked = mesh.topology().vertex_map(false);
     let fixed = constraints.fixed.iter().flat_map(VertexMap::iter);
     fixed.filter(|(_, fixed)| **fixed).for_each(|(v, _)| locked[v] = true);

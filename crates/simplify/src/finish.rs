@@ -1,13 +1,17 @@
-//! What comes after the collapses: fitting, annealing, peaks, and the search for the coarsest level
-//! within an error.
+//! What comes after the collapses: fitting, annealing, peaks, and the search for a coarse mesh within
+//! an error.
 
 use core::ops::ControlFlow;
 use std::sync::Arc;
 
+use glam::DVec3;
 use mesh_core::{EdgeMap, Remap, RemapOf, TriMesh, VertexId, VertexMap};
-use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
+use mesh_metric::{
+    CertifyOptions, CompareOptions, Comparison, Surface, compare, hausdorff_bounds, sample_surface,
+};
 
 use crate::anneal::{AnnealOptions, AnnealReport, anneal};
+use crate::collapse_back::CollapseBack;
 use crate::constraint::Boundary;
 use crate::curve::Curve;
 use crate::driver::Run;
@@ -15,6 +19,7 @@ use crate::fit::{FitConstraints, FitOptions, FitReport, fit};
 use crate::options::{ErrorCheck, Options};
 use crate::peaks::{PeakOptions, PeakReport, cut_peaks};
 use crate::simplify::{AchievedError, SimplifyError, collapse};
+use crate::squeeze::squeeze;
 use crate::stop::Limits;
 use crate::texture_fit::{TextureCheck, fit_unfolded};
 
@@ -51,11 +56,22 @@ pub(crate) struct Finished {
     pub(crate) fit: Option<FitReport>,
     pub(crate) anneal: Option<AnnealReport>,
     pub(crate) peaks: Option<PeakReport>,
+    /// What holds for the mesh as it is now.
+    constraints: FitConstraints,
 }
 
 impl Finished {
     pub(crate) fn untouched(mesh: TriMesh) -> Self {
-        Self { mesh, vertex_map: None, error: None, fit: None, anneal: None, peaks: None }
+        let constraints = FitConstraints::default();
+        Self {
+            mesh,
+            vertex_map: None,
+            error: None,
+            fit: None,
+            anneal: None,
+            peaks: None,
+            constraints,
+        }
     }
 
     /// Goes on to the next mesh, unless more faces turn over in the texture there.
@@ -112,6 +128,11 @@ const MAX_PIECES: usize = 4_000_000;
 /// Levels whose numbers of faces are closer than this ratio are not told apart by the search.
 const RESOLUTION: f64 = 1.03;
 
+/// How often a level is collapsed further before it is left as it is.
+const ATTEMPTS: u64 = 8;
+/// The part of the limit that is aimed at then, which shrinks by this factor from one to the next.
+const AIM: f64 = 0.99;
+
 impl<'a> Finishing<'a> {
     /// `with_changes` is whether anything is to be done at all, besides measuring.
     pub(crate) fn new(
@@ -154,9 +175,7 @@ impl<'a> Finishing<'a> {
 
     /// Fits, anneals, takes down peaks, and measures, as far as the options want it.
     pub(crate) fn finish(&self, level: &Level) -> Result<Finished, SimplifyError> {
-        let [boundary_curve, feature_curve] = self.curves.clone();
-        let (fixed, features) = (level.fixed.clone(), level.features.clone());
-        let mut constraints = FitConstraints { fixed, features, boundary_curve, feature_curve };
+        let mut constraints = self.constraints(level);
         let unchanged = constraints.clone();
         let texture = self.texture_check(level);
         let mut done = Finished::untouched(level.mesh.clone());
@@ -184,10 +203,70 @@ impl<'a> Finishing<'a> {
                 done.peaks = Some(report);
             }
         }
+        done.constraints = constraints;
         if self.options.max_error.is_some() || self.options.error != ErrorCheck::None {
-            done.error = Some(self.measure(&done.mesh)?);
+            done.error = Some(self.measure(&done.mesh)?.0);
         }
         Ok(done)
+    }
+
+    /// A level as it is, measured.
+    fn measured(&self, level: &Level) -> Result<Finished, SimplifyError> {
+        let mut done = Finished::untouched(level.mesh.clone());
+        done.constraints = self.constraints(level);
+        done.error = Some(self.measure(&done.mesh)?.0);
+        Ok(done)
+    }
+
+    fn constraints(&self, level: &Level) -> FitConstraints {
+        let [boundary_curve, feature_curve] = self.curves.clone();
+        let (fixed, features) = (level.fixed.clone(), level.features.clone());
+        FitConstraints { fixed, features, boundary_curve, feature_curve }
+    }
+
+    /// Whether a mesh within the limit is collapsed further. What is left of other limits would not
+    /// be known, and attributes would be passed over.
+    fn squeezes(&self) -> bool {
+        let Options { limits, attributes, attribute_weight, .. } = self.options;
+        let is_bare = attributes.is_none() || *attribute_weight == 0.0;
+        let Limits { vertices, cost, collapses, time, .. } = *limits;
+        let is_free = (vertices, cost, collapses, time) == (None, None, None, None);
+        self.options.squeeze && is_free && is_bare
+    }
+
+    /// Collapses a mesh further that is within the limit.
+    fn squeeze(&self, mut done: Finished, limit: f64) -> Result<Finished, SimplifyError> {
+        let to = CollapseBack {
+            faces: self.options.limits.face_target(self.mesh.topology().face_count()),
+            locked: &[],
+            boundary: self.options.constraints.boundary,
+            forbid_intersections: self.options.forbid_intersections,
+            min_component_vertices: self.options.min_component_vertices,
+        };
+        let (mut aim, mut missed) = (AIM * limit, Vec::new());
+        for attempt in 0..ATTEMPTS {
+            let (mut next, mut constraints) = (done.mesh.clone(), done.constraints.clone());
+            let map = squeeze(&mut next, self.original, &mut constraints, aim, &missed, &to)?;
+            let (error, at) = self.measure(&next)?;
+            if error.is_within(limit) {
+                done.follow(&map);
+                (done.mesh, done.constraints, done.error) = (next, constraints, Some(error));
+                break;
+            }
+            missed.push(at);
+            missed.extend(self.beyond(aim, &next, attempt)?);
+            aim *= AIM;
+        }
+        Ok(done)
+    }
+
+    /// Samples of the original that are farther from a mesh than `limit`.
+    fn beyond(&self, limit: f64, mesh: &TriMesh, seed: u64) -> Result<Vec<DVec3>, SimplifyError> {
+        let samples = sample_surface(self.original, 200_000, seed);
+        let samples: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
+        let distances = Surface::new(mesh)?.distances(&samples);
+        let far = samples.into_iter().zip(distances).filter(|&(_, distance)| distance > limit);
+        Ok(far.map(|(sample, _)| sample).collect())
     }
 
     /// What keeps a level from folding the texture, if there is one that counts.
@@ -198,7 +277,8 @@ impl<'a> Finishing<'a> {
         (self.options.attribute_weight > 0.0).then_some(check)
     }
 
-    fn measure(&self, mesh: &TriMesh) -> Result<AchievedError, SimplifyError> {
+    /// The distance, and a point of one surface that is farthest from the other or nearly so.
+    fn measure(&self, mesh: &TriMesh) -> Result<(AchievedError, DVec3), SimplifyError> {
         let surface = Surface::new(mesh)?;
         if self.options.error == ErrorCheck::Certified {
             let size = self.original.bounding_box().diagonal();
@@ -211,22 +291,27 @@ impl<'a> Finishing<'a> {
                 Some(_) => CertifyOptions { tolerance, limit, max_pieces: MAX_PIECES },
             };
             let bounds = hausdorff_bounds(self.original, &surface, &certify);
-            Ok(AchievedError { lower: bounds.lower, upper: Some(bounds.upper) })
+            let error = AchievedError { lower: bounds.lower, upper: Some(bounds.upper) };
+            Ok((error, bounds.at))
         } else {
             let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
-            let lower = compare(self.original, &surface, &samples).hausdorff();
-            Ok(AchievedError { lower, upper: None })
+            let Comparison { forward, backward } = compare(self.original, &surface, &samples);
+            let worse = if backward.max > forward.max { backward } else { forward };
+            Ok((AchievedError { lower: worse.max, upper: None }, worse.worst.from))
         }
     }
 
     /// The coarsest level whose finished mesh is within the limit. Errors do not grow strictly with
-    /// the number of collapses, so that a coarser one may exist.
+    /// the number of collapses, so that a coarser one may exist. Where the level is collapsed further
+    /// anyway, the first one that is found will do, and it is not finished.
     pub(crate) fn search(&self, run: &Run, limit: f64) -> Result<Found, SimplifyError> {
         let total = run.log.len();
         let mut collapses = self.guess(run, limit)?;
         let (mut good, mut bad): (Option<(usize, Finished)>, Option<usize>) = (None, None);
         loop {
-            let finished = self.finish(&self.level(run, collapses))?;
+            let level = self.level(run, collapses);
+            let goes_on = self.squeezes() && collapses < total;
+            let finished = if goes_on { self.measured(&level)? } else { self.finish(&level)? };
             if finished.error.is_some_and(|error| error.is_within(limit)) {
                 if collapses == total {
                     return Ok(Found::All(finished));
@@ -239,13 +324,17 @@ impl<'a> Finishing<'a> {
                 bad = Some(collapses);
             }
             let next = match (&good, bad) {
+                (Some(_), _) if self.squeezes() => None,
                 (Some((good, _)), Some(bad)) => self.between(*good, bad),
                 (Some((good, _)), None) => Some(self.scaled(*good, 0.8).min(total)),
                 (None, _) => Some(self.scaled(collapses, 1.3)),
             };
             match (next, good.take_if(|_| next.is_none())) {
                 (Some(next), _) => collapses = next,
-                (None, Some((collapses, finished))) => {
+                (None, Some((collapses, mut finished))) => {
+                    if self.squeezes() {
+                        finished = self.squeeze(finished, limit)?;
+                    }
                     return Ok(Found::Fewer(collapses, finished));
                 }
                 (None, None) => collapses = 0,

@@ -68,6 +68,8 @@ pub enum Refusal {
     Intersection,
     /// A face would turn over in the texture.
     TextureFold,
+    /// The mesh would be too far from the original.
+    Distance,
     /// The cost or the new place is not a number.
     NotFinite,
     /// Something else, refused by a guard from outside this crate.
@@ -76,7 +78,7 @@ pub enum Refusal {
 
 impl Refusal {
     /// All reasons, in order.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::LinkCondition,
         Self::JoinsBoundaries,
         Self::LastFace,
@@ -88,6 +90,7 @@ impl Refusal {
         Self::Component,
         Self::Intersection,
         Self::TextureFold,
+        Self::Distance,
         Self::NotFinite,
         Self::Other,
     ];
@@ -107,6 +110,7 @@ impl Refusal {
             Self::Component => "component",
             Self::Intersection => "intersection",
             Self::TextureFold => "texture_fold",
+            Self::Distance => "distance",
             Self::NotFinite => "not_finite",
             Self::Other => "other",
         }

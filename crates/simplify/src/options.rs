@@ -27,8 +27,14 @@ pub struct Options {
     pub limits: Limits,
     /// The largest allowed distance from the original, in model units, both ways. The result is
     /// the coarsest one in the sequence of collapses, up to three percent of its vertices, that was
-    /// found within it after it was fitted.
+    /// found within it after it was fitted; or a finer one, collapsed further as
+    /// [`Options::squeeze`] says.
     pub max_error: Option<f64>,
+    /// Whether, when `max_error` ends the collapses, a level within it is collapsed further, edge by
+    /// edge, wherever that leaves it within. The result has far fewer faces than a fitted level, most
+    /// of them nearly as far from the original as they may be, and is not fitted. Not with attributes
+    /// that count, nor with limits of vertices, cost, collapses or time.
+    pub squeeze: bool,
     /// How the distance from the original is found.
     pub error: ErrorCheck,
     /// What must stay.
@@ -191,6 +197,7 @@ impl Options {
             update: Update::Lazy,
             limits: Limits::default(),
             max_error: None,
+            squeeze: true,
             error: ErrorCheck::None,
             constraints: Constraints::default(),
             min_cosine: Some(crate::NormalGuard::default().min_cosine),
@@ -208,6 +215,7 @@ impl Options {
             curvature_weight: 0.0,
             placement: PlacementRule::Butterfly,
             update: Update::Eager,
+            squeeze: false,
             fit: None,
             peaks: None,
             ..base.clone()
@@ -217,6 +225,7 @@ impl Options {
             Preset::Fast => Self {
                 metric: Metric::Marginal,
                 curvature_weight: 0.0,
+                squeeze: false,
                 fit: None,
                 peaks: None,
                 ..base

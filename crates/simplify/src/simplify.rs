@@ -34,7 +34,7 @@ pub struct Simplified {
     /// For each vertex of the original, the vertex of the result that it has become; `None` where
     /// the original had a removed vertex.
     pub vertex_map: VertexMap<Option<VertexId>>,
-    /// Every collapse, before fitting.
+    /// Every collapse, before fitting and before [`Options::squeeze`].
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,
@@ -144,7 +144,9 @@ pub fn simplify_observed(
                     let limits =
                         Limits { collapses: Some(collapses), time: None, ..options.limits };
                     run = collapse(&mut working, options, &limits, observe);
-                    run.stop = StopReason::Error;
+                    let faces = finished.mesh.topology().face_count();
+                    let target = options.limits.face_target(mesh.topology().face_count());
+                    run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
                     level = Level::new(working, &run, run.log.len());
                     finished
                 }

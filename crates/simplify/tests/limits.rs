@@ -1,0 +1,58 @@
+//! A largest error that is proved, and how few faces are left within it.
+#![allow(clippy::unwrap_used, clippy::print_stderr)]
+
+mod common;
+
+use common::model;
+use mesh_core::shapes::Sphere;
+use mesh_core::{Repair, TriMesh, build};
+use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
+use simplify::{ErrorCheck, Options, Preset, simplify};
+
+/// In percent of the diagonal of the bounding box.
+const TOLERANCES: [f64; 3] = [0.05, 0.2, 1.0];
+
+/// The faces that a preset leaves, once the distance is proved anew to be within the limit.
+fn faces_within(mesh: &TriMesh, percent: f64, preset: Preset) -> usize {
+    let original = Surface::new(mesh).unwrap();
+    let limit = percent / 100.0 * original.bounding_box().diagonal();
+    let (max_error, error) = (Some(limit), ErrorCheck::Certified);
+    let options = Options { max_error, error, ..Options::preset(preset) };
+    let result = simplify(mesh, &options).unwrap();
+    assert!(result.error.unwrap().is_within(limit));
+    let surface = Surface::new(&result.mesh).unwrap();
+    let tight = CertifyOptions { tolerance: 1e-4 * limit, ..CertifyOptions::default() };
+    let proved = hausdorff_bounds(&original, &surface, &tight);
+    assert!(proved.upper <= 1.0001 * limit, "{percent} % {preset}: {proved:?}");
+    result.mesh.topology().face_count()
+}
+
+fn check(name: &str, mesh: &TriMesh) {
+    for percent in TOLERANCES {
+        let presets = [Preset::Default, Preset::Fast, Preset::Quality];
+        let [default, fast, quality] = presets.map(|preset| faces_within(mesh, percent, preset));
+        let least = default.min(fast).min(quality);
+        assert!(
+            4 * default <= 5 * least,
+            "{name} {percent} %: default {default}, fast {fast}, quality {quality}"
+        );
+    }
+}
+
+#[test]
+fn the_default_is_near_the_smallest_within_a_proved_error_on_a_sphere() {
+    let soup = Sphere { radius: 1.0 }.icosphere(4).unwrap();
+    let mesh = build(&soup, &Repair::strict()).unwrap().mesh;
+    check("sphere", &mesh);
+    // Faces of angle a reach a²/6 below the sphere, so that far fewer are left than at the start.
+    assert!(faces_within(&mesh, 1.0, Preset::Default) < mesh.topology().face_count() / 10);
+}
+
+#[test]
+fn the_default_is_near_the_smallest_within_a_proved_error_on_real_meshes() {
+    for name in ["saddle.obj", "suzanne.obj"] {
+        if let Some(mesh) = model(name) {
+            check(name, &mesh);
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! `cargo xtask limits-study`: how few faces a certified largest error leaves, by preset.
+//!
+//! Every mesh is simplified within tolerances relative to the diagonal of its bounding box. The
+//! distance that is recorded is proved anew, from the result and the input alone.
+
+use std::collections::HashSet;
+use std::fs::OpenOptions;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use mesh_core::{Repair, TriMesh, build};
+use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
+use simplify::{ErrorCheck, Options, Preset, simplify};
+
+use crate::failure::Failure;
+
+/// What to simplify, and how.
+#[derive(Debug, clap::Args)]
+pub(crate) struct LimitsStudy {
+    /// The folder with the meshes
+    #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
+    models: PathBuf,
+    /// Which meshes, by file name; ten of different kinds by default
+    #[arg(long, value_name = "FILE", value_delimiter = ',', default_values_t = MESHES.map(str::to_owned))]
+    meshes: Vec<String>,
+    /// The largest errors, in percent of the diagonal of the bounding box
+    #[arg(long, value_name = "PERCENT", value_delimiter = ',', default_value = "0.05,0.2,1")]
+    tolerances: Vec<f64>,
+    /// Which presets; extreme, paper-l1 and paper-l2 take much longer
+    #[arg(
+        long, value_name = "PRESET", value_delimiter = ',',
+        default_value = "fast,default,quality,thin-features",
+        value_parser = |s: &str| s.parse::<Preset>(),
+    )]
+    presets: Vec<Preset>,
+    /// The folder for the table (limits-study.txt) and the numbers (limits-study.csv). What is in
+    /// the numbers already is not computed again
+    #[arg(long, value_name = "DIR", default_value = "target/limits-study")]
+    out: PathBuf,
+}
+
+/// A scan with a boundary and a closed one, two animals, a head, an armoured figure, three
+/// mechanical parts, and terrain.
+const MESHES: [&str; 10] = [
+    "bunny10k_textured.obj",
+    "screwdriver_be.ply",
+    "elephant_40k.off",
+    "cow.obj",
+    "max-planck_10k.obj",
+    "homer.obj",
+    "fandisk.obj",
+    "rocker-arm.obj",
+    "casting.off",
+    "mountain.obj",
+];
+
+const HEADER: [&str; 7] =
+    ["mesh", "faces", "percent", "preset", "faces_left", "upper_per_limit", "seconds"];
+
+/// One number of the study.
+struct Row {
+    mesh: String,
+    /// Of the input.
+    faces: usize,
+    percent: f64,
+    preset: Preset,
+    left: usize,
+    /// The proved upper bound of the distance over the largest error allowed.
+    upper: f64,
+    seconds: f64,
+}
+
+/// Runs what is missing in the numbers, row by row, and prints the table.
+pub(crate) fn run(options: &LimitsStudy) -> Result<(), Failure> {
+    std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
+    let path = options.out.join("limits-study.csv");
+    let mut rows = read(&path);
+    let known: HashSet<_> = rows.iter().map(Row::key).collect();
+    let bar = progress_bar(options);
+    let failed = |e: csv::Error| Failure::writing(&path)(e.into());
+    let is_new = !path.exists();
+    let file = OpenOptions::new().create(true).append(true).open(&path);
+    let mut numbers = csv::Writer::from_writer(file.map_err(Failure::writing(&path))?);
+    if is_new {
+        numbers.write_record(HEADER).map_err(failed)?;
+    }
+    for name in &options.meshes {
+        let mesh = load(&options.models.join(name))?;
+        let original = Surface::new(&mesh).map_err(Failure::mesh)?;
+        for &percent in &options.tolerances {
+            for &preset in &options.presets {
+                bar.set_message(format!("{name} {percent} % {preset}"));
+                if !known.contains(&(name.clone(), percent.to_string(), preset)) {
+                    let row = measure(name, &mesh, &original, percent, preset)?;
+                    numbers.write_record(row.record()).map_err(failed)?;
+                    numbers.flush().map_err(Failure::writing(&path))?;
+                    rows.push(row);
+                }
+                bar.inc(1);
+            }
+        }
+    }
+    bar.finish_and_clear();
+    let text = table(options, &rows);
+    let path = options.out.join("limits-study.txt");
+    std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
+    print!("{text}");
+    Ok(())
+}
+
+fn progress_bar(options: &LimitsStudy) -> ProgressBar {
+    let runs = options.meshes.len() * options.tolerances.len() * options.presets.len();
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(runs as u64).with_style(style)
+}
+
+fn load(path: &Path) -> Result<TriMesh, Failure> {
+    let model = mesh_io::read(path).map_err(Failure::mesh)?;
+    Ok(build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh)
+}
+
+/// Simplifies, and proves the distance by a call of its own.
+fn measure(
+    name: &str,
+    mesh: &TriMesh,
+    original: &Surface,
+    percent: f64,
+    preset: Preset,
+) -> Result<Row, Failure> {
+    let limit = percent / 100.0 * original.bounding_box().diagonal();
+    let (max_error, error) = (Some(limit), ErrorCheck::Certified);
+    let options = Options { max_error, error, ..Options::preset(preset) };
+    let start = Instant::now();
+    let result = simplify(mesh, &options).map_err(Failure::mesh)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let surface = Surface::new(&result.mesh).map_err(Failure::mesh)?;
+    let tight = CertifyOptions { tolerance: 1e-3 * limit, ..CertifyOptions::default() };
+    let upper = hausdorff_bounds(original, &surface, &tight).upper / limit;
+    let faces = mesh.topology().face_count();
+    let left = result.mesh.topology().face_count();
+    Ok(Row { mesh: name.to_owned(), faces, percent, preset, left, upper, seconds })
+}
+
+/// The rows of an earlier run; those that cannot be read are computed again.
+fn read(path: &Path) -> Vec<Row> {
+    let Ok(mut reader) = csv::Reader::from_path(path) else { return Vec::new() };
+    reader.records().filter_map(|record| Row::parse(&record.ok()?)).collect()
+}
+
+impl Row {
+    fn key(&self) -> (String, String, Preset) {
+        (self.mesh.clone(), self.percent.to_string(), self.preset)
+    }
+
+    fn record(&self) -> [String; 7] {
+        [
+            self.mesh.clone(),
+            self.faces.to_string(),
+            self.percent.to_string(),
+            self.preset.to_string(),
+            self.left.to_string(),
+            format!("{:.4}", self.upper),
+            format!("{:.1}", self.seconds),
+        ]
+    }
+
+    fn parse(record: &csv::StringRecord) -> Option<Self> {
+        Some(Self {
+            mesh: record.get(0)?.to_owned(),
+            faces: record.get(1)?.parse().ok()?,
+            percent: record.get(2)?.parse().ok()?,
+            preset: record.get(3)?.parse().ok()?,
+            left: record.get(4)?.parse().ok()?,
+            upper: record.get(5)?.parse().ok()?,
+            seconds: record.get(6)?.parse().ok()?,
+        })
+    }
+}
+
+/// A line per mesh and tolerance: faces, bound and seconds of each preset, and how many times the
+/// smallest number of faces the default leaves.
+fn table(options: &LimitsStudy, rows: &[Row]) -> String {
+    let mut table = comfy_table::Table::new();
+    table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
+    let mut header = vec!["mesh".to_owned(), "%".to_owned()];
+    header.extend(options.presets.iter().map(ToString::to_string));
+    header.push("default : smallest".to_owned());
+    table.set_header(header);
+    for name in &options.meshes {
+        for percent in &options.tolerances {
+            let found = |preset: &Preset| {
+                let key = (name.clone(), percent.to_string(), *preset);
+                rows.iter().find(|row| row.key() == key)
+            };
+            let mut line = vec![name.clone(), percent.to_string()];
+            line.extend(options.presets.iter().map(|preset| {
+                found(preset).map_or_else(String::new, |row| {
+                    format!("{} ({:.3}, {:.1} s)", row.left, row.upper, row.seconds)
+                })
+            }));
+            let all = options.presets.iter().filter_map(found).map(|row| row.left);
+            let ratio = found(&Preset::Default).zip(all.min());
+            line.push(ratio.map_or_else(String::new, |(row, least)| {
+                format!("{:.3}", row.left as f64 / least.max(1) as f64)
+            }));
+            table.add_row(line);
+        }
+    }
+    format!(
+        "Faces within a largest error in percent of the diagonal (proved distance over that error, \
+         time)\n{table}\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Preset, Row, measure, read};
+    use mesh_core::shapes::Sphere;
+    use mesh_core::{Repair, build};
+    use mesh_metric::Surface;
+
+    #[test]
+    fn rows_survive_the_way_through_the_file() {
+        let row = Row {
+            mesh: "a,b.obj".into(),
+            faces: 7,
+            percent: 0.05,
+            preset: Preset::ThinFeatures,
+            left: 5,
+            upper: 0.5,
+            seconds: 1.5,
+        };
+        let record = csv::StringRecord::from(row.record().to_vec());
+        assert_eq!(Row::parse(&record).unwrap().record(), row.record());
+        assert!(read("there-is-no-such-file.csv".as_ref()).is_empty());
+    }
+
+    #[test]
+    fn the_bound_of_a_sphere_is_below_the_limit() {
+        let soup = Sphere { radius: 1.0 }.icosphere(3).unwrap();
+        let mesh = build(&soup, &Repair::strict()).unwrap().mesh;
+        let original = Surface::new(&mesh).unwrap();
+        let row = measure("sphere", &mesh, &original, 1.0, Preset::Default).unwrap();
+        assert!(row.upper <= 1.0 && row.left < row.faces / 2, "{:?}", row.record());
+    }
+}
