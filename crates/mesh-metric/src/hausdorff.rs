@@ -213,7 +213,7 @@ fn bound_pieces(pieces: &[Piece], to: &Surface, bar: f64) -> Vec<(f64, Option<Co
 /// How far the farthest corner of the piece is from one triangle of the other surface.
 fn farthest_corner(piece: &Piece, to: &Surface, slot: u32) -> f64 {
     let triangle = to.bvh().triangle(slot);
-    let squared = piece.iter().map(|c| closest_on_triangle(c.at, triangle).length_squared());
+    let squared = piece.iter().map(|c| closest_on_triangle(c.at, &triangle).length_squared());
     squared.fold(0.0, f64::max).sqrt()
 }
 

@@ -29,9 +29,11 @@ mod bvh;
 mod closest;
 mod compare;
 mod hausdorff;
+mod packet;
 mod sampling;
 mod signed;
 mod surface;
+mod wide;
 
 pub use closest::closest_on_triangle;
 pub use compare::{CompareOptions, Comparison, OneSided, Worst, compare, vertex_distances};

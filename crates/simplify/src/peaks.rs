@@ -72,10 +72,8 @@ pub fn cut_peaks(
     constraints: &mut FitConstraints,
     options: &PeakOptions,
 ) -> Result<PeakReport, SurfaceError> {
-    let mut points: Vec<u32> = original.triangles().as_flattened().to_vec();
-    points.sort_unstable();
-    points.dedup();
-    let points: Vec<DVec3> = points.iter().map(|&v| original.positions()[v as usize]).collect();
+    let used = original.used_vertices();
+    let points: Vec<DVec3> = used.iter().map(|&v| original.positions()[v as usize]).collect();
     let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
     let mut map: VertexMap<Option<VertexId>> = VertexMap::from_vec(identity.collect());
     let faces = mesh.topology().face_count();
