@@ -115,14 +115,22 @@ pub fn fit(
         .map(|sample| Target::new(original, sample))
         .collect();
     let points: Vec<DVec3> = targets.iter().map(|target| target.point).collect();
+    let rough_targets: Vec<Target> = targets.iter().step_by(2).copied().collect();
+    let rough_points: Vec<DVec3> = rough_targets.iter().map(|target| target.point).collect();
     let mut report = FitReport::default();
     let lines = Lines::new(mesh, original, constraints, count);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
     for round in 0..options.rounds {
         let surface = Surface::new(mesh)?;
         let mut paired = Pairs::new(mesh);
-        for (target, closest) in targets.iter().zip(surface.closest_points(&points)) {
-            paired.push(closest.face, *target);
+        // The first of several rounds is a rough one.
+        let part = if round + 1 < options.rounds && round == 0 { 2 } else { 1 };
+        let (targets, points, count) = match part {
+            1 => (&targets, &points, count),
+            _ => (&rough_targets, &rough_points, count / 2),
+        };
+        for (target, closest) in targets.iter().zip(surface.closest_points(points)) {
+            paired.push(&closest, *target);
         }
         if options.flips {
             report.flips += flip_edges(mesh, &mut paired, constraints, found.as_mut());
@@ -267,6 +275,8 @@ struct Pairs {
     first: Vec<u32>,
     following: Vec<u32>,
     targets: Vec<Target>,
+    /// The squared distance of each target from its face.
+    squares: Vec<f64>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -274,12 +284,14 @@ const NONE: u32 = u32::MAX;
 impl Pairs {
     fn new(mesh: &TriMesh) -> Self {
         let first = vec![NONE; mesh.topology().face_capacity()];
-        Self { first, following: Vec::new(), targets: Vec::new() }
+        let (following, targets, squares) = Default::default();
+        Self { first, following, targets, squares }
     }
 
-    fn push(&mut self, face: FaceId, target: Target) {
-        let slot = &mut self.first[face.index()];
+    fn push(&mut self, closest: &ClosestPoint, target: Target) {
+        let slot = &mut self.first[closest.face.index()];
         self.following.push(*slot);
+        self.squares.push(closest.offset.length_squared());
         *slot = self.targets.len() as u32;
         self.targets.push(target);
     }
@@ -312,6 +324,7 @@ impl Pairs {
                 .map(|triangle| closest_on_triangle(point, triangle).length_squared());
             let slot = &mut self.first[faces[usize::from(d1 < d0)].index()];
             self.following[index as usize] = *slot;
+            self.squares[index as usize] = d0.min(d1);
             *slot = index;
         }
     }
@@ -356,29 +369,30 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs, edge: EdgeId) -> bool {
         return false;
     }
     let [h, twin] = edge.half_edges();
-    let (Some(left), Some(right)) = (topology.apex(h), topology.apex(twin)) else { return false };
+    let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return false };
     let [a, b] = topology.edge_vertices(edge).map(|v| mesh.position(v));
-    let (c, d) = (mesh.position(left), mesh.position(right));
-    let (old, new) = ([[a, b, c], [b, a, d]], [[c, a, d], [d, b, c]]);
-    let crosses = [old[0], old[1], new[0], new[1]].map(|[p, q, r]| (q - p).cross(r - p));
-    let normal = crosses[0] + crosses[1];
-    let keeps_side = |n: &DVec3| n.dot(normal) > MIN_COSINE * n.length() * normal.length();
-    if !crosses[2..].iter().all(keeps_side) {
+    let (c, d) = (mesh.position(c), mesh.position(d));
+    let new = [[c, a, d], [d, b, c]];
+    let cross = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p);
+    let normal = cross([a, b, c]) + cross([b, a, d]);
+    let keeps_side = |n: DVec3| n.dot(normal) > MIN_COSINE * n.length() * normal.length();
+    if !new.into_iter().all(|triangle| keeps_side(cross(triangle))) {
         return false;
     }
-    let (mut before, mut after) = (0.0, 0.0);
-    let faces = topology.edge_faces(edge).into_iter().flatten();
-    for index in faces.flat_map(|face| paired.of_face(face)) {
-        let point = paired.targets[index as usize].point;
-        let nearer = |pair: &[[DVec3; 3]; 2]| {
-            let [p, q] =
-                [&pair[0], &pair[1]].map(|t| closest_on_triangle(point, t).length_squared());
-            p.min(q)
-        };
-        before += nearer(&old);
-        after += nearer(&new);
+    let faces = || topology.edge_faces(edge).into_iter().flatten();
+    let targets = || faces().flat_map(|face| paired.of_face(face)).map(|index| index as usize);
+    let before: f64 = targets().map(|index| paired.squares[index]).sum();
+    let mut left = before * (1.0 - 1e-9);
+    for index in targets() {
+        let point = paired.targets[index].point;
+        let [p, q] = [&new[0], &new[1]].map(|t| closest_on_triangle(point, t).length_squared());
+        left -= p.min(q);
+        // Most flips are for the worse, as the first few targets tell.
+        if left <= 0.0 {
+            return false;
+        }
     }
-    after < before * (1.0 - 1e-9)
+    before > 0.0
 }
 
 fn flip_crosses(mesh: &TriMesh, found: &Intersections, flip: &LegalFlip) -> bool {
