@@ -173,6 +173,14 @@ fn measure(to: &Surface, count: usize, point: impl Fn(usize) -> DVec3 + Sync) ->
     blocks.into_iter().fold(Tally::NONE, Tally::join)
 }
 
+/// Points inside the edges of a surface, equally spaced on each and at most `spacing` apart, so that
+/// shorter edges have none; on no edge more than `limit`.
+#[must_use]
+pub fn edge_points(surface: &Surface, spacing: f64, limit: usize) -> Vec<DVec3> {
+    let points = EdgePoints::new(surface, spacing, limit);
+    (0..points.count()).map(|i| points.point(i)).collect()
+}
+
 /// Points inside the edges, equally spaced on each.
 struct EdgePoints<'a> {
     surface: &'a Surface,

@@ -36,6 +36,11 @@ pub struct FitOptions {
     pub samples_per_face: usize,
     /// How strongly samples are drawn to their partners along the surface, relative to across it.
     pub pull: f64,
+    /// How much more than the others the farthest pairs count, and the vertices of the original
+    /// that are about as far: the weight of a pair at the distance d is 1 + tail (d / largest)^8.
+    /// With 0 the mean square is minimised; otherwise the largest distance becomes smaller at the
+    /// expense of the mean.
+    pub tail: f64,
     /// Whether edges are flipped.
     pub flips: bool,
     /// Whether faces must not come to cross that did not before.
@@ -50,6 +55,7 @@ impl Default for FitOptions {
             rounds: 2,
             samples_per_face: 30,
             pull: 4e-4,
+            tail: 0.0,
             flips: true,
             forbid_intersections: false,
             seed: 1,
@@ -132,6 +138,9 @@ pub fn fit(
         for (target, closest) in targets.iter().zip(surface.closest_points(points)) {
             paired.push(&closest, *target);
         }
+        if options.tail > 0.0 {
+            paired.push_far(&surface, original);
+        }
         if options.flips {
             report.flips += flip_edges(mesh, &mut paired, constraints, found.as_mut());
         }
@@ -139,9 +148,11 @@ pub fn fit(
         let mut system = System::new(mesh);
         lines.add_to(&mut system, mesh);
         let mut tally = Tally::default();
+        let largest = paired.squares.iter().copied().fold(0.0, f64::max);
+        let weighting = Weighting { pull: options.pull, tail: options.tail, largest };
         paired.for_each(mesh, |face, target| {
             let weights = weights_of_closest(target.point, &mesh.triangle(face));
-            tally.add(system.add(mesh, face, weights, target, options.pull));
+            tally.add(system.add(mesh, face, weights, target, weighting));
         });
         let samples = if options.flips {
             // The faces are others now.
@@ -149,7 +160,7 @@ pub fn fit(
         } else {
             sample_surface(&surface, count, options.seed + round as u64 + 1)
         };
-        add_own_samples(mesh, original, &samples, options.pull, &mut system, &mut tally);
+        add_own_samples(mesh, original, &samples, weighting, &mut system, &mut tally);
         report.rms_last = tally.rms();
         if round == 0 {
             report.rms_before = tally.rms();
@@ -228,17 +239,20 @@ fn add_own_samples(
     mesh: &TriMesh,
     original: &Surface,
     samples: &[SurfaceSample],
-    pull: f64,
+    weighting: Weighting,
     system: &mut System,
     tally: &mut Tally,
 ) {
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
     let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
-    for (sample, closest) in samples.iter().zip(original.closest_points(&points)) {
+    let closest = original.closest_points(&points);
+    let largest = closest.iter().map(|c| c.offset.length_squared()).fold(weighting.largest, f64::max);
+    let weighting = Weighting { largest, ..weighting };
+    for (sample, closest) in samples.iter().zip(closest) {
         let ClosestPoint { point, triangle, .. } = closest;
         let target = Target { point, normal: normal_of(original, triangle as usize) };
         let face = faces[sample.triangle as usize];
-        tally.add(system.add(mesh, face, DVec3::from(sample.weights), target, pull));
+        tally.add(system.add(mesh, face, DVec3::from(sample.weights), target, weighting));
     }
 }
 
@@ -251,6 +265,22 @@ pub(crate) fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     let parts = parts.max(DVec3::ZERO);
     let sum = parts.element_sum();
     if sum > 0.0 { parts / sum } else { DVec3::splat(1.0 / 3.0) }
+}
+
+/// How much a pair counts.
+#[derive(Clone, Copy)]
+struct Weighting {
+    pull: f64,
+    tail: f64,
+    /// The largest squared distance of a pair.
+    largest: f64,
+}
+
+impl Weighting {
+    fn of(&self, squared: f64) -> f64 {
+        let ratio = if self.largest > 0.0 { squared / self.largest } else { 0.0 };
+        1.0 + self.tail * ratio.powi(4)
+    }
 }
 
 #[derive(Default)]
@@ -294,6 +324,19 @@ impl Pairs {
         self.squares.push(closest.offset.length_squared());
         *slot = self.targets.len() as u32;
         self.targets.push(target);
+    }
+
+    /// Adds the vertices of the original that are more than half as far as the farthest target.
+    /// The normals there are the directions in which they are.
+    fn push_far(&mut self, surface: &Surface, original: &Surface) {
+        let at = |v: u32| original.positions()[v as usize];
+        let points: Vec<DVec3> = original.used_vertices().into_iter().map(at).collect();
+        let bar = 0.5 * self.squares.iter().copied().fold(0.0, f64::max).sqrt();
+        for (&point, closest) in points.iter().zip(surface.closest_points(&points)) {
+            if closest.distance > bar {
+                self.push(&closest, Target { point, normal: closest.offset.normalize_or_zero() });
+            }
+        }
     }
 
     fn of_face(&self, face: FaceId) -> impl Iterator<Item = u32> + '_ {
@@ -485,21 +528,23 @@ impl System {
         face: FaceId,
         weights: DVec3,
         target: Target,
-        pull: f64,
+        weighting: Weighting,
     ) -> f64 {
         let sides = mesh.topology().face_half_edges(face);
         let corners = mesh.topology().face_vertices(face);
         let [a, b, c] = corners.map(|v| mesh.position(v) - target.point);
         let gap = a * weights.x + b * weights.y + c * weights.z;
-        let mut matrix = Symmetric3::square(target.normal, 1.0);
-        matrix.diagonal += pull;
+        let squared = gap.length_squared();
+        let weight = weighting.of(squared);
+        let mut matrix = Symmetric3::square(target.normal, weight);
+        matrix.diagonal += weight * weighting.pull;
         let force = matrix.times(gap);
         for i in 0..3 {
             self.of_vertex[corners[i].index()] += weights[i] * weights[i] * matrix;
             self.of_edge[sides[i].edge().index()] += weights[i] * weights[(i + 1) % 3] * matrix;
             self.residual[corners[i].index()] -= weights[i] * force;
         }
-        gap.length_squared()
+        squared
     }
 
     /// Adds a pair of the point that is `along` an edge, as a part of its length, and its target.

@@ -8,12 +8,12 @@
 //! more than three percent.
 
 use glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId, VertexMap};
-use mesh_metric::{ClosestPoint, Surface, SurfaceError};
+use mesh_core::{FaceId, Handle, TriMesh, VertexId, VertexMap};
+use mesh_metric::{ClosestPoint, Surface, SurfaceError, edge_points};
 
 use crate::collapse_back::{CollapseBack, collapse_back};
 use crate::constraint::Boundary;
-use crate::fit::{FitConstraints, try_move, weights_of_closest};
+use crate::fit::{FitConstraints, FitOptions, fit, try_move, weights_of_closest};
 
 /// How to take down peaks; see [`cut_peaks`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +27,9 @@ pub struct PeakOptions {
     /// How many faces must be left. A round that ends on the boundary may take one more than it
     /// has made.
     pub min_faces: usize,
+    /// How the mesh is fitted before and between the rounds to take down peaks that vertices
+    /// elsewhere can take down, with [`FitOptions::tail`]; not at all with 0 rounds.
+    pub fit: FitOptions,
     /// Whether faces must not come to cross that did not before.
     pub forbid_intersections: bool,
     /// How many vertices every component keeps.
@@ -40,6 +43,7 @@ impl Default for PeakOptions {
             above: 0.7,
             share: 0.003,
             min_faces: 0,
+            fit: FitOptions { rounds: 0, tail: 100.0, ..FitOptions::default() },
             forbid_intersections: false,
             min_component_vertices: None,
         }
@@ -72,14 +76,15 @@ pub fn cut_peaks(
     constraints: &mut FitConstraints,
     options: &PeakOptions,
 ) -> Result<PeakReport, SurfaceError> {
-    let used = original.used_vertices();
-    let points: Vec<DVec3> = used.iter().map(|&v| original.positions()[v as usize]).collect();
+    let points = points_of(original);
     let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
     let mut map: VertexMap<Option<VertexId>> = VertexMap::from_vec(identity.collect());
     let faces = mesh.topology().face_count();
     let mut peaks = Peaks::new(mesh, original, &points)?;
     let (largest_before, allowed) = (peaks.largest, MAX_RISE * peaks.square);
+    let allowed_mean = MAX_MEAN_RISE * peaks.mean;
     let (mut rounds, mut kept) = (0, 0);
+    peaks.flatten(mesh, original, constraints, options, allowed_mean)?;
     // As many as there are; when that is too many, the farthest only.
     let (mut share, mut returning) = (options.share, usize::MAX);
     let mut failed = 0;
@@ -101,11 +106,13 @@ pub fn cut_peaks(
         let found = Peaks::new(&next, original, &points)?;
         let is_better = found.largest < peaks.largest && found.square <= allowed;
         let left = next.topology().face_count();
+        if std::env::var("VERB").is_ok() { eprintln!("cut {rounds}: {} -> {} square {} faces {left} placed {}", peaks.largest, found.largest, found.square / allowed, step.locked.len()); }
         if is_better && (options.min_faces..=faces).contains(&left) {
             for new in map.as_mut_slice() {
                 *new = new.and_then(|v| back.vertex_map.get(v).copied().flatten());
             }
             (*mesh, *constraints, peaks) = (next, back.constraints, found);
+            peaks.flatten(mesh, original, constraints, options, allowed_mean)?;
             (kept, failed) = (kept + 1, 0);
         } else if returning > most {
             returning = most;
@@ -121,6 +128,26 @@ pub fn cut_peaks(
 /// After so many rounds in vain in a row, it is enough.
 const PATIENCE: usize = 2;
 
+/// The vertices of the original, and points on its edges where these are longer than most.
+fn points_of(original: &Surface) -> Vec<DVec3> {
+    let triangles = (0..original.triangle_count()).map(|t| original.triangle(t));
+    let area: f64 = triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
+    let spacing = 2.0 * (area / original.triangle_count() as f64).sqrt();
+    let used = original.used_vertices();
+    let mut points: Vec<DVec3> = used.iter().map(|&v| original.positions()[v as usize]).collect();
+    points.extend(edge_points(original, spacing, MAX_ON_EDGE));
+    points
+}
+
+/// The most points on an edge of the original.
+const MAX_ON_EDGE: usize = 100;
+
+/// The parts of a step that are tried, one after the other.
+const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
+
+/// How much the mean may rise where only the vertices near peaks move.
+const MAX_MEAN_RISE: f64 = 1.008;
+
 /// How much the mean square may rise in all: root mean squares by three percent.
 const MAX_RISE: f64 = 1.06;
 
@@ -132,8 +159,12 @@ struct Peaks<'a> {
     forward: Vec<ClosestPoint>,
     /// For each vertex of the mesh, what is closest on the original.
     backward: Vec<ClosestPoint>,
+    /// Faces of the mesh and how far the original is from their centres and from the middle of
+    /// their sides.
+    inner: Vec<(FaceId, f64)>,
     largest: f64,
-    /// The mean of the squares of `forward`.
+    /// The mean of `forward`, and of the squares.
+    mean: f64,
     square: f64,
 }
 
@@ -141,10 +172,72 @@ impl<'a> Peaks<'a> {
     fn new(mesh: &TriMesh, original: &Surface, points: &'a [DVec3]) -> Result<Self, SurfaceError> {
         let forward = Surface::new(mesh)?.closest_points(points);
         let backward = original.closest_points(mesh.positions());
-        let largest = forward.iter().chain(&backward).map(|c| c.distance).fold(0.0, f64::max);
+        let (faces, centers): (Vec<FaceId>, Vec<DVec3>) = inner_points(mesh).unzip();
+        let inner: Vec<(FaceId, f64)> = faces.into_iter().zip(original.distances(&centers)).collect();
+        let vertices = forward.iter().chain(&backward).map(|closest| closest.distance);
+        let largest = vertices.chain(inner.iter().map(|&(_, distance)| distance)).fold(0.0, f64::max);
         let squares: f64 = forward.iter().map(|c| c.distance * c.distance).sum();
-        let square = squares / points.len().max(1) as f64;
-        Ok(Self { points, forward, backward, largest, square })
+        let sum: f64 = forward.iter().map(|c| c.distance).sum();
+        let count = points.len().max(1) as f64;
+        let (mean, square) = (sum / count, squares / count);
+        Ok(Self { points, forward, backward, inner, largest, mean, square })
+    }
+
+    /// Moves the vertices round the peaks so that these become lower, as long as that works.
+    fn flatten(
+        &mut self,
+        mesh: &mut TriMesh,
+        original: &Surface,
+        constraints: &FitConstraints,
+        options: &PeakOptions,
+        allowed_mean: f64,
+    ) -> Result<(), SurfaceError> {
+        for round in 0..options.fit.rounds {
+            let local = self.all_but_peaks_fixed(mesh, constraints, options.above * self.largest);
+            let seed = options.fit.seed + round as u64;
+            let once = FitOptions { rounds: 1, flips: false, seed, ..options.fit };
+            let mut moved = mesh.clone();
+            fit(&mut moved, original, &local, &once)?;
+            let mut better = None;
+            for part in STEPS {
+                let mut next = moved.clone();
+                for (to, from) in next.positions_mut().iter_mut().zip(mesh.positions()) {
+                    *to = *from + part * (*to - *from);
+                }
+                let found = Self::new(&next, original, self.points)?;
+            if std::env::var("VERB").is_ok() { eprintln!("  flatten {round} {part}: {} -> {} square {}", self.largest, found.largest, found.mean / allowed_mean); }
+                if found.largest < 0.999 * self.largest && found.mean <= allowed_mean {
+                    better = Some((next, found));
+                    break;
+                }
+            }
+            let Some((next, found)) = better else { break };
+            (*mesh, *self) = (next, found);
+        }
+        Ok(())
+    }
+
+    /// The constraints, with all vertices fixed that are not next to a face with a peak.
+    fn all_but_peaks_fixed(
+        &self,
+        mesh: &TriMesh,
+        constraints: &FitConstraints,
+        bar: f64,
+    ) -> FitConstraints {
+        let topology = mesh.topology();
+        let forward = self.forward.iter().map(|closest| (closest.face, closest.distance));
+        let far = forward.chain(self.inner.iter().copied()).filter(|&(_, distance)| distance > bar);
+        let corners = far.flat_map(|(face, _)| topology.face_vertices(face));
+        let far = self.backward.iter().enumerate().filter(|(_, closest)| closest.distance > bar);
+        let own = far.map(|(index, _)| VertexId::from_index(index));
+        let mut fixed = topology.vertex_map(true);
+        for v in corners.chain(own) {
+            fixed[v] = false;
+            topology.one_ring(v).for_each(|w| fixed[w] = false);
+        }
+        let before = constraints.fixed.iter().flat_map(VertexMap::iter);
+        before.filter(|(_, was)| **was).for_each(|(v, _)| fixed[v] = true);
+        FitConstraints { fixed: Some(fixed), ..constraints.clone() }
     }
 
     /// Moves vertices that are farther away than `bar` to the original. Returns them.
@@ -208,6 +301,21 @@ impl<'a> Peaks<'a> {
         }
         placed
     }
+}
+
+/// The centres of the faces and the middle of every edge, with a face that they are on.
+fn inner_points(mesh: &TriMesh) -> impl Iterator<Item = (FaceId, DVec3)> {
+    let topology = mesh.topology();
+    let centers = topology.faces().map(|f| {
+        let [a, b, c] = mesh.triangle(f);
+        (f, a + ((b - a) + (c - a)) / 3.0)
+    });
+    let middles = topology.edges().filter_map(|e| {
+        let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
+        let face = topology.edge_faces(e).into_iter().flatten().next()?;
+        Some((face, a + 0.5 * (b - a)))
+    });
+    centers.chain(middles)
 }
 
 /// Below this weight of a corner the closest point counts as on the side opposite to it.
