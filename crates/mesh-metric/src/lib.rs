@@ -36,7 +36,9 @@ mod surface;
 mod wide;
 
 pub use closest::closest_on_triangle;
-pub use compare::{CompareOptions, Comparison, OneSided, Worst, compare, edge_points, vertex_distances};
+pub use compare::{
+    CompareOptions, Comparison, OneSided, Worst, compare, edge_points, vertex_distances,
+};
 pub use hausdorff::{CertifiedBounds, CertifyOptions, hausdorff_bounds, one_sided_bounds};
 pub use sampling::{SurfaceSample, sample_surface};
 pub use signed::SignedDistance;

@@ -37,7 +37,7 @@ pub struct FitOptions {
     /// How strongly samples are drawn to their partners along the surface, relative to across it.
     pub pull: f64,
     /// How much more than the others the farthest pairs count, and the vertices of the original
-    /// that are about as far: the weight of a pair at the distance d is 1 + tail (d / largest)^8.
+    /// that are about as far: the weight of a pair at the distance d is 1 + tail (d / largest)^12.
     /// With 0 the mean square is minimised; otherwise the largest distance becomes smaller at the
     /// expense of the mean.
     pub tail: f64,
@@ -246,7 +246,8 @@ fn add_own_samples(
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
     let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
     let closest = original.closest_points(&points);
-    let largest = closest.iter().map(|c| c.offset.length_squared()).fold(weighting.largest, f64::max);
+    let largest =
+        closest.iter().map(|c| c.offset.length_squared()).fold(weighting.largest, f64::max);
     let weighting = Weighting { largest, ..weighting };
     for (sample, closest) in samples.iter().zip(closest) {
         let ClosestPoint { point, triangle, .. } = closest;
@@ -279,7 +280,7 @@ struct Weighting {
 impl Weighting {
     fn of(&self, squared: f64) -> f64 {
         let ratio = if self.largest > 0.0 { squared / self.largest } else { 0.0 };
-        1.0 + self.tail * ratio.powi(4)
+        1.0 + self.tail * ratio.powi(6)
     }
 }
 

@@ -1,11 +1,12 @@
 //! Taking down the largest errors.
 //!
-//! A metric that adds up squared distances over areas lets a small part go far from its place. Each
-//! round looks for the vertices of the original that are farthest from the mesh, puts vertices
+//! A metric that adds up squared distances over areas lets a small part go far from its place. Where
+//! that is asked for, the vertices round the largest distances first move to a place where these are
+//! smaller: a fit in which the farthest pairs count most. Then each round looks for the vertices of the original that are farthest from the mesh, puts vertices
 //! there, and collapses the cheapest edges elsewhere until there are as many faces as before.
 //! Vertices of the mesh that are far from the original go back to it. The result is kept when the
-//! largest distance has become smaller and the root mean square is not larger than at the start by
-//! more than three percent.
+//! largest distance has become smaller and the root mean square is not much larger than at the
+//! start.
 
 use glam::DVec3;
 use mesh_core::{FaceId, Handle, TriMesh, VertexId, VertexMap};
@@ -24,11 +25,14 @@ pub struct PeakOptions {
     pub above: f64,
     /// The most vertices that are put in place in a round, as a part of the faces.
     pub share: f64,
+    /// How much the mean or the root mean square of the distances may rise in all, as a ratio.
+    pub max_rise: f64,
     /// How many faces must be left. A round that ends on the boundary may take one more than it
     /// has made.
     pub min_faces: usize,
-    /// How the mesh is fitted before and between the rounds to take down peaks that vertices
-    /// elsewhere can take down, with [`FitOptions::tail`]; not at all with 0 rounds.
+    /// How the vertices round the peaks are fitted before the rounds and after each that was kept,
+    /// with [`FitOptions::tail`], for as many rounds as that lowers the peaks; edges are not
+    /// flipped. Not at all with 0 rounds.
     pub fit: FitOptions,
     /// Whether faces must not come to cross that did not before.
     pub forbid_intersections: bool,
@@ -42,8 +46,9 @@ impl Default for PeakOptions {
             rounds: 5,
             above: 0.7,
             share: 0.003,
+            max_rise: 1.03,
             min_faces: 0,
-            fit: FitOptions { rounds: 0, tail: 100.0, ..FitOptions::default() },
+            fit: FitOptions { rounds: 0, tail: 300.0, ..FitOptions::default() },
             forbid_intersections: false,
             min_component_vertices: None,
         }
@@ -81,20 +86,20 @@ pub fn cut_peaks(
     let mut map: VertexMap<Option<VertexId>> = VertexMap::from_vec(identity.collect());
     let faces = mesh.topology().face_count();
     let mut peaks = Peaks::new(mesh, original, &points)?;
-    let (largest_before, allowed) = (peaks.largest, MAX_RISE * peaks.square);
-    let allowed_mean = MAX_MEAN_RISE * peaks.mean;
+    let largest_before = peaks.largest;
+    let most = Most { mean: options.max_rise * peaks.mean, rms: options.max_rise * peaks.rms };
     let (mut rounds, mut kept) = (0, 0);
-    peaks.flatten(mesh, original, constraints, options, allowed_mean)?;
+    peaks.flatten(mesh, original, constraints, options, most)?;
     // As many as there are; when that is too many, the farthest only.
     let (mut share, mut returning) = (options.share, usize::MAX);
     let mut failed = 0;
     while rounds < options.rounds && failed < PATIENCE && peaks.largest > 0.0 {
         rounds += 1;
-        let most = ((share * faces as f64) as usize).max(1);
+        let count = ((share * faces as f64) as usize).max(1);
         let mut next = mesh.clone();
         let bar = options.above * peaks.largest;
         let mut placed = peaks.bring_back(&mut next, constraints, bar, returning);
-        placed.extend(peaks.put_vertices(&mut next, constraints, bar, most));
+        placed.extend(peaks.put_vertices(&mut next, constraints, bar, count));
         let step = CollapseBack {
             faces,
             locked: &placed,
@@ -104,18 +109,17 @@ pub fn cut_peaks(
         };
         let back = collapse_back(&mut next, constraints, &step);
         let found = Peaks::new(&next, original, &points)?;
-        let is_better = found.largest < peaks.largest && found.square <= allowed;
+        let is_better = found.largest < peaks.largest && found.rms <= most.rms;
         let left = next.topology().face_count();
-        if std::env::var("VERB").is_ok() { eprintln!("cut {rounds}: {} -> {} square {} faces {left} placed {}", peaks.largest, found.largest, found.square / allowed, step.locked.len()); }
         if is_better && (options.min_faces..=faces).contains(&left) {
             for new in map.as_mut_slice() {
                 *new = new.and_then(|v| back.vertex_map.get(v).copied().flatten());
             }
             (*mesh, *constraints, peaks) = (next, back.constraints, found);
-            peaks.flatten(mesh, original, constraints, options, allowed_mean)?;
+            peaks.flatten(mesh, original, constraints, options, most)?;
             (kept, failed) = (kept + 1, 0);
-        } else if returning > most {
-            returning = most;
+        } else if returning > count {
+            returning = count;
         } else {
             share *= 0.3;
             failed += 1;
@@ -142,14 +146,21 @@ fn points_of(original: &Surface) -> Vec<DVec3> {
 /// The most points on an edge of the original.
 const MAX_ON_EDGE: usize = 100;
 
+/// How far the averages may rise.
+#[derive(Clone, Copy)]
+struct Most {
+    mean: f64,
+    rms: f64,
+}
+
+/// A step that lowers the largest distance by less than this ratio is not worth another.
+const ENOUGH: f64 = 0.999;
+
 /// The parts of a step that are tried, one after the other.
-const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
+const STEPS: [f64; 4] = [1.0, 0.5, 0.25, 0.12];
 
-/// How much the mean may rise where only the vertices near peaks move.
-const MAX_MEAN_RISE: f64 = 1.008;
-
-/// How much the mean square may rise in all: root mean squares by three percent.
-const MAX_RISE: f64 = 1.06;
+/// What counts as a peak there, relative to the largest distance.
+const FLATTENED: f64 = 0.85;
 
 /// Distances of vertices, both ways.
 struct Peaks<'a> {
@@ -163,9 +174,9 @@ struct Peaks<'a> {
     /// their sides.
     inner: Vec<(FaceId, f64)>,
     largest: f64,
-    /// The mean of `forward`, and of the squares.
+    /// The mean of `forward`, and the root of the mean square.
     mean: f64,
-    square: f64,
+    rms: f64,
 }
 
 impl<'a> Peaks<'a> {
@@ -173,14 +184,16 @@ impl<'a> Peaks<'a> {
         let forward = Surface::new(mesh)?.closest_points(points);
         let backward = original.closest_points(mesh.positions());
         let (faces, centers): (Vec<FaceId>, Vec<DVec3>) = inner_points(mesh).unzip();
-        let inner: Vec<(FaceId, f64)> = faces.into_iter().zip(original.distances(&centers)).collect();
+        let inner: Vec<(FaceId, f64)> =
+            faces.into_iter().zip(original.distances(&centers)).collect();
         let vertices = forward.iter().chain(&backward).map(|closest| closest.distance);
-        let largest = vertices.chain(inner.iter().map(|&(_, distance)| distance)).fold(0.0, f64::max);
+        let largest =
+            vertices.chain(inner.iter().map(|&(_, distance)| distance)).fold(0.0, f64::max);
         let squares: f64 = forward.iter().map(|c| c.distance * c.distance).sum();
         let sum: f64 = forward.iter().map(|c| c.distance).sum();
         let count = points.len().max(1) as f64;
-        let (mean, square) = (sum / count, squares / count);
-        Ok(Self { points, forward, backward, inner, largest, mean, square })
+        let (mean, rms) = (sum / count, (squares / count).sqrt());
+        Ok(Self { points, forward, backward, inner, largest, mean, rms })
     }
 
     /// Moves the vertices round the peaks so that these become lower, as long as that works.
@@ -190,10 +203,10 @@ impl<'a> Peaks<'a> {
         original: &Surface,
         constraints: &FitConstraints,
         options: &PeakOptions,
-        allowed_mean: f64,
+        most: Most,
     ) -> Result<(), SurfaceError> {
         for round in 0..options.fit.rounds {
-            let local = self.all_but_peaks_fixed(mesh, constraints, options.above * self.largest);
+            let local = self.all_but_peaks_fixed(mesh, constraints, FLATTENED * self.largest);
             let seed = options.fit.seed + round as u64;
             let once = FitOptions { rounds: 1, flips: false, seed, ..options.fit };
             let mut moved = mesh.clone();
@@ -205,8 +218,7 @@ impl<'a> Peaks<'a> {
                     *to = *from + part * (*to - *from);
                 }
                 let found = Self::new(&next, original, self.points)?;
-            if std::env::var("VERB").is_ok() { eprintln!("  flatten {round} {part}: {} -> {} square {}", self.largest, found.largest, found.mean / allowed_mean); }
-                if found.largest < 0.999 * self.largest && found.mean <= allowed_mean {
+                if found.largest < ENOUGH * self.largest && found.mean <= most.mean {
                     better = Some((next, found));
                     break;
                 }
