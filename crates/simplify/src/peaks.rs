@@ -10,7 +10,7 @@
 
 use glam::DVec3;
 use mesh_core::{FaceId, Handle, TriMesh, VertexId, VertexMap};
-use mesh_metric::{ClosestPoint, Surface, SurfaceError, edge_points};
+use mesh_metric::{ClosestPoint, Surface, SurfaceError, edge_points, sample_surface};
 
 use crate::collapse_back::{CollapseBack, collapse_back};
 use crate::constraint::Boundary;
@@ -62,7 +62,7 @@ pub struct PeakReport {
     pub rounds: usize,
     /// How many of them were kept.
     pub kept: usize,
-    /// The largest distance of a vertex of the original at the start.
+    /// The largest distance at the start, of the points of both surfaces that were measured.
     pub largest_before: f64,
     /// That distance at the end.
     pub largest_after: f64,
@@ -81,7 +81,7 @@ pub fn cut_peaks(
     constraints: &mut FitConstraints,
     options: &PeakOptions,
 ) -> Result<PeakReport, SurfaceError> {
-    let points = points_of(original);
+    let points = Points::new(original, SAMPLES_PER_FACE * mesh.topology().face_count());
     let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
     let mut map: VertexMap<Option<VertexId>> = VertexMap::from_vec(identity.collect());
     let faces = mesh.topology().face_count();
@@ -132,16 +132,30 @@ pub fn cut_peaks(
 /// After so many rounds in vain in a row, it is enough.
 const PATIENCE: usize = 2;
 
-/// The vertices of the original, and points on its edges where these are longer than most.
-fn points_of(original: &Surface) -> Vec<DVec3> {
-    let triangles = (0..original.triangle_count()).map(|t| original.triangle(t));
-    let area: f64 = triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
-    let spacing = 2.0 * (area / original.triangle_count() as f64).sqrt();
-    let used = original.used_vertices();
-    let mut points: Vec<DVec3> = used.iter().map(|&v| original.positions()[v as usize]).collect();
-    points.extend(edge_points(original, spacing, MAX_ON_EDGE));
-    points
+/// Points of the original, to be asked how far they are from the mesh.
+struct Points {
+    /// The vertices, points on edges that are longer than most, and samples.
+    all: Vec<DVec3>,
+    /// From here on samples, uniform by area: the averages are those of these.
+    samples: usize,
 }
+
+impl Points {
+    fn new(original: &Surface, samples: usize) -> Self {
+        let triangles = (0..original.triangle_count()).map(|t| original.triangle(t));
+        let area: f64 = triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
+        let spacing = 2.0 * (area / original.triangle_count() as f64).sqrt();
+        let vertices = original.used_vertices().into_iter();
+        let mut all: Vec<DVec3> = vertices.map(|v| original.positions()[v as usize]).collect();
+        all.extend(edge_points(original, spacing, MAX_ON_EDGE));
+        let first = all.len();
+        all.extend(sample_surface(original, samples, SEED).iter().map(|sample| sample.position));
+        Self { all, samples: first }
+    }
+}
+
+const SAMPLES_PER_FACE: usize = 10;
+const SEED: u64 = 1;
 
 /// The most points on an edge of the original.
 const MAX_ON_EDGE: usize = 100;
@@ -164,9 +178,8 @@ const FLATTENED: f64 = 0.85;
 
 /// Distances of vertices, both ways.
 struct Peaks<'a> {
-    /// The vertices of the original.
-    points: &'a [DVec3],
-    /// For each of them, what is closest on the mesh.
+    points: &'a Points,
+    /// For each of the points, what is closest on the mesh.
     forward: Vec<ClosestPoint>,
     /// For each vertex of the mesh, what is closest on the original.
     backward: Vec<ClosestPoint>,
@@ -180,8 +193,8 @@ struct Peaks<'a> {
 }
 
 impl<'a> Peaks<'a> {
-    fn new(mesh: &TriMesh, original: &Surface, points: &'a [DVec3]) -> Result<Self, SurfaceError> {
-        let forward = Surface::new(mesh)?.closest_points(points);
+    fn new(mesh: &TriMesh, original: &Surface, points: &'a Points) -> Result<Self, SurfaceError> {
+        let forward = Surface::new(mesh)?.closest_points(&points.all);
         let backward = original.closest_points(mesh.positions());
         let (faces, centers): (Vec<FaceId>, Vec<DVec3>) = inner_points(mesh).unzip();
         let inner: Vec<(FaceId, f64)> =
@@ -189,9 +202,10 @@ impl<'a> Peaks<'a> {
         let vertices = forward.iter().chain(&backward).map(|closest| closest.distance);
         let largest =
             vertices.chain(inner.iter().map(|&(_, distance)| distance)).fold(0.0, f64::max);
-        let squares: f64 = forward.iter().map(|c| c.distance * c.distance).sum();
-        let sum: f64 = forward.iter().map(|c| c.distance).sum();
-        let count = points.len().max(1) as f64;
+        let samples = forward.get(points.samples..).unwrap_or_default();
+        let sum: f64 = samples.iter().map(|c| c.distance).sum();
+        let squares: f64 = samples.iter().map(|c| c.distance * c.distance).sum();
+        let count = samples.len().max(1) as f64;
         let (mean, rms) = (sum / count, (squares / count).sqrt());
         Ok(Self { points, forward, backward, inner, largest, mean, rms })
     }
@@ -288,7 +302,8 @@ impl<'a> Peaks<'a> {
         most: usize,
     ) -> Vec<VertexId> {
         let distance = |i: usize| self.forward[i].distance;
-        let mut peaks: Vec<usize> = (0..self.points.len()).filter(|&i| distance(i) > bar).collect();
+        let mut peaks: Vec<usize> =
+            (0..self.points.all.len()).filter(|&i| distance(i) > bar).collect();
         peaks.sort_by(|&i, &j| distance(j).total_cmp(&distance(i)).then(i.cmp(&j)));
         let mut used = vec![false; mesh.topology().face_capacity()];
         let mut placed = Vec::new();
@@ -306,7 +321,7 @@ impl<'a> Peaks<'a> {
                     }
                 }
             }
-            placed.extend(put_vertex(mesh, constraints, self.points[i], &self.forward[i]));
+            placed.extend(put_vertex(mesh, constraints, self.points.all[i], &self.forward[i]));
             if placed.len() >= most {
                 break;
             }
