@@ -144,7 +144,7 @@ impl Points {
     fn new(original: &Surface, samples: usize) -> Self {
         let triangles = (0..original.triangle_count()).map(|t| original.triangle(t));
         let area: f64 = triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
-        let spacing = 2.0 * (area / original.triangle_count() as f64).sqrt();
+        let spacing = 3.0 * (area / original.triangle_count() as f64).sqrt();
         let vertices = original.used_vertices().into_iter();
         let mut all: Vec<DVec3> = vertices.map(|v| original.positions()[v as usize]).collect();
         all.extend(edge_points(original, spacing, MAX_ON_EDGE));
