@@ -214,8 +214,12 @@ impl Options {
         };
         let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
         let peaks = PeakOptions::default();
-        let low_peaks =
-            PeakOptions { max_rise: 1.01, fit: FitOptions { rounds: 24, ..peaks.fit }, ..peaks };
+        let low_peaks = PeakOptions {
+            spacing: 2.0,
+            max_rise: 1.01,
+            fit: FitOptions { rounds: 24, ..peaks.fit },
+            ..peaks
+        };
         match preset {
             Preset::Fast => Self {
                 metric: Metric::Marginal,

@@ -25,6 +25,9 @@ pub struct PeakOptions {
     pub above: f64,
     /// The most vertices that are put in place in a round, as a part of the faces.
     pub share: f64,
+    /// How far apart points are on the longer edges of the original, which are measured besides its
+    /// vertices: in roots of the mean area of its triangles.
+    pub spacing: f64,
     /// How much the mean or the root mean square of the distances may rise in all, as a ratio.
     pub max_rise: f64,
     /// How many faces must be left. A round that ends on the boundary may take one more than it
@@ -46,6 +49,7 @@ impl Default for PeakOptions {
             rounds: 5,
             above: 0.7,
             share: 0.003,
+            spacing: 3.0,
             max_rise: 1.03,
             min_faces: 0,
             fit: FitOptions { rounds: 0, tail: 300.0, ..FitOptions::default() },
@@ -81,10 +85,10 @@ pub fn cut_peaks(
     constraints: &mut FitConstraints,
     options: &PeakOptions,
 ) -> Result<PeakReport, SurfaceError> {
-    let points = Points::new(original, SAMPLES_PER_FACE * mesh.topology().face_count());
+    let faces = mesh.topology().face_count();
+    let points = Points::new(original, options.spacing, SAMPLES_PER_FACE * faces);
     let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
     let mut map: VertexMap<Option<VertexId>> = VertexMap::from_vec(identity.collect());
-    let faces = mesh.topology().face_count();
     let mut peaks = Peaks::new(mesh, original, &points)?;
     let largest_before = peaks.largest;
     let most = Most { mean: options.max_rise * peaks.mean, rms: options.max_rise * peaks.rms };
@@ -141,10 +145,10 @@ struct Points {
 }
 
 impl Points {
-    fn new(original: &Surface, samples: usize) -> Self {
+    fn new(original: &Surface, spacing: f64, samples: usize) -> Self {
         let triangles = (0..original.triangle_count()).map(|t| original.triangle(t));
         let area: f64 = triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
-        let spacing = 3.0 * (area / original.triangle_count() as f64).sqrt();
+        let spacing = spacing * (area / original.triangle_count() as f64).sqrt();
         let vertices = original.used_vertices().into_iter();
         let mut all: Vec<DVec3> = vertices.map(|v| original.positions()[v as usize]).collect();
         all.extend(edge_points(original, spacing, MAX_ON_EDGE));
