@@ -230,7 +230,9 @@ impl<'a> Peaks<'a> {
             let mut moved = mesh.clone();
             fit(&mut moved, original, &local, &once)?;
             let mut better = None;
-            for part in STEPS {
+            // A part of a step without intersections may have some.
+            let parts = if once.forbid_intersections { &STEPS[..1] } else { &STEPS[..] };
+            for &part in parts {
                 let mut next = moved.clone();
                 for (to, from) in next.positions_mut().iter_mut().zip(mesh.positions()) {
                     *to = *from + part * (*to - *from);
@@ -279,13 +281,10 @@ impl<'a> Peaks<'a> {
         most: usize,
     ) -> Vec<VertexId> {
         let is_fixed = |v| constraints.fixed.as_ref().and_then(|map| map.get(v)) == Some(&true);
-        let far = self.backward.iter().enumerate().filter(|(_, closest)| closest.distance > bar);
-        let mut far: Vec<(VertexId, &ClosestPoint)> =
-            far.map(|(index, closest)| (VertexId::from_index(index), closest)).collect();
-        far.sort_by(|p, q| q.1.distance.total_cmp(&p.1.distance).then(p.0.cmp(&q.0)));
         let mut moved = Vec::new();
         let mut before = Vec::new();
-        for (v, closest) in far.into_iter().take(most) {
+        for index in farthest_first(&self.backward, bar).into_iter().take(most) {
+            let (v, closest) = (VertexId::from_index(index), &self.backward[index]);
             let on_line = mesh.topology().edges_of_vertex(v).any(|e| constraints.is_feature(e));
             before.clear();
             before.extend(mesh.topology().faces_of_vertex(v).map(|f| mesh.face_cross(f)));
@@ -305,13 +304,9 @@ impl<'a> Peaks<'a> {
         bar: f64,
         most: usize,
     ) -> Vec<VertexId> {
-        let distance = |i: usize| self.forward[i].distance;
-        let mut peaks: Vec<usize> =
-            (0..self.points.all.len()).filter(|&i| distance(i) > bar).collect();
-        peaks.sort_by(|&i, &j| distance(j).total_cmp(&distance(i)).then(i.cmp(&j)));
         let mut used = vec![false; mesh.topology().face_capacity()];
         let mut placed = Vec::new();
-        for i in peaks {
+        for i in farthest_first(&self.forward, bar) {
             let face = self.forward[i].face;
             if used[face.index()] {
                 continue;
@@ -332,6 +327,14 @@ impl<'a> Peaks<'a> {
         }
         placed
     }
+}
+
+/// The indices of those that are farther away than `bar`, the farthest first.
+fn farthest_first(closest: &[ClosestPoint], bar: f64) -> Vec<usize> {
+    let distance = |i: usize| closest[i].distance;
+    let mut far: Vec<usize> = (0..closest.len()).filter(|&i| distance(i) > bar).collect();
+    far.sort_by(|&i, &j| distance(j).total_cmp(&distance(i)).then(i.cmp(&j)));
+    far
 }
 
 /// The centres of the faces and the middle of every edge, with a face that they are on.
