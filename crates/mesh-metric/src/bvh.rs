@@ -1,52 +1,49 @@
-//! A bounding volume hierarchy: a binary tree of boxes over triangles.
+//! A bounding volume hierarchy: a tree of boxes over triangles, eight by eight.
 //!
-//! The triangles are halved at the median of their centres along the longest extent. A tree over
-//! `k` leaves takes `2k - 1` consecutive nodes, the left subtree following its parent directly, so
-//! the place of every subtree is known beforehand and the two halves are built in parallel into
-//! their own parts of the arrays.
+//! The triangles are ordered so that those of a leaf, of eight leaves, of sixty-four leaves and so
+//! on are close together: at multiples of these numbers they are parted at the median of their
+//! centres along the longest extent. What belongs together is then known from the place alone, and
+//! there is nothing to point to. The eight boxes of a node, and the eight triangles of a leaf, are
+//! measured side by side, with the widest vector instructions that the processor has.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, dispatch, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
 
-use crate::closest::closest_on_triangle;
+use crate::wide::{Columns, LANES, Wide, closest_on_triangles, squared_gaps};
 
-/// Triangles per leaf, except for the last.
-const LEAF: usize = 4;
-
-/// Below this many triangles a subtree is built by one thread.
+/// Below this many triangles a part is ordered by one thread.
 #[cfg(feature = "rayon")]
 const SEQUENTIAL: usize = 4096;
 
-/// More than the depth of any tree over `u32` many triangles.
-const MAX_DEPTH: usize = 40;
+/// More than there can be in the tree over `u32` many triangles at any one time.
+const MAX_TASKS: usize = 96;
 
-#[derive(Clone, Copy, Debug)]
-struct Node {
-    min: DVec3,
-    max: DVec3,
-    /// Of an inner node, the right child; of a leaf, its first triangle.
-    start: u32,
-    /// Of a leaf, the number of triangles; 0 for an inner node.
-    count: u32,
-}
-
-impl Node {
-    const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY, start: 0, count: 0 };
-
-    /// The squared distance from a point to the box.
-    #[inline]
-    fn squared_distance(&self, point: DVec3) -> f64 {
-        (self.min - point).max(point - self.max).max(DVec3::ZERO).length_squared()
-    }
-}
-
-/// The tree and its triangles, in the order of the leaves.
+/// The tree and its triangles.
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
-    nodes: Vec<Node>,
-    triangles: Vec<[DVec3; 3]>,
+    simd: Level,
+    leaves: Vec<Leaf>,
+    /// The nodes of each height, those over leaves first, the root last.
+    heights: Vec<Vec<Node>>,
     /// The index that each triangle had when the tree was built.
     original: Vec<u32>,
+}
+
+/// Eight triangles; the last one is repeated where there are fewer.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Leaf {
+    corners: [Columns; 3],
+}
+
+/// The boxes of eight leaves or nodes; those that are missing are infinitely far.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Node {
+    min: Columns,
+    max: Columns,
 }
 
 /// The answer of a closest-point query.
@@ -59,154 +56,288 @@ pub(crate) struct Nearest {
     pub(crate) slot: u32,
 }
 
+impl Leaf {
+    fn new(triangle: impl Fn(usize) -> [DVec3; 3]) -> Self {
+        let mut corners = [[[0.0; LANES]; 3]; 3];
+        for lane in 0..LANES {
+            for (columns, corner) in corners.iter_mut().zip(triangle(lane)) {
+                set(columns, lane, corner);
+            }
+        }
+        Self { corners }
+    }
+
+    pub(crate) fn triangle(&self, lane: usize) -> [DVec3; 3] {
+        [0, 1, 2].map(|corner| get(&self.corners[corner], lane))
+    }
+
+    /// The bounds of the triangles.
+    fn bounds(&self) -> [DVec3; 2] {
+        bounds(&self.corners, &self.corners)
+    }
+
+    #[inline(always)]
+    pub(crate) fn wide<S: Simd>(&self, simd: S) -> [Wide<S>; 3] {
+        let [a, b, c] = &self.corners;
+        [Wide::load(simd, a), Wide::load(simd, b), Wide::load(simd, c)]
+    }
+}
+
+impl Node {
+    const EMPTY: Self =
+        Self { min: [[f64::INFINITY; LANES]; 3], max: [[f64::NEG_INFINITY; LANES]; 3] };
+
+    fn new(children: impl Iterator<Item = [DVec3; 2]>) -> Self {
+        let mut node = Self::EMPTY;
+        for (lane, [min, max]) in children.enumerate() {
+            set(&mut node.min, lane, min);
+            set(&mut node.max, lane, max);
+        }
+        node
+    }
+
+    /// The bounds of the boxes.
+    fn bounds(&self) -> [DVec3; 2] {
+        bounds(&[self.min], &[self.max])
+    }
+
+    #[inline(always)]
+    pub(crate) fn wide<S: Simd>(&self, simd: S) -> [Wide<S>; 2] {
+        [Wide::load(simd, &self.min), Wide::load(simd, &self.max)]
+    }
+}
+
+fn set(columns: &mut Columns, lane: usize, value: DVec3) {
+    for (column, coordinate) in columns.iter_mut().zip(value.to_array()) {
+        column[lane] = coordinate;
+    }
+}
+
+fn get(columns: &Columns, lane: usize) -> DVec3 {
+    DVec3::from(columns.map(|column| column[lane]))
+}
+
+/// The smallest coordinates of some columns and the largest of others.
+fn bounds(low: &[Columns], high: &[Columns]) -> [DVec3; 2] {
+    let all = |sets: &[Columns], axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
+        sets.iter().flat_map(|columns| columns[axis]).fold(start, pick)
+    };
+    let [x, y, z] = [0, 1, 2].map(|axis| {
+        [all(low, axis, f64::INFINITY, f64::min), all(high, axis, f64::NEG_INFINITY, f64::max)]
+    });
+    [0, 1].map(|end| DVec3::new(x[end], y[end], z[end]))
+}
+
 impl Bvh {
     /// A tree over at least one triangle.
     pub(crate) fn new(corners: impl Fn(usize) -> [DVec3; 3] + Sync, count: usize) -> Self {
-        let centers = parallel::collect(count, |t| {
+        let mut places = places(&parallel::collect(count, |t| {
             let [a, b, c] = corners(t);
             // Halved first, so that no sum overflows.
             0.5 * a.min(b).min(c) + 0.5 * a.max(b).max(c)
-        });
-        let mut original: Vec<u32> = (0..count as u32).collect();
-        let mut nodes = vec![Node::EMPTY; 2 * count.div_ceil(LEAF).max(1) - 1];
-        Builder { corners: &corners, centers: &centers }.build(&mut nodes, &mut original, 0, 0);
-        let triangles = parallel::collect(count, |slot| corners(original[slot] as usize));
-        Self { nodes, triangles, original }
+        }));
+        order(&mut places);
+        let original = parallel::collect(count, |slot| places[slot].triangle);
+        let leaf = |leaf: usize| {
+            Leaf::new(|lane| corners(original[(leaf * LANES + lane).min(count - 1)] as usize))
+        };
+        let leaves = parallel::collect(count.div_ceil(LANES), leaf);
+        let mut heights = vec![nodes(leaves.len(), |leaf| leaves[leaf].bounds())];
+        while let Some(below) = heights.last().filter(|below| below.len() > 1) {
+            let above = nodes(below.len(), |node| below[node].bounds());
+            heights.push(above);
+        }
+        Self { simd: Level::new(), leaves, heights, original }
     }
 
     pub(crate) fn original(&self, slot: u32) -> u32 {
         self.original[slot as usize]
     }
 
-    pub(crate) fn triangle(&self, slot: u32) -> &[DVec3; 3] {
-        &self.triangles[slot as usize]
-    }
-
-    /// The closest point of triangle `slot` only.
-    #[inline]
-    pub(crate) fn nearest_on(&self, point: DVec3, slot: u32) -> Nearest {
-        let offset = closest_on_triangle(point, self.triangle(slot));
-        Nearest { offset, squared: offset.length_squared(), slot }
+    pub(crate) fn triangle(&self, slot: u32) -> [DVec3; 3] {
+        self.leaves[slot as usize / LANES].triangle(slot as usize % LANES)
     }
 
     /// The closest point of all triangles, `guess` being any triangle that is hoped to be near.
     pub(crate) fn nearest(&self, point: DVec3, guess: u32) -> Nearest {
-        let mut best = self.nearest_on(point, guess);
-        let mut stack = [(0_u32, 0.0_f64); MAX_DEPTH];
-        let mut height = 0;
-        let mut current = 0_u32;
-        loop {
-            let node = &self.nodes[current as usize];
-            if node.count > 0 {
-                for slot in node.start..node.start + node.count {
-                    let candidate = self.nearest_on(point, slot);
-                    if candidate.squared < best.squared {
-                        best = candidate;
-                    }
-                }
-            } else {
-                let (left, right) = (current + 1, node.start);
-                let mut near = (left, self.nodes[left as usize].squared_distance(point));
-                let mut far = (right, self.nodes[right as usize].squared_distance(point));
-                if far.1 < near.1 {
-                    (near, far) = (far, near);
-                }
-                if far.1 < best.squared {
-                    stack[height] = far;
-                    height += 1;
-                }
-                if near.1 < best.squared {
-                    current = near.0;
-                    continue;
+        dispatch!(self.simd, simd => self.nearest_with(simd, point, guess))
+    }
+
+    #[inline(always)]
+    pub(crate) fn nearest_with<S: Simd>(&self, simd: S, point: DVec3, guess: u32) -> Nearest {
+        let point = Wide::splat(simd, point);
+        let first = guess / LANES as u32;
+        let mut best = self.nearest_in_leaf(simd, point, first);
+        let mut tasks = Tasks::new(self.heights.len());
+        // A point that is not finite has no distance.
+        while let Some(task) = tasks.pop().filter(|_| !best.squared.is_nan()) {
+            if task.squared >= best.squared {
+                continue;
+            }
+            if task.height > 0 {
+                let squares = squared_gaps([point, point], self.node(task).wide(simd));
+                tasks.push_children(task, squares, best.squared);
+            } else if task.index != first {
+                let candidate = self.nearest_in_leaf(simd, point, task.index);
+                if candidate.squared < best.squared {
+                    best = candidate;
                 }
             }
-            // The next subtree that can still hold something closer.
-            loop {
-                if height == 0 {
-                    return best;
-                }
-                height -= 1;
-                if stack[height].1 < best.squared {
-                    current = stack[height].0;
-                    break;
-                }
+        }
+        best
+    }
+
+    #[inline(always)]
+    pub(crate) fn nearest_in_leaf<S: Simd>(&self, simd: S, point: Wide<S>, leaf: u32) -> Nearest {
+        let triangles = self.leaves[leaf as usize].wide(simd);
+        let (offsets, squares) = closest_on_triangles(point, triangles);
+        let squared = squares.reduce_min();
+        let lane = squares.simd_eq(squared).to_bitmask().trailing_zeros() % LANES as u32;
+        Nearest { offset: offsets.at(lane as usize), squared, slot: leaf * LANES as u32 + lane }
+    }
+
+    #[inline(always)]
+    pub(crate) fn simd(&self) -> Level {
+        self.simd
+    }
+
+    #[inline(always)]
+    pub(crate) fn root_height(&self) -> usize {
+        self.heights.len()
+    }
+
+    #[inline(always)]
+    pub(crate) fn leaf(&self, index: u32) -> &Leaf {
+        &self.leaves[index as usize]
+    }
+
+    #[inline(always)]
+    pub(crate) fn node(&self, task: Task) -> &Node {
+        &self.heights[task.height as usize - 1][task.index as usize]
+    }
+}
+
+/// The parts of the tree that wait to be searched.
+pub(crate) struct Tasks {
+    tasks: [Task; MAX_TASKS],
+    count: usize,
+}
+
+impl Tasks {
+    #[inline(always)]
+    pub(crate) fn new(height: usize) -> Self {
+        let mut tasks = [Task::default(); MAX_TASKS];
+        tasks[0].height = height as u32;
+        Self { tasks, count: 1 }
+    }
+
+    #[inline(always)]
+    pub(crate) fn pop(&mut self) -> Option<Task> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.tasks[self.count])
+    }
+
+    /// Adds the children of a node that are nearer than `enough`, the nearest last.
+    #[inline(always)]
+    pub(crate) fn push_children<S: Simd>(&mut self, node: Task, squares: f64x8<S>, enough: f64) {
+        let mut nearer = squares.simd_lt(enough).to_bitmask();
+        let lowest = self.count;
+        while nearer != 0 {
+            let lane = nearer.trailing_zeros();
+            nearer &= nearer - 1;
+            let squared = squares[lane as usize];
+            let mut place = self.count;
+            while place > lowest && self.tasks[place - 1].squared < squared {
+                self.tasks[place] = self.tasks[place - 1];
+                place -= 1;
             }
+            let index = node.index * LANES as u32 + lane;
+            self.tasks[place] = Task { squared, index, height: node.height - 1 };
+            self.count += 1;
         }
     }
 }
 
-struct Builder<'a, F> {
-    corners: &'a F,
-    centers: &'a [DVec3],
+/// A part of the tree that may hold the closest triangle.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Task {
+    /// The squared distance to its box.
+    pub(crate) squared: f64,
+    pub(crate) index: u32,
+    /// Of a leaf, 0.
+    pub(crate) height: u32,
 }
 
-impl<F: Fn(usize) -> [DVec3; 3] + Sync> Builder<'_, F> {
-    /// Fills `nodes` with the tree over the triangles of `slots`. The first of them have the
-    /// indices `first_node` and `first_slot` in the whole tree. Returns the bounds.
-    fn build(
-        &self,
-        nodes: &mut [Node],
-        slots: &mut [u32],
-        first_node: u32,
-        first_slot: u32,
-    ) -> (DVec3, DVec3) {
-        let Some((root, below)) = nodes.split_first_mut() else {
-            return (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        };
-        if below.is_empty() {
-            let (min, max) = self.bounds(slots);
-            *root = Node { min, max, start: first_slot, count: slots.len() as u32 };
-            return (min, max);
+/// Nodes over children with these bounds.
+fn nodes(children: usize, bounds: impl Fn(usize) -> [DVec3; 2] + Sync) -> Vec<Node> {
+    let node = |node: usize| {
+        let range = node * LANES..children.min((node + 1) * LANES);
+        Node::new(range.map(&bounds))
+    };
+    parallel::collect(children.div_ceil(LANES), node)
+}
+
+/// A triangle and where its centre is, in steps of a 2^32th of the longest extent of all centres.
+#[derive(Clone, Copy)]
+struct Place {
+    center: [u32; 3],
+    triangle: u32,
+}
+
+fn places(centers: &[DVec3]) -> Vec<Place> {
+    let add = |[min, max]: [DVec3; 2], [p, q]: [DVec3; 2]| [min.min(p), max.max(q)];
+    let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    let [min, max] = parallel::fold(centers.len(), nothing, |t| [centers[t]; 2], add);
+    let scale = f64::from(u32::MAX) / (0.5 * max - 0.5 * min).max_element().max(f64::MIN_POSITIVE);
+    parallel::collect(centers.len(), |t| {
+        let center = (0.5 * centers[t] - 0.5 * min) * scale;
+        Place { center: center.to_array().map(|c| c as u32), triangle: t as u32 }
+    })
+}
+
+/// The most centres to find the longest extent from.
+const SAMPLES: usize = 1000;
+
+/// Brings triangles into the order of the leaves.
+fn order(places: &mut [Place]) {
+    if places.len() <= LANES {
+        return;
+    }
+    let mut part = LANES;
+    while part * LANES < places.len() {
+        part *= LANES;
+    }
+    let middle = places.len().div_ceil(part) / 2 * part;
+    let (mut min, mut max) = ([u32::MAX; 3], [0; 3]);
+    for place in places.iter().step_by(places.len().div_ceil(SAMPLES)) {
+        for axis in 0..3 {
+            min[axis] = min[axis].min(place.center[axis]);
+            max[axis] = max[axis].max(place.center[axis]);
         }
-        let left_leaves = slots.len().div_ceil(LEAF) / 2;
-        let left_nodes = 2 * left_leaves - 1;
-        self.divide(slots, left_leaves * LEAF);
-        let (left_slots, right_slots) = slots.split_at_mut(left_leaves * LEAF);
-        let (left, right) = below.split_at_mut(left_nodes);
-        let right_node = first_node + 1 + left_nodes as u32;
-        let right_slot = first_slot + left_slots.len() as u32;
-        let (l, r) = join(
-            left_slots.len(),
-            || self.build(left, left_slots, first_node + 1, first_slot),
-            || self.build(right, right_slots, right_node, right_slot),
-        );
-        let (min, max) = (l.0.min(r.0), l.1.max(r.1));
-        *root = Node { min, max, start: right_node, count: 0 };
-        (min, max)
     }
-
-    /// Moves the `count` triangles with the smallest centres to the front, along the axis in which
-    /// the centres are spread widest.
-    fn divide(&self, slots: &mut [u32], count: usize) {
-        let spread = slots.iter().map(|&t| self.centers[t as usize]);
-        let (min, max) = spread
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)));
-        let axis = (max - min).max_position();
-        slots.select_nth_unstable_by(count, |&s, &t| {
-            let (p, q) = (self.centers[s as usize], self.centers[t as usize]);
-            p[axis].total_cmp(&q[axis]).then(s.cmp(&t))
-        });
-    }
-
-    fn bounds(&self, slots: &[u32]) -> (DVec3, DVec3) {
-        slots
-            .iter()
-            .flat_map(|&t| (self.corners)(t as usize))
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)))
-    }
+    let spread = |axis: usize| max[axis] - min[axis];
+    let longest = if spread(0) >= spread(1).max(spread(2)) { 0 } else { 1 };
+    let axis = if spread(2) > spread(longest) { 2 } else { longest };
+    places.select_nth_unstable_by_key(middle, |place| {
+        u64::from(place.center[axis]) << 32 | u64::from(place.triangle)
+    });
+    let (low, high) = places.split_at_mut(middle);
+    join(low.len(), || order(low), || order(high));
 }
 
-/// Both, at the same time when the smaller one has enough work.
+/// Both, at the same time when the first one has enough work.
 #[cfg(feature = "rayon")]
-fn join<T: Send>(
-    triangles: usize,
-    left: impl FnOnce() -> T + Send,
-    right: impl FnOnce() -> T + Send,
-) -> (T, T) {
-    if triangles >= SEQUENTIAL { rayon::join(left, right) } else { (left(), right()) }
+fn join(triangles: usize, left: impl FnOnce() + Send, right: impl FnOnce() + Send) {
+    if triangles >= SEQUENTIAL {
+        rayon::join(left, right);
+    } else {
+        left();
+        right();
+    }
 }
 
 #[cfg(not(feature = "rayon"))]
-fn join<T>(_: usize, left: impl FnOnce() -> T, right: impl FnOnce() -> T) -> (T, T) {
-    (left(), right())
+fn join(_: usize, left: impl FnOnce(), right: impl FnOnce()) {
+    left();
+    right();
 }

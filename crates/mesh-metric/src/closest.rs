@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// Below this sine of the angle at its first corner, a triangle is as thin as the rounding of its
 /// corners and is treated as its three sides.
-const THIN: f64 = 1e-12;
+pub(crate) const THIN: f64 = 1e-12;
 
 /// The vector from `point` to the closest point of a triangle, which may be degenerate.
 ///

@@ -5,6 +5,7 @@ use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap};
 
 use crate::blocks::in_blocks;
+use crate::bvh::Nearest;
 use crate::sampling::AreaSampler;
 use crate::surface::Surface;
 
@@ -101,8 +102,8 @@ fn one_sided(from: &Surface, to: &Surface, options: &CompareOptions) -> OneSided
     let on_faces = measure(to, sampler.count(), |i| sampler.sample(i).position);
     let mut all = on_faces;
     if options.vertices {
-        let corners = from.triangles().as_flattened();
-        all = all.join(measure(to, corners.len(), |i| from.positions()[corners[i] as usize]));
+        let vertices = from.used_vertices();
+        all = all.join(measure(to, vertices.len(), |i| from.positions()[vertices[i] as usize]));
     }
     if options.edges {
         let spacing = (sampler.area() / options.samples.max(1) as f64).sqrt();
@@ -155,17 +156,29 @@ impl Tally {
 
 fn measure(to: &Surface, count: usize, point: impl Fn(usize) -> DVec3 + Sync) -> Tally {
     let blocks = in_blocks(count, |indices| {
-        let mut guess = 0;
-        indices.fold(Tally::NONE, |tally, index| {
-            let at = point(index);
-            let nearest = to.nearest(at, guess);
-            guess = nearest.slot;
-            let (sum, squares) = (nearest.squared.sqrt(), nearest.squared);
-            let offset = nearest.offset;
-            tally.join(Tally { count: 1, sum, squares, largest: squares, at, offset })
+        let points: Vec<DVec3> = indices.map(&point).collect();
+        let nearest = to.nearest_to_each(&points);
+        points.iter().zip(nearest).fold(Tally::NONE, |tally, (&at, nearest)| {
+            let Nearest { offset, squared, .. } = nearest;
+            tally.join(Tally {
+                count: 1,
+                sum: squared.sqrt(),
+                squares: squared,
+                largest: squared,
+                at,
+                offset,
+            })
         })
     });
     blocks.into_iter().fold(Tally::NONE, Tally::join)
+}
+
+/// Points inside the edges of a surface, equally spaced on each and at most `spacing` apart, so that
+/// shorter edges have none; on no edge more than `limit`.
+#[must_use]
+pub fn edge_points(surface: &Surface, spacing: f64, limit: usize) -> Vec<DVec3> {
+    let points = EdgePoints::new(surface, spacing, limit);
+    (0..points.count()).map(|i| points.point(i)).collect()
 }
 
 /// Points inside the edges, equally spaced on each.
@@ -179,17 +192,21 @@ struct EdgePoints<'a> {
 impl<'a> EdgePoints<'a> {
     /// Points at most `spacing` apart, but not more than `limit` on one edge.
     fn new(surface: &'a Surface, spacing: f64, limit: usize) -> Self {
+        let count = |&[a, b]: &[u32; 2]| {
+            let (p, q) = (surface.positions()[a as usize], surface.positions()[b as usize]);
+            ((p.distance(q) / spacing) as usize).min(limit)
+        };
         let sides = surface.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        let ordered = sides.map(|[a, b]| [a.min(b), a.max(b)]);
+        let mut edges: Vec<[u32; 2]> = ordered.filter(|side| count(side) > 0).collect();
         edges.sort_unstable();
         edges.dedup();
         let mut total = 0;
-        let count = |&[a, b]: &[u32; 2]| {
-            let [p, q] = [a, b].map(|v| surface.positions()[v as usize]);
-            total += ((p.distance(q) / spacing) as usize).min(limit);
+        let ends = edges.iter().map(|edge| {
+            total += count(edge);
             total
-        };
-        let ends = edges.iter().map(count).collect();
+        });
+        let ends = ends.collect();
         Self { surface, edges, ends }
     }
 

@@ -219,7 +219,7 @@ fn bound_pieces(pieces: &[Piece], to: &Surface, bar: f64) -> Vec<(f64, Option<Co
 
 /// How far the farthest corner of the piece is from one triangle of the other surface.
 fn farthest_corner(piece: &Piece, to: &Surface, slot: u32) -> f64 {
-    farthest(&piece.map(|corner| corner.at), to.bvh().triangle(slot))
+    farthest(&piece.map(|corner| corner.at), &to.bvh().triangle(slot))
 }
 
 fn farthest(points: &[DVec3], triangle: &[DVec3; 3]) -> f64 {
@@ -248,14 +248,14 @@ impl Parts {
     fn cut_out(&mut self, piece: &Piece, to: &Surface, slot: u32, bar: f64) -> bool {
         let triangle = to.bvh().triangle(slot);
         let corners = piece.map(|corner| corner.at);
-        let Some(prism) = Prism::new(triangle, &corners, bar) else { return false };
+        let Some(prism) = Prism::new(&triangle, &corners, bar) else { return false };
         let mut inside = Polygon::new(&corners);
         let outside = prism.0.map(|plane| {
             let out = inside.beyond(plane.flipped());
             inside = inside.beyond(plane);
             out
         });
-        let far = farthest(inside.corners(), triangle);
+        let far = farthest(inside.corners(), &triangle);
         if far > bar || LEAST * doubled_area(&corners) > inside.doubled_area() {
             return false;
         }
@@ -294,7 +294,7 @@ fn divide(pieces: &[(Piece, Corner)], to: &Surface, bar: f64) -> Parts {
     let mut parts = Parts::default();
     for (piece, center) in pieces {
         let below = to.bvh().triangle(center.slot);
-        let is_small = doubled_area(&piece.map(|p| p.at)) <= LARGER * doubled_area(below);
+        let is_small = doubled_area(&piece.map(|p| p.at)) <= LARGER * doubled_area(&below);
         // Pieces as small as the bar are settled soon.
         let is_wide = piece.iter().any(|corner| corner.at.distance(center.at) > WIDE * bar);
         if !(is_small && is_wide && parts.cut_out(piece, to, center.slot, bar)) {

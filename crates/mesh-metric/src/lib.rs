@@ -29,12 +29,16 @@ mod bvh;
 mod closest;
 mod compare;
 mod hausdorff;
+mod packet;
 mod sampling;
 mod signed;
 mod surface;
+mod wide;
 
 pub use closest::closest_on_triangle;
-pub use compare::{CompareOptions, Comparison, OneSided, Worst, compare, vertex_distances};
+pub use compare::{
+    CompareOptions, Comparison, OneSided, Worst, compare, edge_points, vertex_distances,
+};
 pub use hausdorff::{CertifiedBounds, CertifyOptions, hausdorff_bounds, one_sided_bounds};
 pub use sampling::{SurfaceSample, sample_surface};
 pub use signed::SignedDistance;

@@ -110,7 +110,10 @@ impl Surface {
                 }
             }
         }
-        let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
+        let corners = |t: usize| {
+            let [a, b, c] = triangles[t];
+            [positions[a as usize], positions[b as usize], positions[c as usize]]
+        };
         let bvh = Bvh::new(corners, triangles.len());
         let empty = BoundingBox { min: DVec3::ZERO, max: DVec3::ZERO };
         let all = (0..triangles.len()).flat_map(corners);
@@ -143,6 +146,16 @@ impl Surface {
     #[must_use]
     pub fn triangle(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|v| self.positions[v as usize])
+    }
+
+    /// The vertices that belong to a triangle, in the order of their indices.
+    #[must_use]
+    pub fn used_vertices(&self) -> Vec<u32> {
+        let mut is_used = vec![false; self.positions.len()];
+        for &vertex in self.triangles.as_flattened() {
+            is_used[vertex as usize] = true;
+        }
+        (0..self.positions.len() as u32).filter(|&v| is_used[v as usize]).collect()
     }
 
     /// The box round the triangles.
@@ -186,19 +199,19 @@ impl Surface {
         value: impl Fn(DVec3, Nearest) -> T + Sync,
     ) -> Vec<T> {
         let blocks = in_blocks(points.len(), |range| {
-            let mut guess = 0;
-            let value = |&point: &DVec3| {
-                let nearest = self.nearest(point, guess);
-                guess = nearest.slot;
-                value(point, nearest)
-            };
-            points[range].iter().map(value).collect::<Vec<_>>()
+            let points = &points[range];
+            let nearest = self.nearest_to_each(points).into_iter();
+            points.iter().zip(nearest).map(|(&p, nearest)| value(p, nearest)).collect::<Vec<_>>()
         });
         blocks.concat()
     }
 
     pub(crate) fn nearest(&self, point: DVec3, guess: u32) -> Nearest {
         self.bvh.nearest(point, guess)
+    }
+
+    pub(crate) fn nearest_to_each(&self, points: &[DVec3]) -> Vec<Nearest> {
+        self.bvh.nearest_to_each(points)
     }
 
     pub(crate) fn bvh(&self) -> &Bvh {

@@ -51,6 +51,29 @@ fn closest_points_agree_with_brute_force() {
 }
 
 #[test]
+fn many_at_once_are_as_far_as_one_by_one() {
+    let surface = Surface::new(&sphere()).unwrap();
+    // Crowded, scattered, and nowhere.
+    let mut points: Vec<DVec3> =
+        sample_surface(&surface, 20_000, 5).iter().map(|sample| 1.01 * sample.position).collect();
+    points.extend(random_points(1000, 2.0, 10));
+    points.push(DVec3::new(f64::NAN, 0.0, 0.0));
+    points.push(DVec3::INFINITY);
+    points.extend(random_points(10, 0.1, 11));
+    let distances = surface.distances(&points);
+    for ((&point, &distance), closest) in
+        points.iter().zip(&distances).zip(surface.closest_points(&points))
+    {
+        assert_eq!(closest.distance.to_bits(), distance.to_bits());
+        if point.is_finite() {
+            assert_eq!(distance, surface.distance(point));
+        } else {
+            assert!(distance.is_nan());
+        }
+    }
+}
+
+#[test]
 fn closest_points_agree_with_parry() {
     use parry3d_f64::math::Vector;
     use parry3d_f64::query::PointQuery;

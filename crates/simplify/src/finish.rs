@@ -168,6 +168,7 @@ impl<'a> Finishing<'a> {
                 min_faces: peaks.min_faces.max(target.saturating_sub(1)),
                 forbid_intersections: peaks.forbid_intersections || forbids,
                 min_component_vertices: options.min_component_vertices,
+                fit: guarded(peaks.fit),
                 ..peaks
             }),
         }

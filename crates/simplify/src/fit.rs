@@ -36,6 +36,11 @@ pub struct FitOptions {
     pub samples_per_face: usize,
     /// How strongly samples are drawn to their partners along the surface, relative to across it.
     pub pull: f64,
+    /// How much more than the others the farthest pairs count, and the vertices of the original
+    /// that are about as far: the weight of a pair at the distance d is 1 + tail (d / largest)^12.
+    /// With 0 the mean square is minimised; otherwise the largest distance becomes smaller at the
+    /// expense of the mean.
+    pub tail: f64,
     /// Whether edges are flipped.
     pub flips: bool,
     /// Whether faces must not come to cross that did not before.
@@ -50,6 +55,7 @@ impl Default for FitOptions {
             rounds: 2,
             samples_per_face: 30,
             pull: 4e-4,
+            tail: 0.0,
             flips: true,
             forbid_intersections: false,
             seed: 1,
@@ -115,14 +121,25 @@ pub fn fit(
         .map(|sample| Target::new(original, sample))
         .collect();
     let points: Vec<DVec3> = targets.iter().map(|target| target.point).collect();
+    let rough_targets: Vec<Target> = targets.iter().step_by(2).copied().collect();
+    let rough_points: Vec<DVec3> = rough_targets.iter().map(|target| target.point).collect();
     let mut report = FitReport::default();
     let lines = Lines::new(mesh, original, constraints, count);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
     for round in 0..options.rounds {
         let surface = Surface::new(mesh)?;
         let mut paired = Pairs::new(mesh);
-        for (target, closest) in targets.iter().zip(surface.closest_points(&points)) {
-            paired.push(closest.face, *target);
+        // The first of several rounds is a rough one.
+        let part = if round + 1 < options.rounds && round == 0 { 2 } else { 1 };
+        let (targets, points, count) = match part {
+            1 => (&targets, &points, count),
+            _ => (&rough_targets, &rough_points, count / 2),
+        };
+        for (target, closest) in targets.iter().zip(surface.closest_points(points)) {
+            paired.push(&closest, *target);
+        }
+        if options.tail > 0.0 {
+            paired.push_far(&surface, original);
         }
         if options.flips {
             report.flips += flip_edges(mesh, &mut paired, constraints, found.as_mut());
@@ -131,9 +148,11 @@ pub fn fit(
         let mut system = System::new(mesh);
         lines.add_to(&mut system, mesh);
         let mut tally = Tally::default();
+        let largest = paired.squares.iter().copied().fold(0.0, f64::max);
+        let weighting = Weighting { pull: options.pull, tail: options.tail, largest };
         paired.for_each(mesh, |face, target| {
             let weights = weights_of_closest(target.point, &mesh.triangle(face));
-            tally.add(system.add(mesh, face, weights, target, options.pull));
+            tally.add(system.add(mesh, face, weights, target, weighting));
         });
         let samples = if options.flips {
             // The faces are others now.
@@ -141,7 +160,7 @@ pub fn fit(
         } else {
             sample_surface(&surface, count, options.seed + round as u64 + 1)
         };
-        add_own_samples(mesh, original, &samples, options.pull, &mut system, &mut tally);
+        add_own_samples(mesh, original, &samples, weighting, &mut system, &mut tally);
         report.rms_last = tally.rms();
         if round == 0 {
             report.rms_before = tally.rms();
@@ -220,17 +239,21 @@ fn add_own_samples(
     mesh: &TriMesh,
     original: &Surface,
     samples: &[SurfaceSample],
-    pull: f64,
+    weighting: Weighting,
     system: &mut System,
     tally: &mut Tally,
 ) {
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
     let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
-    for (sample, closest) in samples.iter().zip(original.closest_points(&points)) {
+    let closest = original.closest_points(&points);
+    let largest =
+        closest.iter().map(|c| c.offset.length_squared()).fold(weighting.largest, f64::max);
+    let weighting = Weighting { largest, ..weighting };
+    for (sample, closest) in samples.iter().zip(closest) {
         let ClosestPoint { point, triangle, .. } = closest;
         let target = Target { point, normal: normal_of(original, triangle as usize) };
         let face = faces[sample.triangle as usize];
-        tally.add(system.add(mesh, face, DVec3::from(sample.weights), target, pull));
+        tally.add(system.add(mesh, face, DVec3::from(sample.weights), target, weighting));
     }
 }
 
@@ -243,6 +266,22 @@ pub(crate) fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     let parts = parts.max(DVec3::ZERO);
     let sum = parts.element_sum();
     if sum > 0.0 { parts / sum } else { DVec3::splat(1.0 / 3.0) }
+}
+
+/// How much a pair counts.
+#[derive(Clone, Copy)]
+struct Weighting {
+    pull: f64,
+    tail: f64,
+    /// The largest squared distance of a pair.
+    largest: f64,
+}
+
+impl Weighting {
+    fn of(&self, squared: f64) -> f64 {
+        let ratio = if self.largest > 0.0 { squared / self.largest } else { 0.0 };
+        1.0 + self.tail * ratio.powi(6)
+    }
 }
 
 #[derive(Default)]
@@ -267,6 +306,8 @@ struct Pairs {
     first: Vec<u32>,
     following: Vec<u32>,
     targets: Vec<Target>,
+    /// The squared distance of each target from its face.
+    squares: Vec<f64>,
 }
 
 const NONE: u32 = u32::MAX;
@@ -274,14 +315,29 @@ const NONE: u32 = u32::MAX;
 impl Pairs {
     fn new(mesh: &TriMesh) -> Self {
         let first = vec![NONE; mesh.topology().face_capacity()];
-        Self { first, following: Vec::new(), targets: Vec::new() }
+        let (following, targets, squares) = Default::default();
+        Self { first, following, targets, squares }
     }
 
-    fn push(&mut self, face: FaceId, target: Target) {
-        let slot = &mut self.first[face.index()];
+    fn push(&mut self, closest: &ClosestPoint, target: Target) {
+        let slot = &mut self.first[closest.face.index()];
         self.following.push(*slot);
+        self.squares.push(closest.offset.length_squared());
         *slot = self.targets.len() as u32;
         self.targets.push(target);
+    }
+
+    /// Adds the vertices of the original that are more than half as far as the farthest target.
+    /// The normals there are the directions in which they are.
+    fn push_far(&mut self, surface: &Surface, original: &Surface) {
+        let at = |v: u32| original.positions()[v as usize];
+        let points: Vec<DVec3> = original.used_vertices().into_iter().map(at).collect();
+        let bar = 0.5 * self.squares.iter().copied().fold(0.0, f64::max).sqrt();
+        for (&point, closest) in points.iter().zip(surface.closest_points(&points)) {
+            if closest.distance > bar {
+                self.push(&closest, Target { point, normal: closest.offset.normalize_or_zero() });
+            }
+        }
     }
 
     fn of_face(&self, face: FaceId) -> impl Iterator<Item = u32> + '_ {
@@ -312,6 +368,7 @@ impl Pairs {
                 .map(|triangle| closest_on_triangle(point, triangle).length_squared());
             let slot = &mut self.first[faces[usize::from(d1 < d0)].index()];
             self.following[index as usize] = *slot;
+            self.squares[index as usize] = d0.min(d1);
             *slot = index;
         }
     }
@@ -356,29 +413,30 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs, edge: EdgeId) -> bool {
         return false;
     }
     let [h, twin] = edge.half_edges();
-    let (Some(left), Some(right)) = (topology.apex(h), topology.apex(twin)) else { return false };
+    let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return false };
     let [a, b] = topology.edge_vertices(edge).map(|v| mesh.position(v));
-    let (c, d) = (mesh.position(left), mesh.position(right));
-    let (old, new) = ([[a, b, c], [b, a, d]], [[c, a, d], [d, b, c]]);
-    let crosses = [old[0], old[1], new[0], new[1]].map(|[p, q, r]| (q - p).cross(r - p));
-    let normal = crosses[0] + crosses[1];
-    let keeps_side = |n: &DVec3| n.dot(normal) > MIN_COSINE * n.length() * normal.length();
-    if !crosses[2..].iter().all(keeps_side) {
+    let (c, d) = (mesh.position(c), mesh.position(d));
+    let new = [[c, a, d], [d, b, c]];
+    let cross = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p);
+    let normal = cross([a, b, c]) + cross([b, a, d]);
+    let keeps_side = |n: DVec3| n.dot(normal) > MIN_COSINE * n.length() * normal.length();
+    if !new.into_iter().all(|triangle| keeps_side(cross(triangle))) {
         return false;
     }
-    let (mut before, mut after) = (0.0, 0.0);
-    let faces = topology.edge_faces(edge).into_iter().flatten();
-    for index in faces.flat_map(|face| paired.of_face(face)) {
-        let point = paired.targets[index as usize].point;
-        let nearer = |pair: &[[DVec3; 3]; 2]| {
-            let [p, q] =
-                [&pair[0], &pair[1]].map(|t| closest_on_triangle(point, t).length_squared());
-            p.min(q)
-        };
-        before += nearer(&old);
-        after += nearer(&new);
+    let faces = || topology.edge_faces(edge).into_iter().flatten();
+    let targets = || faces().flat_map(|face| paired.of_face(face)).map(|index| index as usize);
+    let before: f64 = targets().map(|index| paired.squares[index]).sum();
+    let mut left = before * (1.0 - 1e-9);
+    for index in targets() {
+        let point = paired.targets[index].point;
+        let [p, q] = [&new[0], &new[1]].map(|t| closest_on_triangle(point, t).length_squared());
+        left -= p.min(q);
+        // Most flips are for the worse, as the first few targets tell.
+        if left <= 0.0 {
+            return false;
+        }
     }
-    after < before * (1.0 - 1e-9)
+    before > 0.0
 }
 
 fn flip_crosses(mesh: &TriMesh, found: &Intersections, flip: &LegalFlip) -> bool {
@@ -471,21 +529,23 @@ impl System {
         face: FaceId,
         weights: DVec3,
         target: Target,
-        pull: f64,
+        weighting: Weighting,
     ) -> f64 {
         let sides = mesh.topology().face_half_edges(face);
         let corners = mesh.topology().face_vertices(face);
         let [a, b, c] = corners.map(|v| mesh.position(v) - target.point);
         let gap = a * weights.x + b * weights.y + c * weights.z;
-        let mut matrix = Symmetric3::square(target.normal, 1.0);
-        matrix.diagonal += pull;
+        let squared = gap.length_squared();
+        let weight = weighting.of(squared);
+        let mut matrix = Symmetric3::square(target.normal, weight);
+        matrix.diagonal += weight * weighting.pull;
         let force = matrix.times(gap);
         for i in 0..3 {
             self.of_vertex[corners[i].index()] += weights[i] * weights[i] * matrix;
             self.of_edge[sides[i].edge().index()] += weights[i] * weights[(i + 1) % 3] * matrix;
             self.residual[corners[i].index()] -= weights[i] * force;
         }
-        gap.length_squared()
+        squared
     }
 
     /// Adds a pair of the point that is `along` an edge, as a part of its length, and its target.

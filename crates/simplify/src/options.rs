@@ -124,7 +124,7 @@ pub enum Preset {
     /// The hybrid metric with a little curvature, and two rounds of fitting.
     #[default]
     Default,
-    /// As the default, with eight rounds of fitting.
+    /// As the default, with eight rounds of fitting and more done about the largest errors.
     Quality,
     /// As quality, and then annealed: many times slower.
     Extreme,
@@ -221,6 +221,13 @@ impl Options {
             ..base.clone()
         };
         let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
+        let peaks = PeakOptions::default();
+        let low_peaks = PeakOptions {
+            spacing: 2.0,
+            max_rise: 1.01,
+            fit: FitOptions { rounds: 24, ..peaks.fit },
+            ..peaks
+        };
         match preset {
             Preset::Fast => Self {
                 metric: Metric::Marginal,
@@ -231,9 +238,10 @@ impl Options {
                 ..base
             },
             Preset::Default => base,
-            Preset::Quality => Self { fit: Some(long_fit), ..base },
+            Preset::Quality => Self { fit: Some(long_fit), peaks: Some(low_peaks), ..base },
             Preset::Extreme => {
-                Self { fit: Some(long_fit), anneal: Some(AnnealOptions::default()), ..base }
+                let anneal = Some(AnnealOptions::default());
+                Self { fit: Some(long_fit), anneal, peaks: Some(low_peaks), ..base }
             }
             Preset::ThinFeatures => Self { curvature_weight: 1.0, ..base },
             Preset::PaperL1 => paper(Metric::CurvatureL1),

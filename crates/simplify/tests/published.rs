@@ -58,6 +58,25 @@ fn presets_are_ordered_by_quality() {
     }
 }
 
+/// The bounds are the largest errors that fitting alone leaves, in percent of the diagonal, as an
+/// independent prototype has measured them.
+#[test]
+fn quality_takes_the_largest_error_down() {
+    for (name, faces, prototype) in [
+        ("rocker-arm.obj", 2008, 0.333),
+        ("rocker-arm.obj", 602, 0.675),
+        ("fandisk.obj", 388, 0.128),
+    ] {
+        let Some(mesh) = model(name) else { return };
+        let result = simplify(&mesh, &Options::preset(Preset::Quality).to_faces(faces)).unwrap();
+        let original = Surface::new(&mesh).unwrap();
+        let options = CompareOptions { samples: 200_000, ..CompareOptions::default() };
+        let compared = compare(&original, &Surface::new(&result.mesh).unwrap(), &options);
+        let largest = 100.0 * compared.hausdorff() / original.bounding_box().diagonal();
+        assert!(largest < prototype, "{name} {faces}: {largest:.4}, not below {prototype}");
+    }
+}
+
 /// Where parts are small and many, what is best on average may leave one of them far off.
 #[test]
 fn the_largest_error_is_not_above_that_of_plain_quadrics() {

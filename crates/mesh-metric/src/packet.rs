@@ -1,0 +1,175 @@
+//! Closest points of many queries, eight at a time.
+//!
+//! Queries that are close to each other, compared with the triangles near them, walk through much
+//! the same part of the tree. Together they need only one walk: a node is entered when the box
+//! round all of them is near enough, and a triangle is measured from all eight side by side.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{dispatch, f64x8};
+use glam::DVec3;
+
+use crate::bvh::{Bvh, Nearest, Task, Tasks};
+use crate::wide::{LANES, Wide, closest_on_triangles, squared_gaps};
+
+impl Bvh {
+    /// The closest points of all triangles to many points, all the quicker the closer these are
+    /// to each other. What is closest to a point that is not finite is not a number.
+    pub(crate) fn nearest_to_each(&self, points: &[DVec3]) -> Vec<Nearest> {
+        let nowhere = Nearest { offset: DVec3::NAN, squared: f64::NAN, slot: 0 };
+        let mut nearest = vec![nowhere; points.len()];
+        let order = along_a_curve(points);
+        dispatch!(self.simd(), simd => {
+            let mut guess = 0;
+            for eight in order.chunks(LANES) {
+                guess = self.nearest_to_eight(simd, points, eight, guess, &mut nearest);
+            }
+        });
+        nearest
+    }
+
+    /// The closest points to up to eight of the points. Returns the slot of one of them.
+    #[inline(always)]
+    fn nearest_to_eight<S: Simd>(
+        &self,
+        simd: S,
+        points: &[DVec3],
+        eight: &[u32],
+        guess: u32,
+        nearest: &mut [Nearest],
+    ) -> u32 {
+        let [min, max] = bounds(eight.iter().map(|&index| points[index as usize]));
+        let triangle = self.triangle(guess);
+        let [low, high] = bounds(triangle.into_iter());
+        if (max - min).length_squared() > 4.0 * (high - low).length_squared() {
+            let mut guess = guess;
+            for &index in eight {
+                let found = self.nearest_with(simd, points[index as usize], guess);
+                guess = found.slot;
+                nearest[index as usize] = found;
+            }
+            return guess;
+        }
+        let mut packet = Packet::new(simd, points, eight, [min, max]);
+        packet.measure(triangle, guess);
+        let mut tasks = Tasks::new(self.root_height());
+        while let Some(task) = tasks.pop() {
+            if task.squared >= packet.farthest {
+                continue;
+            }
+            if task.height > 0 {
+                let squares = squared_gaps(packet.bounds, self.node(task).wide(simd));
+                tasks.push_children(task, squares, packet.farthest);
+            } else {
+                packet.measure_leaf(self, task);
+            }
+        }
+        let slots = packet.slots;
+        for (lane, &index) in eight.iter().enumerate() {
+            nearest[index as usize] = Nearest {
+                offset: packet.offsets.at(lane),
+                squared: packet.squares[lane],
+                slot: slots[lane] as u32,
+            };
+        }
+        slots[eight.len() - 1] as u32
+    }
+}
+
+/// Eight queries and the best answers so far.
+struct Packet<S: Simd> {
+    points: Wide<S>,
+    /// The box round them, eight times.
+    bounds: [Wide<S>; 2],
+    offsets: Wide<S>,
+    squares: f64x8<S>,
+    /// As numbers, which are exact.
+    slots: f64x8<S>,
+    /// The largest of the squares.
+    farthest: f64,
+}
+
+impl<S: Simd> Packet<S> {
+    #[inline(always)]
+    fn new(simd: S, points: &[DVec3], eight: &[u32], [min, max]: [DVec3; 2]) -> Self {
+        let mut columns = [[0.0; LANES]; 3];
+        for lane in 0..LANES {
+            // The last one is repeated where there are fewer.
+            let point = points[eight[lane.min(eight.len() - 1)] as usize];
+            columns[0][lane] = point.x;
+            columns[1][lane] = point.y;
+            columns[2][lane] = point.z;
+        }
+        Self {
+            points: Wide::load(simd, &columns),
+            bounds: [Wide::splat(simd, min), Wide::splat(simd, max)],
+            offsets: Wide::splat(simd, DVec3::INFINITY),
+            squares: f64x8::splat(simd, f64::INFINITY),
+            slots: f64x8::splat(simd, 0.0),
+            farthest: f64::INFINITY,
+        }
+    }
+
+    #[inline(always)]
+    fn measure(&mut self, triangle: [DVec3; 3], slot: u32) {
+        let simd = self.squares.simd;
+        let [a, b, c] = triangle;
+        let triangle = [Wide::splat(simd, a), Wide::splat(simd, b), Wide::splat(simd, c)];
+        let (offsets, squares) = closest_on_triangles(self.points, triangle);
+        let nearer = squares.simd_lt(self.squares);
+        self.offsets = Wide::select(nearer, offsets, self.offsets);
+        self.squares = nearer.select(squares, self.squares);
+        self.slots = nearer.select(f64x8::splat(simd, f64::from(slot)), self.slots);
+        self.farthest = self.squares.reduce_max();
+    }
+
+    #[inline(always)]
+    fn measure_leaf(&mut self, bvh: &Bvh, task: Task) {
+        let leaf = bvh.leaf(task.index);
+        let [a, b, c] = leaf.wide(self.squares.simd);
+        let bounds = [a.min(b).min(c), a.max(b).max(c)];
+        let squares = squared_gaps(self.bounds, bounds);
+        let mut nearer = squares.simd_lt(self.farthest).to_bitmask();
+        while nearer != 0 {
+            let lane = nearer.trailing_zeros();
+            nearer &= nearer - 1;
+            self.measure(leaf.triangle(lane as usize), task.index * LANES as u32 + lane);
+        }
+    }
+}
+
+/// The smallest and the largest coordinates.
+#[inline(always)]
+fn bounds(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    for point in points {
+        bounds = [bounds[0].min(point), bounds[1].max(point)];
+    }
+    bounds
+}
+
+/// The indices of the points that are finite, in an order in which neighbours are close to each
+/// other: along a Morton curve through their bounds, in steps of a thousandth of these.
+fn along_a_curve(points: &[DVec3]) -> Vec<u32> {
+    let finite = || points.iter().enumerate().filter(|(_, p)| p.is_finite());
+    let [min, max] = bounds(finite().map(|(_, p)| *p));
+    let scale = STEPS / (max - min).max_element().max(f64::MIN_POSITIVE);
+    let key = |(index, point): (usize, &DVec3)| {
+        let [x, y, z] = ((*point - min) * scale).to_array().map(|c| spread(c as u32));
+        u64::from(x | y << 1 | z << 2) << 32 | index as u64
+    };
+    let mut keys: Vec<u64> = finite().map(key).collect();
+    keys.sort_unstable();
+    keys.into_iter().map(|key| key as u32).collect()
+}
+
+/// The largest number that [`spread`] takes.
+const STEPS: f64 = 1023.0;
+
+/// Two zero bits before each of the ten bits of a number.
+fn spread(number: u32) -> u32 {
+    let mut bits = number & 1023;
+    bits = (bits | bits << 16) & 0x0300_00FF;
+    bits = (bits | bits << 8) & 0x0300_F00F;
+    bits = (bits | bits << 4) & 0x030C_30C3;
+    (bits | bits << 2) & 0x0924_9249
+}
