@@ -9,12 +9,13 @@
 //!   them, raised where curvature changes), [`CurvatureNorm`] (Kim, Kim and Levin 2002).
 //! - [`Placement`]: where the remaining vertex goes. [`Optimal`], with or without keeping the volume,
 //!   [`ButterflyPoint`], [`BestEndpoint`], [`Midpoint`].
-//! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`], [`IntersectionGuard`]; manifoldness is
-//!   always guarded.
+//! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`],
+//!   [`IntersectionGuard`]; manifoldness is always guarded.
 //! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
 //!
 //! [`fit()`] then moves the vertices closer to the original, [`anneal()`] spends patience on it, and
-//! [`cut_peaks()`] takes down the largest errors.
+//! [`cut_peaks()`] takes down the largest errors. With [`Options::max_error`], and no attributes, the
+//! coarsest level within it is collapsed further where that does not exceed it.
 //!
 //! All lengths are in model units. Results are bitwise the same for any number of threads.
 
