@@ -128,10 +128,9 @@ const MAX_PIECES: usize = 4_000_000;
 /// Levels whose numbers of faces are closer than this ratio are not told apart by the search.
 const RESOLUTION: f64 = 1.03;
 
-/// How often a level is collapsed further before it is left as it is.
-const ATTEMPTS: u64 = 8;
-/// The part of the limit that is aimed at then, which shrinks by this factor from one to the next.
-const AIM: f64 = 0.99;
+/// How far below the limit the attempts to collapse a level further aim, relative to it. The points
+/// that one has missed count in the next; after the last one the level is left as it is.
+const SLACKS: [f64; 8] = [0.01, 0.02, 0.03, 0.04, 0.05, 0.1, 0.2, 0.3];
 
 impl<'a> Finishing<'a> {
     /// `with_changes` is whether anything is to be done at all, besides measuring.
@@ -244,9 +243,10 @@ impl<'a> Finishing<'a> {
             forbid_intersections: self.options.forbid_intersections,
             min_component_vertices: self.options.min_component_vertices,
         };
-        let (mut aim, mut missed) = (AIM * limit, Vec::new());
-        for attempt in 0..ATTEMPTS {
+        let mut missed = Vec::new();
+        for (slack, seed) in SLACKS.into_iter().zip(0..) {
             let (mut next, mut constraints) = (done.mesh.clone(), done.constraints.clone());
+            let aim = limit - slack * limit;
             let map = squeeze(&mut next, self.original, &mut constraints, aim, &missed, &to)?;
             let (error, at) = self.measure(&next)?;
             if error.is_within(limit) {
@@ -255,8 +255,7 @@ impl<'a> Finishing<'a> {
                 break;
             }
             missed.push(at);
-            missed.extend(self.beyond(aim, &next, attempt)?);
-            aim *= AIM;
+            missed.extend(self.beyond(aim, &next, seed)?);
         }
         Ok(done)
     }

@@ -12,7 +12,7 @@ use crate::fit::FitConstraints;
 use crate::tether::Tether;
 
 /// Samples of each face of the original, on average.
-const SAMPLES_PER_FACE: usize = 2;
+const SAMPLES_PER_FACE: usize = 8;
 
 /// Collapses edges while the vertices, samples and some more points of the original stay within
 /// `limit` of the mesh, and all faces that change within `limit` of the original. Returns, for each

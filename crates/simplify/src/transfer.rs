@@ -280,15 +280,16 @@ impl Transfer<'_> {
         self.on_face(self.descend(start, at), at)
     }
 
-    /// Goes from face to face, without crossing seams, as long as that leads closer to a point.
+    /// Goes from face to face, without crossing seams, as long as that leads closer to a point. Faces
+    /// that share a corner count as well: where the corner is the closest point of two, what is
+    /// closer may lie beyond them.
     fn descend(&self, start: FaceId, at: DVec3) -> FaceId {
         let topology = self.original.topology();
         let (mut face, mut least) = (start, self.squared_distance(start, at));
         loop {
-            let sides = topology.face_half_edges(face).into_iter();
-            let next = sides
-                .filter(|&h| self.lines.label[h].is_none())
-                .filter_map(|h| topology.face(h.twin()))
+            let corners = topology.face_half_edges(face).into_iter();
+            let next = corners
+                .flat_map(|corner| self.fan(corner))
                 .map(|f| (self.squared_distance(f, at), f))
                 .min_by(|p, q| p.0.total_cmp(&q.0));
             match next {
@@ -296,6 +297,23 @@ impl Transfer<'_> {
                 _ => return face,
             }
         }
+    }
+
+    /// The other faces at the origin of a half-edge, on this side of seams.
+    fn fan(&self, corner: HalfEdgeId) -> impl Iterator<Item = FaceId> + '_ {
+        let topology = self.original.topology();
+        let across = move |side: HalfEdgeId| {
+            (self.lines.label[side].is_none() && !topology.is_exterior(side.twin()))
+                .then(|| side.twin())
+        };
+        let clockwise = move |&h: &HalfEdgeId| across(h).map(|twin| topology.next(twin));
+        let counterclockwise = move |&h: &HalfEdgeId| across(topology.next(topology.next(h)));
+        let turn = move |first: Option<HalfEdgeId>| first.filter(move |&h| h != corner);
+        let one = core::iter::successors(turn(clockwise(&corner)), move |h| turn(clockwise(h)));
+        let other = core::iter::successors(turn(counterclockwise(&corner)), move |h| {
+            turn(counterclockwise(h))
+        });
+        one.chain(other).filter_map(|h| topology.face(h))
     }
 
     fn squared_distance(&self, face: FaceId, at: DVec3) -> f64 {
