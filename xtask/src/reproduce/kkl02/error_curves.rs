@@ -22,7 +22,7 @@ const MADE_WEIGHED: [usize; 3] = [5_000, 1_000, 500];
 /// Weights of the curvature that are tried.
 const WEIGHTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
 /// Means over all face counts that differ less are the same but for chance.
-const NOISE: f64 = 0.02;
+pub(super) const NOISE: f64 = 0.02;
 
 /// Other programs on Igea: mean distances measured the same way on results that the programs wrote.
 const PEERS: [(&str, [(f64, f64); 3]); 3] = [

@@ -6,6 +6,7 @@ use mesh_core::TriMesh;
 use super::super::item::{Item, Outcome};
 use super::super::numbers::plain;
 use super::super::run::{Run, mesh_of, view_of};
+use super::error_curves::NOISE;
 use super::{CHAINS, IGEA, Original, distance_only, head, simplified, with_curvature};
 use crate::failure::Failure;
 use crate::render::Style;
@@ -39,7 +40,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
 fn claim(item: &mut Item, name: &str, [distance, both]: [f64; 2]) {
     item.claim(
         name,
-        Outcome::of(both > distance),
+        Outcome::of(both > (1.0 + NOISE) * distance),
         format!(
             "of the triangles {:.1} % lie on the most curved tenth of the surface by the distance \
              alone, {:.1} % with the curvature",
