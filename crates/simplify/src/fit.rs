@@ -24,6 +24,7 @@ use mesh_metric::{
 };
 
 use crate::curve::Curve;
+use crate::face_lists::FaceLists;
 use crate::intersection::{ChangedFace, Intersections};
 use crate::symmetric::{Factors, Symmetric3};
 
@@ -301,29 +302,23 @@ impl Tally {
     }
 }
 
-/// Targets by the face that is closest to them, as linked lists.
+/// Targets by the face that is closest to them.
 struct Pairs {
-    first: Vec<u32>,
-    following: Vec<u32>,
+    lists: FaceLists,
     targets: Vec<Target>,
     /// The squared distance of each target from its face.
     squares: Vec<f64>,
 }
 
-const NONE: u32 = u32::MAX;
-
 impl Pairs {
     fn new(mesh: &TriMesh) -> Self {
-        let first = vec![NONE; mesh.topology().face_capacity()];
-        let (following, targets, squares) = Default::default();
-        Self { first, following, targets, squares }
+        let lists = FaceLists::new(mesh.topology().face_capacity());
+        Self { lists, targets: Vec::new(), squares: Vec::new() }
     }
 
     fn push(&mut self, closest: &ClosestPoint, target: Target) {
-        let slot = &mut self.first[closest.face.index()];
-        self.following.push(*slot);
+        self.lists.push(closest.face, self.targets.len() as u32);
         self.squares.push(closest.offset.length_squared());
-        *slot = self.targets.len() as u32;
         self.targets.push(target);
     }
 
@@ -340,15 +335,9 @@ impl Pairs {
         }
     }
 
-    fn of_face(&self, face: FaceId) -> impl Iterator<Item = u32> + '_ {
-        let start = Some(self.first[face.index()]).filter(|&i| i != NONE);
-        let following = |&i: &u32| Some(self.following[i as usize]).filter(|&i| i != NONE);
-        core::iter::successors(start, following)
-    }
-
     fn for_each(&self, mesh: &TriMesh, mut act: impl FnMut(FaceId, Target)) {
         for face in mesh.topology().faces() {
-            for index in self.of_face(face) {
+            for index in self.lists.of_face(face) {
                 act(face, self.targets[index as usize]);
             }
         }
@@ -358,18 +347,16 @@ impl Pairs {
     fn redistribute(&mut self, mesh: &TriMesh, faces: [FaceId; 2], scratch: &mut Vec<u32>) {
         scratch.clear();
         for face in faces {
-            scratch.extend(self.of_face(face));
-            self.first[face.index()] = NONE;
+            scratch.extend(self.lists.of_face(face));
+            self.lists.clear(face);
         }
         let triangles = faces.map(|face| mesh.triangle(face));
         for &index in scratch.iter() {
             let point = self.targets[index as usize].point;
             let [d0, d1] = [&triangles[0], &triangles[1]]
                 .map(|triangle| closest_on_triangle(point, triangle).length_squared());
-            let slot = &mut self.first[faces[usize::from(d1 < d0)].index()];
-            self.following[index as usize] = *slot;
+            self.lists.push(faces[usize::from(d1 < d0)], index);
             self.squares[index as usize] = d0.min(d1);
-            *slot = index;
         }
     }
 }
@@ -424,7 +411,8 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs, edge: EdgeId) -> bool {
         return false;
     }
     let faces = || topology.edge_faces(edge).into_iter().flatten();
-    let targets = || faces().flat_map(|face| paired.of_face(face)).map(|index| index as usize);
+    let targets =
+        || faces().flat_map(|face| paired.lists.of_face(face)).map(|index| index as usize);
     let before: f64 = targets().map(|index| paired.squares[index]).sum();
     let mut left = before * (1.0 - 1e-9);
     for index in targets() {

@@ -25,6 +25,7 @@ mod constraint;
 mod cost;
 mod curve;
 mod driver;
+mod face_lists;
 mod finish;
 mod fit;
 mod guard;

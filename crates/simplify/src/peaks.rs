@@ -2,8 +2,9 @@
 //!
 //! A metric that adds up squared distances over areas lets a small part go far from its place. Where
 //! that is asked for, the vertices round the largest distances first move to a place where these are
-//! smaller: a fit in which the farthest pairs count most. Then each round looks for the vertices of the original that are farthest from the mesh, puts vertices
-//! there, and collapses the cheapest edges elsewhere until there are as many faces as before.
+//! smaller: a fit in which the farthest pairs count most. Then each round looks for the vertices of
+//! the original that are farthest from the mesh, puts vertices there, and collapses the cheapest
+//! edges elsewhere until there are as many faces as before.
 //! Vertices of the mesh that are far from the original go back to it. The result is kept when the
 //! largest distance has become smaller and the root mean square is not much larger than at the
 //! start.

@@ -25,10 +25,8 @@ pub(crate) fn squeeze(
     more: &[DVec3],
     to: &CollapseBack<'_>,
 ) -> Result<VertexMap<Option<VertexId>>, SurfaceError> {
-    let mut used: Vec<u32> = original.triangles().as_flattened().to_vec();
-    used.sort_unstable();
-    used.dedup();
-    let mut points: Vec<DVec3> = used.iter().map(|&v| original.positions()[v as usize]).collect();
+    let vertices = original.used_vertices().into_iter();
+    let mut points: Vec<DVec3> = vertices.map(|v| original.positions()[v as usize]).collect();
     let samples = SAMPLES_PER_FACE * original.triangle_count();
     points.extend(sample_surface(original, samples, 1).iter().map(|sample| sample.position));
     points.extend(more);

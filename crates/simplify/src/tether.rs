@@ -7,10 +7,11 @@
 use core::cell::{Cell, RefCell};
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh};
+use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, Surface, SurfaceError, closest_on_triangle, one_sided_bounds};
 
 use crate::cost::Collapse;
+use crate::face_lists::FaceLists;
 use crate::guard::{Guard, Refusal};
 use crate::patch::{EdgePatch, Place};
 use crate::placement::{Optimal, Placement};
@@ -21,36 +22,14 @@ pub(crate) struct Tether<'a> {
     original: &'a Surface,
     points: &'a [DVec3],
     limit: f64,
-    lists: RefCell<Lists>,
-}
-
-/// The points of each face, as linked lists.
-#[derive(Default)]
-struct Lists {
-    first: Vec<u32>,
-    following: Vec<u32>,
+    /// The points of each face.
+    lists: RefCell<FaceLists>,
     /// The points of the patch that was looked at last.
-    loose: Vec<u32>,
+    loose: RefCell<Vec<u32>>,
 }
-
-const NONE: u32 = u32::MAX;
 
 /// The pieces of faces to look at before a collapse counts as too far.
 const MAX_PIECES: usize = 3000;
-
-impl Lists {
-    fn push(&mut self, face: FaceId, point: u32) {
-        let slot = &mut self.first[face.index()];
-        self.following[point as usize] = *slot;
-        *slot = point;
-    }
-
-    fn of_face(&self, face: FaceId) -> impl Iterator<Item = u32> + '_ {
-        let start = Some(self.first[face.index()]).filter(|&i| i != NONE);
-        let following = |&i: &u32| Some(self.following[i as usize]).filter(|&i| i != NONE);
-        core::iter::successors(start, following)
-    }
-}
 
 impl<'a> Tether<'a> {
     pub(crate) fn new(
@@ -59,15 +38,11 @@ impl<'a> Tether<'a> {
         points: &'a [DVec3],
         limit: f64,
     ) -> Result<Self, SurfaceError> {
-        let mut lists = Lists {
-            first: vec![NONE; mesh.topology().face_capacity()],
-            following: vec![NONE; points.len()],
-            loose: Vec::new(),
-        };
+        let mut lists = FaceLists::new(mesh.topology().face_capacity());
         for (point, closest) in Surface::new(mesh)?.closest_points(points).iter().enumerate() {
             lists.push(closest.face, point as u32);
         }
-        Ok(Self { original, points, limit, lists: RefCell::new(lists) })
+        Ok(Self { original, points, limit, lists: RefCell::new(lists), loose: RefCell::default() })
     }
 
     /// Whether everything stays within the limit when the edge is collapsed to `x`, relative to its
@@ -131,21 +106,20 @@ impl Guard for &Tether<'_> {
             return Err(Refusal::Distance);
         }
         let topology = patch.mesh().topology();
-        let lists = &mut *self.lists.borrow_mut();
-        let mut loose = core::mem::take(&mut lists.loose);
+        let lists = self.lists.borrow();
+        let mut loose = self.loose.borrow_mut();
         loose.clear();
         for face in patch.faces().iter().filter_map(|face| topology.face(face.side)) {
             loose.extend(lists.of_face(face));
         }
-        lists.loose = loose;
         Ok(())
     }
 
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         let lists = &mut *self.lists.borrow_mut();
         let faces = || mesh.topology().faces_of_vertex(collapse.kept);
-        faces().for_each(|face| lists.first[face.index()] = NONE);
-        for point in core::mem::take(&mut lists.loose) {
+        faces().for_each(|face| lists.clear(face));
+        for &point in self.loose.borrow().iter() {
             let at = self.points[point as usize];
             let squared = |f| closest_on_triangle(at, &mesh.triangle(f)).length_squared();
             if let Some((_, face)) =

@@ -173,21 +173,27 @@ fn measure_face(mesh: &TriMesh, f: FaceId) -> ([f64; 3], f64) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use dcurv::{VertexArea, vertex_curvature};
     use mesh_core::shapes::{Plane, Sphere};
 
-    /// What is foretold is what comes about, inside and on the boundary.
-    #[test]
-    fn sums_are_those_of_the_collapsed_mesh() {
-        let plane = Plane { half_width: 1.0 }.mesh(4, Default::default()).unwrap();
-        for soup in [Sphere { radius: 1.0 }.random_hull(60, 5).unwrap(), plane] {
-            let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
-            let mut mesh = TriMesh::from_triangles(soup.positions(), &triangles).unwrap();
+    /// A closed mesh, the hull of so many random points, and one with a boundary, both bent.
+    pub(in crate::cost) fn bent_meshes(points: usize, seed: u64, cells: usize) -> [TriMesh; 2] {
+        let plane = Plane { half_width: 1.0 }.mesh(cells, Default::default()).unwrap();
+        [Sphere { radius: 1.0 }.random_hull(points, seed).unwrap(), plane].map(|soup| {
+            let mut mesh = TriMesh::from_soup(&soup).unwrap();
             for (i, p) in mesh.positions_mut().iter_mut().enumerate() {
                 p.z += 0.05 * (i as f64).sin();
             }
+            mesh
+        })
+    }
+
+    /// What is foretold is what comes about, inside and on the boundary.
+    #[test]
+    fn sums_are_those_of_the_collapsed_mesh() {
+        for mut mesh in bent_meshes(60, 5, 4) {
             let mut change = CurvatureChange::new(Measure::AbsSum);
             change.prepare(&mesh);
             let total = |mesh: &TriMesh| {

@@ -514,10 +514,9 @@ fn integrals(defect: f64, mean: f64, area: f64) -> VertexIntegrals {
 mod tests {
     use super::*;
     use fearless_simd::Simd;
-    use mesh_core::TriMesh;
-    use mesh_core::shapes::{Plane, Sphere};
 
     use crate::cost::curvature_change::CurvatureChange;
+    use crate::cost::curvature_change::tests::bent_meshes;
 
     fn levels() -> Vec<Level> {
         let best = Level::new();
@@ -532,13 +531,7 @@ mod tests {
 
     #[test]
     fn every_vector_width_gives_the_same_bits() {
-        let plane = Plane { half_width: 1.0 }.mesh(6, Default::default()).unwrap();
-        for soup in [Sphere { radius: 1.0 }.random_hull(80, 3).unwrap(), plane] {
-            let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
-            let mut mesh = TriMesh::from_triangles(soup.positions(), &triangles).unwrap();
-            for (i, p) in mesh.positions_mut().iter_mut().enumerate() {
-                p.z += 0.05 * (i as f64).sin();
-            }
+        for mesh in bent_meshes(80, 3, 6) {
             for measure in [Measure::AbsSum, Measure::SquaredSum, Measure::AbsIntegral] {
                 let mut change = CurvatureChange::new(measure);
                 change.prepare(&mesh);
