@@ -28,7 +28,8 @@ mod simplify;
 
 pub use attributes::attribute_deviation::AttributeDeviation;
 pub use attributes::texture_guard::TextureGuard;
-pub use attributes::transfer::{CornerSource, corner_sources, seam_nodes};
+pub use attributes::transfer::seams::seam_nodes;
+pub use attributes::transfer::{CornerSource, corner_sources};
 pub use attributes::wedges::{CornerAttributes, MAX_CHANNELS};
 pub use collapse::constraint::{Boundary, Constraints};
 pub use collapse::cost::{
@@ -48,7 +49,8 @@ pub use collapse::stop::{Limits, StopReason};
 pub use collapse::symmetric::Symmetric3;
 pub use finish::anneal::{AnnealOptions, AnnealReport, anneal};
 pub use finish::curve::Curve;
-pub use finish::fit::{FitConstraints, FitOptions, FitReport, fit};
+pub use finish::fit::constraints::FitConstraints;
+pub use finish::fit::{FitOptions, FitReport, fit};
 pub use finish::peaks::{PeakOptions, PeakReport, cut_peaks};
 pub use limit::within::collapses_within;
 pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};

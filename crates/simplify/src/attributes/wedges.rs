@@ -7,10 +7,9 @@
 
 use glam::DVec3;
 use mesh_core::{HalfEdgeId, HalfEdgeMap, TriMesh, VertexId};
-use mesh_metric::closest_on_triangle;
+use mesh_metric::{closest_on_triangle, weights_of_closest};
 
 use crate::collapse::patch::{EdgePatch, PatchFace};
-use crate::finish::fit::weights_of_closest;
 
 /// The most numbers per corner.
 pub const MAX_CHANNELS: usize = 12;

@@ -10,7 +10,8 @@ use mesh_metric::{Surface, SurfaceError, sample_surface};
 
 use crate::collapse::constraint::Boundary;
 use crate::finish::collapse_back::{CollapseBack, collapse_back};
-use crate::finish::fit::{FitConstraints, FitOptions, fit};
+use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::{FitOptions, fit};
 
 /// How to anneal; see [`anneal`].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use crate::collapse::driver::{Policies, Update, collapse_edges};
 use crate::collapse::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
 use crate::collapse::placement::{Optimal, Placement};
 use crate::collapse::stop::Limits;
-use crate::finish::fit::FitConstraints;
+use crate::finish::fit::constraints::FitConstraints;
 
 /// What a mesh is brought back to.
 pub(crate) struct CollapseBack<'a> {

@@ -8,7 +8,8 @@ use mesh_metric::{Surface, SurfaceError};
 
 use crate::attributes::transfer::corner_sources;
 use crate::attributes::wedges::{CornerAttributes, doubled_area};
-use crate::finish::fit::{FitConstraints, FitOptions, FitReport, fit};
+use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::{FitOptions, FitReport, fit};
 
 /// How often folds are looked for and undone before a fit is given up.
 const ROUNDS: usize = 20;

@@ -8,7 +8,7 @@ use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError, sample_surface};
 
 use crate::finish::collapse_back::{CollapseBack, collapse_guarded};
-use crate::finish::fit::FitConstraints;
+use crate::finish::fit::constraints::FitConstraints;
 use crate::limit::tether::Tether;
 
 /// Samples of each face of the original, on average.

@@ -11,20 +11,22 @@
 //! - Ends, forks and crossings of seams have not moved, and each of their corners takes the value of
 //!   the original corner between the same seams.
 
-use glam::DVec3;
-use mesh_core::{
-    EdgeId, EdgeMap, FaceId, HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap,
-};
-use mesh_metric::closest_on_triangle;
+mod clusters;
+pub(crate) mod seams;
 
-use crate::finish::fit::weights_of_closest;
+use glam::DVec3;
+use mesh_core::{EdgeMap, FaceId, HalfEdgeId, HalfEdgeMap, TriMesh, VertexId, VertexMap};
+use mesh_metric::{closest_on_triangle, weights_of_closest};
+
+use crate::attributes::transfer::clusters::Clusters;
+use crate::attributes::transfer::seams::{SeamLines, clockwise_border};
 
 /// A point of a face of the original.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CornerSource {
     /// The face.
     pub face: FaceId,
-    /// The weights of its corners, in the order of [`Topology::face_half_edges`]; they add up to
+    /// The weights of its corners, in the order of [`mesh_core::Topology::face_half_edges`]; they add up to
     /// one.
     pub weights: [f64; 3],
 }
@@ -32,8 +34,9 @@ pub struct CornerSource {
 /// Finds for every corner of a simplified mesh the point of the original that it stands for.
 ///
 /// `seams` are edges of the original whose two sides must not be mixed; they have to have been
-/// feature edges of the simplification, and their [`seam_nodes`] locked. `became` maps vertices of the original to those of the
-/// result ([`Simplified::vertex_map`](crate::Simplified)).
+/// feature edges of the simplification, and their [`seam_nodes`](crate::seam_nodes) locked. `became`
+/// maps vertices of the original to those of the result
+/// ([`Simplified::vertex_map`](crate::Simplified)).
 ///
 /// Half-edges without a face, and the corners of faces none of whose vertices come from the
 /// original, have none.
@@ -62,89 +65,6 @@ pub fn corner_sources(
     }
     transfer.place_new(open, &mut sources);
     sources
-}
-
-/// The vertices of the original that each vertex of the result stands for.
-struct Clusters {
-    members: Vec<VertexId>,
-    ends: Vec<usize>,
-}
-
-impl Clusters {
-    fn new(became: &VertexMap<Option<VertexId>>, count: usize) -> Self {
-        let mut members: Vec<(VertexId, VertexId)> =
-            became.iter().filter_map(|(old, new)| new.map(|new| (new, old))).collect();
-        members.sort_unstable();
-        let end = |v: usize| members.partition_point(|(new, _)| new.index() <= v);
-        let ends = (0..count).map(end).collect();
-        Self { members: members.into_iter().map(|(_, old)| old).collect(), ends }
-    }
-
-    fn of(&self, v: VertexId) -> &[VertexId] {
-        let start = if v.index() == 0 { 0 } else { self.ends[v.index() - 1] };
-        &self.members[start..self.ends[v.index()]]
-    }
-}
-
-/// The seams of the original as directed lines between nodes.
-struct SeamLines {
-    /// For half-edges on a seam, twice the number of the line, plus one against its direction.
-    label: HalfEdgeMap<Option<u32>>,
-}
-
-impl SeamLines {
-    fn new(topology: &Topology, seams: &EdgeMap<bool>) -> Self {
-        let is_seam = |h: HalfEdgeId| {
-            seams.get(h.edge()).is_some_and(|&seam| seam) && !topology.is_boundary_edge(h.edge())
-        };
-        let onward = |h: HalfEdgeId| {
-            if topology.is_boundary_vertex(topology.target(h)) {
-                return None;
-            }
-            let mut others =
-                topology.outgoing(topology.target(h)).filter(|&o| is_seam(o) && o != h.twin());
-            let only = others.next();
-            only.filter(|_| others.next().is_none())
-        };
-        let mut label = topology.half_edge_map(None);
-        let mut lines = 0;
-        for start in topology.edges().map(EdgeId::half_edge).filter(|&h| is_seam(h)) {
-            if label[start].is_some() {
-                continue;
-            }
-            for (first, forward) in [(start, 0), (start.twin(), 1)] {
-                let mut coming = Some(first);
-                while let Some(h) = coming {
-                    label[h] = Some(2 * lines + forward);
-                    label[h.twin()] = Some(2 * lines + 1 - forward);
-                    coming = onward(h).filter(|&next| label[next].is_none());
-                }
-            }
-            lines += 1;
-        }
-        Self { label }
-    }
-
-    /// Whether a seam ends, forks or crosses another one or the boundary at a vertex.
-    fn is_node(&self, topology: &Topology, v: VertexId) -> bool {
-        match topology.outgoing(v).filter(|&h| self.label[h].is_some()).count() {
-            0 => false,
-            2 => topology.is_boundary_vertex(v),
-            _ => true,
-        }
-    }
-}
-
-/// The vertices at which seams end, fork or cross each other or the boundary; they must not move if
-/// [`corner_sources`] is to be right about them.
-#[must_use]
-pub fn seam_nodes(topology: &Topology, seams: &EdgeMap<bool>) -> VertexMap<bool> {
-    let lines = SeamLines::new(topology, seams);
-    let mut nodes = topology.vertex_map(false);
-    for v in topology.vertices() {
-        nodes[v] = lines.is_node(topology, v);
-    }
-    nodes
 }
 
 struct Transfer<'a> {
@@ -347,28 +267,6 @@ impl Transfer<'_> {
             if open.is_empty() || open.len() == before {
                 return;
             }
-        }
-    }
-}
-
-/// Turning clockwise from a corner, the first half-edge on a border; `None` where there is none
-/// before the boundary, or none at all.
-fn clockwise_border(
-    topology: &Topology,
-    corner: HalfEdgeId,
-    is_border: impl Fn(HalfEdgeId) -> bool,
-) -> Option<HalfEdgeId> {
-    let mut side = corner;
-    loop {
-        if is_border(side) {
-            return Some(side);
-        }
-        if topology.is_exterior(side.twin()) {
-            return None;
-        }
-        side = topology.next(side.twin());
-        if side == corner {
-            return None;
         }
     }
 }
