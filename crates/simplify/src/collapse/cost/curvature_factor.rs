@@ -3,7 +3,8 @@
 use glam::DVec3;
 use mesh_core::TriMesh;
 
-use super::curvature_change::{CurvatureChange, Measure};
+use super::curvature_change::CurvatureChange;
+use super::curvature_change::measure::Measure;
 use super::{Collapse, Cost, Reach};
 use crate::collapse::patch::EdgePatch;
 use crate::collapse::quadric::Quadric;

@@ -9,7 +9,6 @@ mod curvature_norm;
 mod garland_heckbert;
 mod hybrid;
 mod memoryless;
-mod merged_star;
 
 pub use curvature_factor::CurvatureFactor;
 pub use curvature_norm::{CurvatureNorm, Norm};

@@ -5,18 +5,19 @@
 //! tables; what a collapse makes of them is found by [`MergedStar`]. The area of a vertex is a third
 //! of its faces, as in KKL02.
 
+pub(super) mod measure;
+mod merged_star;
+mod rows;
+mod tables;
+
 use core::cell::RefCell;
 
-use dcurv::{
-    CurvatureOptions, Curvatures, VertexArea, VertexCurvature, VertexIntegrals,
-    edge_mean_curvatures, triangle_angles,
-};
 use glam::DVec3;
-use mesh_core::{
-    EdgeMap, FaceId, FaceMap, HalfEdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel,
-};
+use mesh_core::{TriMesh, VertexId};
 
-use super::merged_star::{DOUBLED_TO_THIRD, MergedStar, Tables};
+use crate::collapse::cost::curvature_change::measure::Measure;
+use crate::collapse::cost::curvature_change::merged_star::MergedStar;
+use crate::collapse::cost::curvature_change::tables::Tables;
 use crate::collapse::patch::EdgePatch;
 
 /// A number per vertex that follows from its curvature, kept up to date over collapses, and its
@@ -28,45 +29,6 @@ pub(super) struct CurvatureChange {
     star: RefCell<MergedStar>,
 }
 
-/// The number per vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Measure {
-    /// |k1| + |k2| at the vertex.
-    AbsSum,
-    /// k1² + k2² at the vertex.
-    SquaredSum,
-    /// |k1| + |k2| integrated over the area of the vertex.
-    AbsIntegral,
-}
-
-impl Measure {
-    #[inline(always)]
-    pub(super) fn of(self, integrals: VertexIntegrals, boundary: bool) -> f64 {
-        let area = integrals.area;
-        let curvature = VertexCurvature::from_integrals(integrals, boundary);
-        match self {
-            Self::AbsSum => curvature.abs_principal_sum().value(),
-            Self::SquaredSum => curvature.squared_principal_sum().value(),
-            Self::AbsIntegral => (curvature.abs_principal_sum() * area).value(),
-        }
-    }
-}
-
-/// A vertex as it is.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Term {
-    pub(super) integrals: VertexIntegrals,
-    pub(super) measured: f64,
-    pub(super) boundary: bool,
-}
-
-impl Term {
-    #[inline]
-    pub(super) fn new(integrals: VertexIntegrals, boundary: bool, measure: Measure) -> Self {
-        Self { integrals, measured: measure.of(integrals, boundary), boundary }
-    }
-}
-
 /// The sums over the two ends of an edge and their neighbours.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sums {
@@ -76,45 +38,12 @@ pub(super) struct Sums {
 
 impl CurvatureChange {
     pub(super) fn new(measure: Measure) -> Self {
-        let tables = Tables {
-            vertices: VertexMap::from_vec(Vec::new()),
-            hinges: EdgeMap::from_vec(Vec::new()),
-            corners: HalfEdgeMap::from_vec(Vec::new()),
-            thirds: FaceMap::from_vec(Vec::new()),
-        };
-        Self { measure, tables, star: RefCell::new(MergedStar::new()) }
+        Self { measure, tables: Tables::empty(), star: RefCell::new(MergedStar::new()) }
     }
 
     pub(super) fn prepare(&mut self, mesh: &TriMesh) {
-        let topology = mesh.topology();
-        let measure = self.measure;
-        let options = CurvatureOptions { area: VertexArea::Barycentric };
-        let term = |c: &VertexCurvature| Term::new(*c.integrals(), c.is_boundary(), measure);
-        let mean = edge_mean_curvatures(mesh).into_vec().into_iter();
-        // Each end of an edge has half of its mean curvature.
-        let hinges = mean.map(|mean| mean.map_or(0.0, |mean| 0.5 * mean.value()));
-        let per_face = parallel::collect(topology.face_capacity(), |i| {
-            let f = FaceId::from_index(i);
-            if topology.contains_face(f) { measure_face(mesh, f) } else { ([0.0; 3], 0.0) }
-        });
-        let mut corners = HalfEdgeMap::from_vec(vec![0.0; 2 * topology.edge_capacity()]);
-        for f in topology.faces() {
-            let angles = per_face[f.index()].0;
-            let sides = topology.face_half_edges(f).into_iter();
-            sides.zip(angles).for_each(|(side, angle)| corners[side] = angle);
-        }
-        self.tables = Tables {
-            vertices: Curvatures::of(mesh, &options).map(term),
-            hinges: EdgeMap::from_vec(hinges.collect()),
-            corners,
-            thirds: FaceMap::from_vec(per_face.into_iter().map(|(_, third)| third).collect()),
-        };
+        self.tables = Tables::new(mesh, self.measure);
         self.star.get_mut().forget();
-    }
-
-    #[cfg(test)]
-    pub(super) fn tables(&self) -> &Tables {
-        &self.tables
     }
 
     /// The sums before and after the collapse with the remaining vertex at `x`.
@@ -165,13 +94,6 @@ impl CurvatureChange {
     }
 }
 
-/// The interior angles of a face, and a third of its area.
-fn measure_face(mesh: &TriMesh, f: FaceId) -> ([f64; 3], f64) {
-    let [a, b, c] = mesh.triangle(f);
-    let cross = mesh.face_cross(f).length();
-    (triangle_angles(b - a, c - a, cross), DOUBLED_TO_THIRD * cross)
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
@@ -179,11 +101,7 @@ pub(super) mod tests {
     use mesh_core::shapes::{Plane, Sphere};
 
     /// A closed mesh, the hull of so many random points, and one with a boundary, both bent.
-    pub(in crate::collapse::cost) fn bent_meshes(
-        points: usize,
-        seed: u64,
-        cells: usize,
-    ) -> [TriMesh; 2] {
+    pub(super) fn bent_meshes(points: usize, seed: u64, cells: usize) -> [TriMesh; 2] {
         let plane = Plane { half_width: 1.0 }.mesh(cells, Default::default()).unwrap();
         [Sphere { radius: 1.0 }.random_hull(points, seed).unwrap(), plane].map(|soup| {
             let mut mesh = TriMesh::from_soup(&soup).unwrap();
