@@ -1,47 +1,18 @@
 //! `curvmesh curvature --estimator face`: the curvature of every face from normal sections.
 
-use clap::{Args, ValueEnum};
+use clap::ValueEnum;
 use curvpatch::{CurvatureEstimator, DiscCurvature};
 use mesh_core::{FaceMap, TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use serde::Serialize;
 
 use crate::colormap::Scale;
+use crate::commands::curvature::options::{Curvature, Estimate, Integrals, Quantity};
 use crate::console::Console;
-use crate::curvature::{Curvature, Integrals, Quantity};
 use crate::failure::Failure;
 use crate::job::Report;
 use crate::load::{Loaded, Seconds};
-use crate::patch::{Preset, parse_length};
 use crate::save::FormatName;
-
-/// Where curvature is estimated, and how.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Estimator")]
-pub(crate) struct Estimate {
-    /// `vertex`: from angles and dihedral angles; `face`: from normal sections through each face
-    #[arg(long, value_enum, default_value_t)]
-    estimator: EstimatorName,
-    /// With `face`: how far sections reach to either side, in model units [default: 4 mean edges]
-    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
-    radius: Option<f64>,
-    /// With `face`: how curvature is read off the sections
-    #[arg(long, value_enum, default_value_t)]
-    preset: Preset,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum EstimatorName {
-    #[default]
-    Vertex,
-    Face,
-}
-
-impl Estimate {
-    pub(crate) fn is_by_face(&self) -> bool {
-        self.estimator == EstimatorName::Face
-    }
-}
 
 /// The property that is 1 for faces with curvature, and 0 for those without, whose other numbers
 /// are 0.

@@ -1,4 +1,4 @@
-//! `curvmesh curvature`: discrete curvature of every vertex, as numbers and as colours.
+//! `curvmesh curvature --estimator vertex`: discrete curvature of every vertex.
 
 use clap::ValueEnum;
 use dcurv::{CurvatureOptions, Curvatures, Totals, VertexArea, VertexCurvature};
@@ -6,76 +6,12 @@ use mesh_core::{Topology, VertexMap};
 use mesh_io::{Model, Scalars};
 use serde::Serialize;
 
-use crate::args::AreaName;
-use crate::colormap::{ColorOptions, Scale};
+use crate::colormap::Scale;
+use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
 use crate::console::Console;
-use crate::face_curvature::{self, Estimate};
 use crate::failure::Failure;
-use crate::job::{Job, Report};
+use crate::job::Report;
 use crate::load::{Loaded, Seconds};
-
-/// Compute the curvature of every vertex or face, and colour the mesh by it
-///
-/// PLY output carries every quantity as a named property; PLY, GLB, OBJ and OFF carry the colours.
-/// Signed quantities are positive where the surface is convex seen from outside. Curvature of
-/// faces is a property of faces; GLB and OBJ get the colours of vertices, which are the mean of the
-/// faces around.
-///
-///     curvmesh curvature scan.ply -o mean.ply --quantity mean
-///     curvmesh curvature part.obj -o folds.glb --quantity abs-mean --colormap magma --range 0,2
-///     curvmesh curvature scan.ply -o k1.ply --quantity k1 --estimator face --radius 0.3
-#[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
-pub(crate) struct Curvature {
-    #[command(flatten)]
-    pub(crate) job: Job,
-    /// What the colours show
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) quantity: Quantity,
-    /// The area that belongs to a vertex, by which integrals are divided
-    #[arg(long, value_enum, default_value_t)]
-    area: AreaName,
-    #[command(flatten)]
-    pub(crate) colors: ColorOptions,
-    #[command(flatten)]
-    pub(crate) estimate: Estimate,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Quantity {
-    /// K, per area
-    Gaussian,
-    /// H, per length, signed
-    #[default]
-    Mean,
-    /// |H|, per length
-    AbsMean,
-    /// The larger principal curvature, per length
-    K1,
-    /// The smaller principal curvature, per length
-    K2,
-    /// |k1| + |k2|, per length
-    AbsSum,
-    /// Bobenko's Willmore energy of the vertex, without unit
-    Willmore,
-    /// Koenderink's shape index, from -1 (cup) to 1 (cap)
-    ShapeIndex,
-    /// sqrt((k1² + k2²) / 2), per length
-    Curvedness,
-}
-
-/// Integrals over the mesh, which every estimator has.
-#[derive(Default, Serialize)]
-pub(crate) struct Integrals {
-    pub(crate) integral_gaussian: f64,
-    pub(crate) integral_abs_gaussian: f64,
-    pub(crate) integral_mean: f64,
-    pub(crate) integral_abs_mean: f64,
-    pub(crate) f1: f64,
-    pub(crate) f2: f64,
-    pub(crate) f3: f64,
-    pub(crate) willmore: f64,
-}
 
 #[derive(Serialize)]
 struct Results {
@@ -96,9 +32,6 @@ struct Values {
 }
 
 pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure> {
-    if options.estimate.is_by_face() {
-        return face_curvature::run(options, console);
-    }
     let mut seconds = Seconds::default();
     let loaded = options.job.load(&mut seconds, console)?;
     let values = Seconds::time(&mut seconds.compute, || Values::of(&loaded, options.area.into()));
@@ -135,27 +68,6 @@ impl Values {
             Quantity::ShapeIndex => map(VertexCurvature::shape_index),
             Quantity::Curvedness => map(|c| c.curvedness().value()),
         }
-    }
-}
-
-impl Quantity {
-    /// The name of the property in a PLY file.
-    pub(crate) fn property(self) -> &'static str {
-        match self {
-            Self::Gaussian => "gaussian_curvature",
-            Self::Mean => "mean_curvature",
-            Self::AbsMean => "abs_mean_curvature",
-            Self::K1 => "k1",
-            Self::K2 => "k2",
-            Self::AbsSum => "abs_principal_sum",
-            Self::Willmore => "willmore_energy",
-            Self::ShapeIndex => "shape_index",
-            Self::Curvedness => "curvedness",
-        }
-    }
-
-    pub(crate) fn is_signed(self) -> bool {
-        matches!(self, Self::Gaussian | Self::Mean | Self::K1 | Self::K2 | Self::ShapeIndex)
     }
 }
 

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 
 use mesh_core::TriMesh;
 use serde::Serialize;
-use simplify::{FitReport, Refusals, Simplified, simplify_observed};
+use simplify::{FitReport, Simplified, simplify_observed};
 
 use crate::attributes::{Attributes, Carry};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::job::{Job, Report};
 use crate::load::Seconds;
-use crate::simplify_options::{Policy, Targets, show};
+use crate::simplify_options::{Policy, Targets, rejected, show};
 
 /// Simplify a mesh by collapsing edges
 ///
@@ -103,11 +103,6 @@ fn reduce(
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
     bar.finish_and_clear();
     result.map_err(Failure::simplify)
-}
-
-/// Refused edges by reason.
-pub(crate) fn rejected(refusals: &Refusals) -> BTreeMap<&'static str, usize> {
-    refusals.iter().map(|(reason, count)| (reason.name(), count)).collect()
 }
 
 impl Results {

@@ -20,8 +20,7 @@ use crate::interrupt::while_writing;
 use crate::job::{Report, Source};
 use crate::load::{Loaded, Seconds};
 use crate::save::{SaveOptions, check_target, save, save_levels};
-use crate::simplify::rejected;
-use crate::simplify_options::{Policy, Targets, parse_ratio, show};
+use crate::simplify_options::{Policy, Targets, parse_ratio, rejected, show};
 
 /// Make levels of detail, each of them a stage of one run of collapses
 ///

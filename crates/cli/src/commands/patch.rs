@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use curvpatch::{
-    Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, Params,
-    PatchProbe, PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, patch_color,
+    Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, PatchProbe,
+    PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, patch_color,
 };
 use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
 use serde::Serialize;
 
+use crate::args::{EstimatorPreset, parse_length};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::while_writing;
@@ -76,7 +77,7 @@ struct What {
     shape: ShapeName,
     /// How curvature is estimated
     #[arg(long, value_enum, default_value_t)]
-    preset: Preset,
+    preset: EstimatorPreset,
     /// How the patches of a cover are chosen
     #[arg(long = "cover", value_enum, default_value_t, conflicts_with = "face")]
     method: MethodName,
@@ -105,25 +106,6 @@ impl ShapeName {
             Self::Ellipse => vec![Shape::Ellipse],
             Self::Sagitta => vec![Shape::EqualSagitta],
             Self::Best => vec![Shape::Circle, Shape::Ellipse],
-        }
-    }
-}
-
-/// How curvature is estimated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Preset {
-    /// As Szilvási-Nagy 2010 prints it
-    Paper,
-    /// With less error and noise: fitted normals, circles through three points, Euler's formula
-    #[default]
-    Robust,
-}
-
-impl Preset {
-    pub(crate) fn params(self) -> Params {
-        match self {
-            Self::Paper => Params::paper(),
-            Self::Robust => Params::robust(),
         }
     }
 }
@@ -435,12 +417,4 @@ fn summary(report: &Report<Results>) -> String {
         report.faces,
         report.seconds.compute,
     )
-}
-
-/// A positive length.
-pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
-        _ => Err("expected a positive length, like 0.01".into()),
-    }
 }
