@@ -136,7 +136,14 @@ impl Failure {
             | Self::Record { .. }
             | Self::Replay(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
-            Self::Simplify(error) if matches!(**error, SimplifyError::Option { .. }) => 2,
+            Self::Simplify(error)
+                if matches!(
+                    **error,
+                    SimplifyError::Option { .. } | SimplifyError::Conflict { .. }
+                ) =>
+            {
+                2
+            }
             Self::Write { source, .. } => match **source {
                 WriteError::NoSuchEncoding { .. }
                 | WriteError::UnknownExtension(_)

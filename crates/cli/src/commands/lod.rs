@@ -10,7 +10,9 @@ use mesh_core::TriMesh;
 use mesh_io::{Format, Model};
 use mesh_metric::{CompareOptions, Surface, compare};
 use serde::Serialize;
-use simplify::{CollapseLog, ErrorCheck, Limits, collapses_within, simplify_observed};
+use simplify::{
+    CollapseLog, ErrorCheck, FinishOptions, Limits, collapses_within, simplify_observed,
+};
 
 use crate::args::is_standard;
 use crate::attributes::{Attributes, Carry};
@@ -168,10 +170,14 @@ fn collapses(
         let log = CollapseLog::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
         return Ok((log, BTreeMap::new()));
     }
-    let mut settings = options.policy.options(mesh, options.steps.goals(errors));
+    let goals = options.steps.goals(errors);
+    let mut settings = options.policy.options(mesh, goals.limits);
     // Levels are stages of the run, which fitting would move away from.
-    (settings.fit, settings.anneal, settings.peaks) = (None, None, None);
+    settings.finish = FinishOptions::default();
     attributes.constrain(mesh, &mut settings);
+    if let Some(error) = goals.max_error {
+        settings = settings.within(error, options.policy.check());
+    }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
     bar.finish_and_clear();
