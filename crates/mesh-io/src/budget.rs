@@ -24,6 +24,7 @@ impl Budget {
     }
 
     /// Counts a file that the content refers to.
+    #[cfg(any(feature = "obj", feature = "gltf"))]
     pub(crate) fn add_file(&mut self, bytes: u64) {
         self.others = self.others.saturating_add(bytes);
     }

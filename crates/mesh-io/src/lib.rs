@@ -43,7 +43,7 @@ mod gltf;
 mod input;
 mod model;
 mod notes;
-#[cfg(feature = "obj")]
+#[cfg(any(feature = "obj", feature = "gltf"))]
 mod numbering;
 #[cfg(feature = "obj")]
 mod obj;
