@@ -104,8 +104,8 @@ pub enum ReadErrorKind {
     /// The content takes more memory than a file of its size may: a scene that draws the same
     /// meshes very often, or a file that is made to use up memory.
     #[error(
-        "{at}: the content needs {} MiB of memory, more than the {} MiB that a file of this size may take; allow it with --max-memory {}MiB",
-        mebibytes(*needed), mebibytes(*limit), mebibytes(*needed)
+        "{at}: the content needs {}, more than the {} MiB that a file of this size may take; allow it with --max-memory {}MiB",
+        need(at, *needed), mebibytes(*limit), enough(at, *needed)
     )]
     Memory {
         /// Where the limit is passed.
@@ -131,6 +131,21 @@ pub enum ReadErrorKind {
 
 fn mebibytes(bytes: u64) -> u64 {
     bytes.div_ceil(1 << 20)
+}
+
+/// A scene says what it needs in all; other content, what it needs so far.
+fn need(at: &Location, needed: u64) -> String {
+    let more = if is_in_all(at) { "" } else { "more than " };
+    format!("{more}{} MiB of memory", mebibytes(needed))
+}
+
+/// What to allow, so that it need not be asked for again and again.
+fn enough(at: &Location, needed: u64) -> u64 {
+    mebibytes(if is_in_all(at) { needed } else { needed.saturating_mul(2) })
+}
+
+fn is_in_all(at: &Location) -> bool {
+    matches!(at, Location::Json(_))
 }
 
 fn because(notes: &[String]) -> String {
