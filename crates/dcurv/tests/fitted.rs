@@ -39,7 +39,7 @@ fn errors<'a>(
         let expected = frame.normal.cross(frame.direction_max);
         assert!(expected.distance(frame.direction_min) < 1e-12);
         if exact.max - exact.min > 0.5 {
-            let turn = frame.direction_max.cross(exact.direction_max).length();
+            let turn = frame.direction_max.cross(exact.directions.unwrap()[0]).length();
             worst[1] = worst[1].max(turn);
         }
     }
@@ -61,7 +61,7 @@ fn orders(
         errors(&mesh, surface, region, fitted_frames(&mesh, &options).iter())
     });
     let order = |i: usize| (found[0][i] / found[3][i].max(1e-12)).log2() / 3.0;
-    println!("{name}, {rings} rings: {found:9.2e?}  orders {:5.2} {:5.2}", order(0), order(1));
+    println!("{name}, {rings} rings: {found:.5?}  orders {:5.2} {:5.2}", order(0), order(1));
     [order(0), order(1)]
 }
 
@@ -169,7 +169,7 @@ fn averages_over_balls_converge_on_irregular_samplings() {
                 ball.mean().value() - TORUS.mean_curvature(p),
                 frame.k_max.value() - exact.max,
                 if exact.max - exact.min > 0.5 {
-                    frame.direction_max.cross(exact.direction_max).length()
+                    frame.direction_max.cross(exact.directions.unwrap()[0]).length()
                 } else {
                     0.0
                 },
