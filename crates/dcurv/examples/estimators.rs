@@ -2,6 +2,7 @@
 //! refined, with and without noise.
 //!
 //! `cargo run -p dcurv --example estimators`
+#![allow(clippy::print_stdout)]
 
 use std::error::Error;
 

@@ -39,7 +39,7 @@ use crate::quantity::{Area, Integral, Pointwise};
 use crate::star::vertex_integrals;
 
 /// What is integrated over the part of a surface inside a ball.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BallCurvature {
     /// The area.
@@ -54,6 +54,20 @@ pub struct BallCurvature {
     pub tensor: DMat3,
     /// The vector area: the sum of the normals of the faces, times their areas.
     pub normal_area: DVec3,
+}
+
+/// Nothing inside. (The default matrix of `glam` is not zero.)
+impl Default for BallCurvature {
+    fn default() -> Self {
+        Self {
+            area: Area::default(),
+            gaussian: Integral::default(),
+            mean: Integral::default(),
+            abs_mean: Integral::default(),
+            tensor: DMat3::ZERO,
+            normal_area: DVec3::ZERO,
+        }
+    }
 }
 
 /// A radius that is no length.

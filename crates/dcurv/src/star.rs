@@ -148,10 +148,11 @@ fn scaled_integrals(
     closed: bool,
     area: VertexArea,
 ) -> VertexIntegrals {
-    let lengths = ring.clone().map(|neighbour| (neighbour - center).abs().max_element());
-    let scale = unit_scale(lengths.fold(0.0, f64::max).min(f64::MAX));
-    let spokes = ring.map(|neighbour| neighbour * scale - center * scale);
-    let found = spoke_integrals(spokes, closed, area);
+    let spokes = ring.map(|neighbour| neighbour - center);
+    let longest = spokes.clone().map(|spoke| spoke.abs().max_element()).fold(0.0, f64::max);
+    // Without any length there is nothing to scale.
+    let scale = if longest > 0.0 { unit_scale(longest.min(f64::MAX)) } else { 1.0 };
+    let found = spoke_integrals(spokes.map(|spoke| spoke * scale), closed, area);
     VertexIntegrals {
         angle_defect: found.angle_defect,
         mean: Integral::new(found.mean.value() / scale),

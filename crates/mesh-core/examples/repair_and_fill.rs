@@ -2,6 +2,7 @@
 //! stray points, and holes.
 //!
 //! `cargo run -p mesh-core --example repair_and_fill`
+#![allow(clippy::print_stdout)]
 
 use std::error::Error;
 

@@ -1,6 +1,7 @@
 //! Laplacian smoothing in a few lines: a noisy sphere before and after, by the spread of its radii.
 //!
 //! `cargo run -p mesh-core --example smooth`
+#![allow(clippy::print_stdout)]
 
 use std::error::Error;
 
