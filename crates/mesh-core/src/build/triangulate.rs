@@ -381,8 +381,9 @@ impl Rectangle {
             let x = if along.y < 0.0 { self.high.x } else { self.low.x };
             let y = if along.x < 0.0 { self.low.y } else { self.high.y };
             let (up, across) = (along.x * (y - from.y), along.y * (x - from.x));
-            // Rounding must not hide a corner; not a number hides nothing either.
-            !(up - across < -1e-14 * (up.abs() + across.abs()))
+            // Rounding must not hide a corner; what is not a number hides nothing either.
+            let is_right = up - across < -1e-14 * (up.abs() + across.abs());
+            !is_right
         })
     }
 }
