@@ -22,6 +22,11 @@ pub(crate) struct SaveOptions {
     /// Width of the numbers in PLY: `exact` takes 32 bits where they suffice, 64 otherwise
     #[arg(long, value_enum, default_value_t)]
     pub(crate) precision: PrecisionName,
+    /// Let the material library and the pictures beside an OBJ file replace files of others
+    ///
+    /// Without it they replace only those of an earlier run with the same output.
+    #[arg(long)]
+    pub(crate) overwrite_companions: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -83,7 +88,9 @@ impl SaveOptions {
             PrecisionName::Single => Precision::Single,
             PrecisionName::Double => Precision::Double,
         };
-        WriteOptions { format: self.format.map(Format::from), encoding, precision }
+        let format = self.format.map(Format::from);
+        let overwrite_companions = self.overwrite_companions;
+        WriteOptions { format, encoding, precision, overwrite_companions }
     }
 }
 
@@ -137,6 +144,9 @@ fn explain(
             path.display(),
             report.rounding
         ));
+    }
+    for kept in &report.kept {
+        console.message(format_args!("{}: was there already and stays as it is", kept.display()));
     }
     for dropped in &report.dropped {
         console.message(format_args!("{}: the format has no place for {dropped}", path.display()));

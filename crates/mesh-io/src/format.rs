@@ -35,7 +35,8 @@ impl fmt::Display for Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 6] = [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb];
+    pub const ALL: &'static [Self] =
+        &[Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb];
 
     /// The usual extension, without the dot.
     #[must_use]
@@ -58,7 +59,7 @@ impl Format {
         match extension.as_str() {
             "stla" | "stlb" => Some(Self::Stl),
             "coff" | "noff" | "cnoff" | "stoff" => Some(Self::Off),
-            other => Self::ALL.into_iter().find(|format| format.extension() == other),
+            other => Self::ALL.iter().copied().find(|format| format.extension() == other),
         }
     }
 

@@ -31,7 +31,11 @@
 //! memory that the length of the file does not justify.
 
 mod atomic;
+mod color;
+mod cutter;
 mod decimal;
+mod distinct_names;
+mod dropped;
 mod error;
 mod format;
 #[cfg(feature = "gltf")]
@@ -43,13 +47,18 @@ mod obj;
 mod off;
 mod ply;
 mod read;
+mod single;
 mod stl;
+mod to_model;
 mod write;
+mod write_options;
 
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use format::Format;
 pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
 pub use read::{ReadOptions, read, read_from, read_with};
+pub use to_model::ToModel;
 #[cfg(feature = "gltf")]
 pub use write::write_levels;
-pub use write::{Encoding, Precision, WriteOptions, WriteReport, replace_file, write, write_to};
+pub use write::{Staged, check_write, replace_file, stage, write, write_to};
+pub use write_options::{Encoding, Precision, WriteOptions, WriteReport};

@@ -1,7 +1,8 @@
 //! What a mesh file holds, in one shape for all formats.
 
+use crate::color::are_bytes;
 use glam::DVec3;
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, TriMesh};
 
 /// The content of a mesh file: a polygon soup and whatever the file says about its vertices,
 /// faces and corners.
@@ -127,7 +128,8 @@ pub struct Image {
 pub enum ImageData {
     /// Embedded: the bytes of an encoded image file.
     Bytes(Vec<u8>),
-    /// In a file, named relative to the file that refers to it.
+    /// In a file, named relative to the file that refers to it, as file systems name it: with
+    /// spaces, not with `%20`. (What has a scheme, such as `https:`, is a URI in full.)
     Uri(String),
 }
 
@@ -350,7 +352,7 @@ impl Model {
 }
 
 fn blend_colors(colors: &[[f32; 4]], blends: &[Blend]) -> Vec<[f32; 4]> {
-    let eight_bits = crate::write::as_bytes(colors).is_some();
+    let eight_bits = are_bytes(colors);
     let round = |c: f32| if eight_bits { (255.0 * c).round() / 255.0 } else { c };
     blends.iter().map(|b| b.of(colors).map(round)).collect()
 }
@@ -358,6 +360,68 @@ fn blend_colors(colors: &[[f32; 4]], blends: &[Blend]) -> Vec<[f32; 4]> {
 impl From<PolygonSoup> for Model {
     fn from(soup: PolygonSoup) -> Self {
         Self { soup, ..Self::default() }
+    }
+}
+
+/// Vertices and faces keep their order; the gaps that edits have left are closed.
+impl TryFrom<&TriMesh> for Model {
+    type Error = ModelError;
+
+    fn try_from(mesh: &TriMesh) -> Result<Self, ModelError> {
+        let topology = mesh.topology();
+        let (vertices, faces) = (topology.vertex_count(), topology.face_count());
+        let mut soup = PolygonSoup::with_capacity(vertices, faces, 3 * faces);
+        let mut place = vec![u32::MAX; topology.vertex_capacity()];
+        for (next, vertex) in topology.vertices().enumerate() {
+            place[vertex.index()] = next as u32;
+            soup.push_vertex(mesh.position(vertex));
+        }
+        for face in topology.faces() {
+            soup.push_face(&topology.face_vertices(face).map(|v| place[v.index()]))?;
+        }
+        Ok(soup.into())
+    }
+}
+
+impl Model {
+    /// Texture coordinates by vertex, when there are any and the corners of every vertex agree.
+    /// Zero at vertices that no face uses.
+    #[must_use]
+    pub fn vertex_uvs(&self) -> Option<Vec<[f32; 2]>> {
+        let corner_uvs = self.corner_uvs.as_deref()?;
+        let mut uvs = vec![None; self.soup.vertex_count()];
+        for (&vertex, &uv) in self.soup.corners().iter().zip(corner_uvs) {
+            let bits = uv.map(f32::to_bits);
+            if uvs.get_mut(vertex as usize)?.replace(bits).is_some_and(|other| other != bits) {
+                return None;
+            }
+        }
+        Some(uvs.into_iter().map(|uv| uv.unwrap_or_default().map(f32::from_bits)).collect())
+    }
+}
+
+impl Image {
+    /// The media type; told by the first bytes when the file does not say, and empty when these do
+    /// not tell.
+    #[must_use]
+    pub fn media_type(&self) -> &str {
+        const STARTS: [(&[u8], &str); 3] = [
+            (b"\x89PNG", "image/png"),
+            (b"\xFF\xD8\xFF", "image/jpeg"),
+            (b"\xABKTX 20", "image/ktx2"),
+        ];
+        match &self.data {
+            ImageData::Bytes(bytes) if self.media_type.is_empty() => {
+                if bytes.starts_with(b"RIFF")
+                    && bytes.get(8..12).is_some_and(|word| word == b"WEBP")
+                {
+                    return "image/webp";
+                }
+                let known = STARTS.iter().find(|(start, _)| bytes.starts_with(start));
+                known.map_or("", |(_, media_type)| media_type)
+            }
+            _ => &self.media_type,
+        }
     }
 }
 

@@ -5,12 +5,14 @@
 //! material names without a library, corners without texture coordinate or normal, and the line
 //! of an error.
 
+mod companion;
 mod filter;
 mod library;
 mod material;
+mod names;
 mod read;
 mod write;
 
-pub(crate) use library::write_library;
+pub(crate) use library::{Library, prepare_library};
 pub(crate) use read::read;
 pub(crate) use write::write;
