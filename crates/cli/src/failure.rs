@@ -22,7 +22,7 @@ pub(crate) enum Failure {
     Record { path: PathBuf, source: Box<RecordError> },
     #[error("the record does not fit the mesh: {0}")]
     Replay(Box<CollapseRefusal>),
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {}", path.display(), name_options(&source.to_string()))]
     Write { path: PathBuf, source: Box<WriteError> },
     /// The content does not fit together, which is a mistake of this program.
     #[error("the mesh and its attributes do not fit: {0}")]
@@ -67,6 +67,7 @@ impl Failure {
             Self::Read(_) | Self::Record { .. } | Self::Replay(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
             Self::Simplify(error) if matches!(**error, SimplifyError::Option { .. }) => 2,
+            Self::Write { source, .. } if is_beyond_format(source) => 4,
             Self::Build { .. } | Self::Surface { .. } | Self::Simplify(_) | Self::Refused(_) => 4,
             Self::Write { .. }
             | Self::Model(_)
@@ -82,14 +83,30 @@ fn is_malformed(error: &BuildError) -> bool {
     matches!(error, BuildError::NonFiniteCoordinate { .. } | BuildError::TooManyElements { .. })
 }
 
+/// Whether the format of the output cannot hold the mesh.
+fn is_beyond_format(error: &WriteError) -> bool {
+    matches!(
+        error,
+        WriteError::NotFinite { .. }
+            | WriteError::OutOfSingleRange { .. }
+            | WriteError::TooLarge { .. }
+    )
+}
+
 /// Turns the names of repairs in a message of the library, which stand in backticks, into options
 /// of the command line.
 fn as_options(message: &str) -> String {
+    let text = name_options(message);
+    if text.contains("--") { format!("{text} (--lenient allows all repairs)") } else { text }
+}
+
+/// Turns the names of options in a message of the library, which stand in backticks, into those of
+/// the command line.
+fn name_options(message: &str) -> String {
     let parts = message.split('`').enumerate().map(|(i, part)| {
         if i % 2 == 1 { format!("--{}", part.replace('_', "-")) } else { part.to_owned() }
     });
-    let text: String = parts.collect();
-    if text.contains("--") { format!("{text} (--lenient allows all repairs)") } else { text }
+    parts.collect()
 }
 
 #[cfg(test)]
