@@ -58,7 +58,7 @@ pub use format::Format;
 pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
 pub use read::{ReadOptions, read, read_from, read_with};
 pub use to_model::ToModel;
+pub use write::{Staged, check_write, replace_file, stage, stage_file, write, write_to};
 #[cfg(feature = "gltf")]
-pub use write::write_levels;
-pub use write::{Staged, check_write, replace_file, stage, write, write_to};
+pub use write::{stage_levels, write_levels};
 pub use write_options::{Encoding, Precision, WriteOptions, WriteReport};

@@ -175,6 +175,20 @@ pub fn write_levels<M: ToModel>(
     coverage: &[f64],
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
+    stage_levels(path, levels, coverage, options)?.commit()
+}
+
+/// Does all that [`write_levels`] does except for the last step, [`Staged::commit`].
+///
+/// # Errors
+/// As [`write_levels`].
+#[cfg(feature = "gltf")]
+pub fn stage_levels<M: ToModel>(
+    path: impl AsRef<Path>,
+    levels: &[M],
+    coverage: &[f64],
+    options: &WriteOptions,
+) -> Result<Staged, WriteError> {
     let path = path.as_ref();
     let format = format_of(path, options)?;
     if !matches!(format, Format::Gltf | Format::Glb) {
@@ -182,28 +196,34 @@ pub fn write_levels<M: ToModel>(
     }
     let models: Vec<Cow<'_, Model>> = levels.iter().map(M::to_model).collect::<Result<_, _>>()?;
     models.iter().try_for_each(|model| check(model, format, options))?;
-    if coverage.len() != models.len() {
-        return Err(crate::model::ModelError::Length {
-            attribute: "coverage".to_owned(),
-            found: coverage.len(),
-            of: "levels",
-            expected: models.len(),
-        }
-        .into());
-    }
-    let is_wrong = |value: f64| !value.is_finite() || value < 0.0;
-    if let Some(level) = coverage.iter().position(|&value| is_wrong(value)) {
-        return Err(WriteError::Coverage { level, value: coverage[level] });
-    }
+    check_coverage(coverage, models.len())?;
     let all = crate::gltf::Levels { models: models.iter().map(|m| &**m).collect(), coverage };
     let (file, mut report) = atomic::prepare(path, |writer| put_gltf(writer, &all, format))?;
-    file.commit()?;
     for what in models.iter().flat_map(|model| dropped(model, format, false)) {
         if !report.dropped.contains(&what) {
             report.dropped.push(what);
         }
     }
-    Ok(report)
+    Ok(Staged { companions: Vec::new(), file, report })
+}
+
+/// Whether there is a part of the screen for each level.
+#[cfg(feature = "gltf")]
+fn check_coverage(coverage: &[f64], levels: usize) -> Result<(), WriteError> {
+    if coverage.len() != levels {
+        return Err(crate::model::ModelError::Length {
+            attribute: "coverage".to_owned(),
+            found: coverage.len(),
+            of: "levels",
+            expected: levels,
+        }
+        .into());
+    }
+    let is_wrong = |&value: &f64| !value.is_finite() || value < 0.0;
+    match coverage.iter().position(is_wrong) {
+        Some(level) => Err(WriteError::Coverage { level, value: coverage[level] }),
+        None => Ok(()),
+    }
 }
 
 /// Writes a file of any kind as [`write()`] does: the file at `path` is the old one until the new one
@@ -215,8 +235,19 @@ pub fn replace_file(
     path: impl AsRef<Path>,
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), WriteError> {
+    stage_file(path, content)?.commit().map(|_| ())
+}
+
+/// Does all that [`replace_file`] does except for the last step, [`Staged::commit`].
+///
+/// # Errors
+/// As [`replace_file`].
+pub fn stage_file(
+    path: impl AsRef<Path>,
+    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<Staged, WriteError> {
     let (file, ()) = atomic::prepare(path.as_ref(), |writer| Ok(content(writer)?))?;
-    file.commit()
+    Ok(Staged { companions: Vec::new(), file, report: WriteReport::default() })
 }
 
 /// The files that go with another one, prepared.

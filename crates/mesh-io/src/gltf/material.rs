@@ -18,7 +18,7 @@ pub(super) fn read(document: &Document, model: &mut Model) {
                     model.notes.push(format!("images[{index}]: {why}"));
                     (kind, ImageData::Bytes(Vec::new()))
                 }
-                None => (media_type, ImageData::Uri(uri.clone())),
+                None => (media_type, ImageData::Uri(file_name(uri))),
             },
             (None, view) => {
                 let path = format!("images[{index}].bufferView");
@@ -65,4 +65,13 @@ pub(super) fn read(document: &Document, model: &mut Model) {
             },
         });
     }
+}
+
+/// The name of the file that a relative URI names; an absolute one is as it is.
+fn file_name(uri: &str) -> String {
+    if uri.contains("://") {
+        return uri.to_owned();
+    }
+    let name = percent_encoding::percent_decode_str(uri).decode_utf8();
+    name.map_or_else(|_| uri.to_owned(), std::borrow::Cow::into_owned)
 }

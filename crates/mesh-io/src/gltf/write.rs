@@ -40,7 +40,7 @@ pub(crate) fn write_json(
     let plan = Plan::new(levels, Format::Gltf)?;
     plan.document(writer, |writer| {
         write!(writer, r#","uri":"data:application/octet-stream;base64,"#)?;
-        let mut encoder = EncoderWriter::new(&mut *writer, &STANDARD);
+        let mut encoder = EncoderWriter::new(Whole(writer), &STANDARD);
         plan.buffer(&mut encoder)?;
         write!(encoder.finish()?, "\"")
     })?;
@@ -80,6 +80,20 @@ pub(crate) fn write_binary(
         plan.buffer(writer)?;
     }
     Ok(plan.report())
+}
+
+/// Takes all it is given, or fails: the encoder of base64 goes wrong after a part of it.
+struct Whole<'w>(&'w mut dyn Write);
+
+impl Write for Whole<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
 }
 
 /// Counts what is written.

@@ -254,11 +254,15 @@ impl Has {
     }
 }
 
-/// A name without white space, of which PLY has no notion.
+/// A name without white space, of which PLY has no notion, and without what begins a comment.
 fn one_word(name: &str) -> String {
-    let word: String =
-        name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
-    if word.is_empty() { "_".to_owned() } else { word }
+    let unfit = |c: char| c.is_whitespace() || c.is_control();
+    let word = name.replace(unfit, "_");
+    match word.strip_prefix('#') {
+        Some(rest) => format!("_{rest}"),
+        None if word.is_empty() => "_".to_owned(),
+        None => word,
+    }
 }
 
 /// Where values go, one after another.
