@@ -30,9 +30,17 @@ pub(crate) fn while_writing<T, E>(
     path: &Path,
     write: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, E> {
+    while_writing_all(&[path], write)
+}
+
+/// Writes files, all of which an interruption waits for.
+pub(crate) fn while_writing_all<T, E>(
+    paths: &[&Path],
+    write: impl FnOnce() -> Result<T, E>,
+) -> Result<T, E> {
     let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
     let result = write()?;
-    written.push(path.to_owned());
+    written.extend(paths.iter().map(|path| path.to_path_buf()));
     Ok(result)
 }
 

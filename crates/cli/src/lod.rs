@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -16,10 +16,9 @@ use crate::args::parse_positive;
 use crate::attributes::{Attributes, Carry};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::interrupt::while_writing;
 use crate::job::{Report, Source};
 use crate::load::{Loaded, Seconds};
-use crate::save::{SaveOptions, check_target, save, save_levels};
+use crate::save::{Batch, SaveOptions, check_target};
 use crate::simplify::rejected;
 use crate::simplify_options::{Policy, Targets, parse_ratio, show};
 
@@ -108,8 +107,7 @@ pub(crate) fn run(options: &Lod, console: &Console) -> Result<(), Failure> {
     })?;
     spinner.finish_and_clear();
     Seconds::time(&mut seconds.save, || {
-        place.write(&loaded, &mut levels, &models, options, console)?;
-        options.record.as_ref().map_or(Ok(()), |path| record(path, &log, &loaded.mesh))
+        place.write(&loaded, &mut levels, &models, &log, options, console)
     })?;
     let results = Results { collapses: log.len(), rejected, levels };
     let report = Report::new("lod", &options.source.input, loaded.counts(), results, seconds)
@@ -140,11 +138,6 @@ fn collapses(
     bar.finish_and_clear();
     let result = result.map_err(Failure::simplify)?;
     Ok((result.log, rejected(&result.refusals)))
-}
-
-fn record(path: &Path, log: &CollapseLog, mesh: &TriMesh) -> Result<(), Failure> {
-    while_writing(path, || mesh_io::replace_file(path, |writer| log.write(mesh, writer)))
-        .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })
 }
 
 impl Steps {
@@ -245,19 +238,24 @@ impl Place {
         Ok(Self::Apart(paths))
     }
 
+    /// Writes the levels and the record. All of them are whole before the first takes its place.
     fn write(
         &self,
         loaded: &Loaded,
         levels: &mut [Level],
         models: &[Model],
+        log: &CollapseLog,
         options: &Lod,
         console: &Console,
     ) -> Result<(), Failure> {
+        let (all, coverage);
+        let mut batch = Batch::default();
         match self {
             Self::Together(path) => {
                 let identity = loaded.to_model(&loaded.provenance.corner_source)?;
-                let all: Vec<Model> = [&identity].into_iter().chain(models).cloned().collect();
-                save_levels(path, &all, &coverage(loaded, levels), &options.save, console)
+                all = [&identity].into_iter().chain(models).cloned().collect::<Vec<Model>>();
+                coverage = shown_from(loaded, levels);
+                batch.add_levels(path, &all, &coverage, &options.save);
             }
             Self::Apart(paths) => {
                 for ((path, model), level) in paths.iter().zip(models).zip(levels) {
@@ -266,12 +264,16 @@ impl Place {
                         path: folder.to_owned(),
                         source: Box::new(source.into()),
                     })?;
-                    save(path, model, &options.save, console)?;
+                    batch.add_model(path, model, &options.save);
                     level.output = Some(path.display().to_string());
                 }
-                Ok(())
             }
         }
+        if let Some(path) = &options.record {
+            let content = |writer: &mut dyn Write| log.write(&loaded.mesh, writer);
+            batch.add(path, move || mesh_io::stage_file(path, content));
+        }
+        batch.write(console)
     }
 }
 
@@ -281,7 +283,7 @@ const SCREEN: f64 = 1080.0;
 /// For the input and each level, the part of the screen that the object must cover for it to be
 /// shown: where the largest error of the next one would be more than a pixel. The last is shown
 /// however small.
-fn coverage(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
+fn shown_from(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
     let size = loaded.mesh.bounding_box().map_or(0.0, |b| b.diagonal());
     let mut last = 1.0_f64;
     let mut all: Vec<f64> = levels

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use mesh_io::{Encoding, Format, Model, Precision, WriteError, WriteOptions, WriteReport};
+use mesh_io::{Encoding, Format, Model, Precision, Staged, WriteError, WriteOptions, WriteReport};
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::interrupt::while_writing;
+use crate::interrupt::while_writing_all;
 
 /// How output files are written.
 #[derive(Debug, Default, Args)]
@@ -105,6 +105,64 @@ pub(crate) fn check_target(path: &Path, options: &SaveOptions) -> Result<(), Fai
     )))
 }
 
+/// Makes a file that is whole but has not taken its place.
+type Stage<'b> = Box<dyn FnOnce() -> Result<Staged, WriteError> + 'b>;
+
+/// Files that belong together: all of them are whole on the disk before the first takes its place.
+#[derive(Default)]
+pub(crate) struct Batch<'b> {
+    files: Vec<(&'b Path, Stage<'b>)>,
+}
+
+impl<'b> Batch<'b> {
+    /// Adds a file of any kind.
+    pub(crate) fn add(
+        &mut self,
+        path: &'b Path,
+        stage: impl FnOnce() -> Result<Staged, WriteError> + 'b,
+    ) {
+        self.files.push((path, Box::new(stage)));
+    }
+
+    /// Adds a mesh.
+    pub(crate) fn add_model(&mut self, path: &'b Path, model: &'b Model, options: &SaveOptions) {
+        let options = options.write_options();
+        self.add(path, move || mesh_io::stage(path, model, &options));
+    }
+
+    /// Adds levels of detail in one file.
+    pub(crate) fn add_levels(
+        &mut self,
+        path: &'b Path,
+        levels: &'b [Model],
+        coverage: &'b [f64],
+        options: &SaveOptions,
+    ) {
+        let options = options.write_options();
+        self.add(path, move || mesh_io::stage_levels(path, levels, coverage, &options));
+    }
+
+    /// Writes the files, and says what their formats could not hold.
+    pub(crate) fn write(self, console: &Console) -> Result<(), Failure> {
+        let paths: Vec<&Path> = self.files.iter().map(|(path, _)| *path).collect();
+        let failed = |path: &Path, source| Failure::Write {
+            path: path.to_owned(),
+            source: Box::new(source),
+        };
+        let reports = while_writing_all(&paths, || {
+            let stage = |(path, stage): (_, Stage<'b>)| stage().map_err(|e| failed(path, e));
+            let staged: Vec<Staged> =
+                self.files.into_iter().map(stage).collect::<Result<_, Failure>>()?;
+            let commit = |(staged, path): (Staged, &&Path)| {
+                staged.commit().map_err(|error| failed(path, error))
+            };
+            staged.into_iter().zip(&paths).map(commit).collect::<Result<Vec<_>, Failure>>()
+        })?;
+        paths.iter().zip(&reports).for_each(|(path, report)| explain(path, report, console));
+        Ok(())
+    }
+}
+
 /// Writes a file, whole or not at all, and says what the format could not hold.
 pub(crate) fn save(
     path: &Path,
@@ -112,32 +170,13 @@ pub(crate) fn save(
     options: &SaveOptions,
     console: &Console,
 ) -> Result<(), Failure> {
-    let written = while_writing(path, || mesh_io::write(path, model, &options.write_options()));
-    explain(path, written, console)
-}
-
-/// Writes levels of detail into one file, whole or not at all.
-pub(crate) fn save_levels(
-    path: &Path,
-    levels: &[Model],
-    coverage: &[f64],
-    options: &SaveOptions,
-    console: &Console,
-) -> Result<(), Failure> {
-    let written = while_writing(path, || {
-        mesh_io::write_levels(path, levels, coverage, &options.write_options())
-    });
-    explain(path, written, console)
+    let mut batch = Batch::default();
+    batch.add_model(path, model, options);
+    batch.write(console)
 }
 
 /// Says what the format could not hold.
-fn explain(
-    path: &Path,
-    written: Result<WriteReport, WriteError>,
-    console: &Console,
-) -> Result<(), Failure> {
-    let report = written
-        .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })?;
+fn explain(path: &Path, report: &WriteReport, console: &Console) {
     if report.rounding > 0.0 {
         console.message(format_args!(
             "{}: coordinates were rounded by up to {:.2e}",
@@ -151,5 +190,4 @@ fn explain(
     for dropped in &report.dropped {
         console.message(format_args!("{}: the format has no place for {dropped}", path.display()));
     }
-    Ok(())
 }
