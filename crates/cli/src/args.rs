@@ -3,38 +3,10 @@
 use std::num::NonZero;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, ValueEnum};
+use curvpatch::Params;
 use dcurv::VertexArea;
 use mesh_core::build::{Repair, Weld};
-
-use crate::{convert, curvature, distance, flip, info, lod, patch, simplify};
-
-/// Curvature-driven work on triangle meshes.
-#[derive(Debug, Parser)]
-#[command(name = "curvmesh", version, max_term_width = 100, after_help = AFTER_HELP)]
-pub(crate) struct Arguments {
-    #[command(flatten)]
-    pub(crate) common: Common,
-    #[command(subcommand)]
-    pub(crate) command: Command,
-}
-
-const AFTER_HELP: &str = "\
-Formats, in and out: OBJ, PLY, STL, OFF, glTF, GLB.
-Exit codes: 0 done; 2 wrong usage; 3 unreadable or malformed input; 4 the mesh cannot be
-processed as asked; 130 interrupted; 1 anything else.";
-
-#[derive(Debug, Subcommand)]
-pub(crate) enum Command {
-    Info(info::Info),
-    Convert(convert::Convert),
-    Curvature(curvature::Curvature),
-    Flip(flip::Flip),
-    Patch(patch::Patch),
-    Simplify(Box<simplify::Simplify>),
-    Lod(Box<lod::Lod>),
-    Distance(distance::Distance),
-}
 
 /// Options of every command.
 #[derive(Debug, Args)]
@@ -65,6 +37,25 @@ impl From<AreaName> for VertexArea {
         match name {
             AreaName::Voronoi => Self::Voronoi,
             AreaName::Barycentric => Self::Barycentric,
+        }
+    }
+}
+
+/// How the curvature of faces is read off normal sections.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EstimatorPreset {
+    /// As Szilvási-Nagy 2010 prints it
+    Paper,
+    /// With less error and noise: fitted normals, circles through three points, Euler's formula
+    #[default]
+    Robust,
+}
+
+impl EstimatorPreset {
+    pub(crate) fn params(self) -> Params {
+        match self {
+            Self::Paper => Params::paper(),
+            Self::Robust => Params::robust(),
         }
     }
 }
@@ -158,5 +149,13 @@ pub(crate) fn parse_not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
         _ => Err("expected a number that is not negative".into()),
+    }
+}
+
+/// A positive length.
+pub(crate) fn parse_length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(length) if length > 0.0 && length.is_finite() => Ok(length),
+        _ => Err("expected a positive length, like 0.01".into()),
     }
 }

@@ -1,36 +1,30 @@
 //! `curvmesh`: curvature-driven work on triangle meshes.
 //!
-//! One module per command. Results go to stdout, everything for people to stderr; with `--json`,
+//! One module per command, in `commands`; the others are what commands share. Results go to stdout, everything for people to stderr; with `--json`,
 //! stdout carries one JSON object and nothing else.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
+mod arguments;
 mod attributes;
 mod colormap;
+mod commands;
 mod console;
-mod convert;
-mod curvature;
-mod distance;
-mod face_curvature;
 mod failure;
-mod flip;
-mod info;
 mod interrupt;
 mod job;
 mod load;
-mod lod;
 mod normals;
-mod patch;
 mod save;
 mod seams;
-mod simplify;
 mod simplify_options;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Arguments, Command};
+use arguments::{Arguments, Command};
+use commands::{convert, curvature, distance, flip, info, lod, patch, simplify};
 use console::Console;
 use failure::Failure;
 

@@ -1,5 +1,6 @@
 //! What `simplify` and `lod` take from the command line, and what the library makes of it.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
@@ -8,7 +9,8 @@ use dtri_flip::feature_edges;
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use simplify::{
-    Boundary, Constraints, ErrorCheck, FitOptions, Limits, Options, PlacementRule, Preset, Progress,
+    Boundary, Constraints, ErrorCheck, FitOptions, Limits, Options, PlacementRule, Preset,
+    Progress, Refusals,
 };
 
 use crate::args::{parse_angle, parse_not_negative, parse_positive, parse_seconds};
@@ -190,6 +192,11 @@ pub(crate) fn show(bar: &ProgressBar, now: &Progress) -> ControlFlow<()> {
     bar.set_length((faces_before - face_target.min(faces_before)) as u64);
     bar.set_position((faces_before - faces.min(faces_before)) as u64);
     ControlFlow::Continue(())
+}
+
+/// Refused edges by reason.
+pub(crate) fn rejected(refusals: &Refusals) -> BTreeMap<&'static str, usize> {
+    refusals.iter().map(|(reason, count)| (reason.name(), count)).collect()
 }
 
 pub(crate) fn parse_ratio(text: &str) -> Result<f64, String> {

@@ -6,7 +6,7 @@
 use core::marker::PhantomData;
 use core::ops::{Index, IndexMut};
 
-use crate::compact::Remap;
+use crate::compact::{Remap, RemapOf};
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::topology::Topology;
 
@@ -112,12 +112,6 @@ impl<H: Handle, T: Clone> AttributeMap<H, T> {
         let kept = self.iter().filter(|(handle, _)| remap.new_handle(*handle).is_some());
         Self::from_vec(kept.map(|(_, value)| value.clone()).collect())
     }
-}
-
-/// Where the elements of one kind went; implemented by [`Remap`] for every handle type.
-pub trait RemapOf<H> {
-    /// The new handle of an element, `None` when it was removed.
-    fn new_handle(&self, old: H) -> Option<H>;
 }
 
 impl<H: Handle, T> Index<H> for AttributeMap<H, T> {

@@ -1,6 +1,5 @@
 //! Closing the gaps that edits leave, and saying where everything went.
 
-use crate::attribute::RemapOf;
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::topology::{HalfEdge, Topology};
 
@@ -10,6 +9,12 @@ pub struct Remap {
     vertices: Vec<Option<VertexId>>,
     edges: Vec<Option<EdgeId>>,
     faces: Vec<Option<FaceId>>,
+}
+
+/// Where the elements of one kind went; implemented by [`Remap`] for every handle type.
+pub trait RemapOf<H> {
+    /// The new handle of an element, `None` when it was removed.
+    fn new_handle(&self, old: H) -> Option<H>;
 }
 
 impl RemapOf<VertexId> for Remap {
@@ -40,7 +45,7 @@ impl RemapOf<FaceId> for Remap {
 impl Topology {
     /// Closes the gaps of removed elements. Elements keep their order; the result tells their new
     /// handles, so that caller-owned data can follow
-    /// ([`AttributeMap::compact`](crate::AttributeMap::compact)).
+    /// (`AttributeMap::compact`).
     pub fn compact(&mut self) -> Remap {
         let remap = Remap {
             vertices: renumber(self.vertex_capacity(), |v| self.contains_vertex(v)),

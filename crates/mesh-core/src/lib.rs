@@ -60,9 +60,9 @@ pub mod soup;
 pub mod topology;
 pub mod validate;
 
-pub use attribute::{AttributeMap, EdgeMap, FaceMap, HalfEdgeMap, RemapOf, VertexMap};
+pub use attribute::{AttributeMap, EdgeMap, FaceMap, HalfEdgeMap, VertexMap};
 pub use build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build};
-pub use compact::Remap;
+pub use compact::{Remap, RemapOf};
 pub use connectivity::Components;
 pub use crossing::triangles_cross;
 pub use diagnose::{Diagnosis, diagnose};

@@ -2,8 +2,7 @@
 
 use glam::DVec3;
 
-use crate::attribute::RemapOf;
-use crate::compact::Remap;
+use crate::compact::{Remap, RemapOf};
 use crate::edit::{
     Collapsed, EdgeSplit, FaceSplit, LegalCollapse, LegalEdgeSplit, LegalFaceSplit, LegalFlip,
 };

@@ -27,21 +27,28 @@
 //! | OFF | exact (text) | normals, colours | n-gons, colours | UVs | |
 //! | glTF | 32 bits and an offset | colours, scalars | triangles | UVs, normals | materials, textures |
 //!
-//! A reader never holds the file as a whole, save for the buffers of glTF, and never reserves
-//! memory that the length of the file does not justify.
+//! Files of strangers are safe to read. A reader never holds the file as a whole, save for the
+//! buffers of glTF; a file takes no more than 64 MiB and 60 bytes for each of its bytes, or what
+//! [`ReadOptions::max_memory`] says; it makes no other file be read than those below its own folder
+//! ([`External`]); and messages show nothing of it that a terminal would obey ([`printable`]).
 
 mod atomic;
 mod color;
 mod cutter;
+mod budget;
 mod decimal;
 mod distinct_names;
 mod dropped;
 mod error;
+mod external;
 mod format;
 #[cfg(feature = "gltf")]
 mod gltf;
 mod input;
 mod model;
+mod notes;
+#[cfg(feature = "obj")]
+mod numbering;
 #[cfg(feature = "obj")]
 mod obj;
 mod off;
@@ -50,15 +57,18 @@ mod read;
 mod single;
 mod stl;
 mod to_model;
+mod text;
 mod write;
 mod write_options;
 
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
+pub use external::External;
 pub use format::Format;
 pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
 pub use read::{ReadOptions, read, read_from, read_with};
 pub use to_model::ToModel;
 pub use write::{Staged, check_write, replace_file, stage, stage_file, write, write_to};
+pub use text::printable;
 #[cfg(feature = "gltf")]
 pub use write::{stage_levels, write_levels};
 pub use write_options::{Encoding, Precision, WriteOptions, WriteReport};

@@ -3,13 +3,13 @@
 use core::fmt;
 use core::str::FromStr;
 
-use crate::anneal::AnnealOptions;
-use crate::constraint::Constraints;
-use crate::driver::Update;
-use crate::fit::FitOptions;
-use crate::peaks::PeakOptions;
-use crate::stop::Limits;
-use crate::wedges::CornerAttributes;
+use crate::attributes::wedges::CornerAttributes;
+use crate::collapse::constraint::Constraints;
+use crate::collapse::driver::Update;
+use crate::collapse::stop::Limits;
+use crate::finish::anneal::AnnealOptions;
+use crate::finish::fit::FitOptions;
+use crate::finish::peaks::PeakOptions;
 
 /// How a mesh is simplified; see [`crate::simplify`].
 #[derive(Clone, Debug)]

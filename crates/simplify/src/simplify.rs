@@ -8,23 +8,24 @@ use glam::DVec3;
 use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError};
 
-use crate::anneal::AnnealReport;
-use crate::cost::{
-    AttributeDeviation, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless,
-    Norm,
+use crate::attributes::attribute_deviation::AttributeDeviation;
+use crate::attributes::texture_guard::TextureGuard;
+use crate::collapse::cost::{
+    Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm,
 };
-use crate::curve::Curve;
-use crate::driver::{Policies, Progress, Run, collapse_edges};
-use crate::finish::{Finished, Finishing, Found, Level};
-use crate::fit::FitReport;
-use crate::guard::{
-    ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusals, ShapeGuard, TextureGuard,
+use crate::collapse::driver::{Policies, Progress, Run, collapse_edges};
+use crate::collapse::guard::{
+    ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusals, ShapeGuard,
 };
-use crate::log::CollapseLog;
+use crate::collapse::log::CollapseLog;
+use crate::collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
+use crate::collapse::stop::{Limits, StopReason};
+use crate::finish::anneal::AnnealReport;
+use crate::finish::curve::Curve;
+use crate::finish::finishing::{Finished, Finishing, Found, Level};
+use crate::finish::fit::FitReport;
+use crate::finish::peaks::PeakReport;
 use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
-use crate::peaks::PeakReport;
-use crate::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
-use crate::stop::{Limits, StopReason};
 
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]

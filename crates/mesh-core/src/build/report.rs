@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::build::{Sample, VertexPair};
+use crate::build::sample::{Sample, VertexPair};
 
 /// What [`crate::build()`] did. Faces and vertices are those of the soup, counted from zero.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,0 +1,47 @@
+//! How far a run may go for the result to stay within a distance, without finishing it.
+
+use mesh_core::TriMesh;
+use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
+
+use crate::collapse::log::CollapseLog;
+use crate::options::ErrorCheck;
+use crate::simplify::SimplifyError;
+
+/// How many of the collapses of a run may be carried out for the level to be within a distance of
+/// the mesh that the run was made on, both ways, up to half a percent of the vertices.
+///
+/// # Errors
+/// The mesh has no faces.
+pub fn collapses_within(
+    mesh: &TriMesh,
+    log: &CollapseLog,
+    limit: f64,
+    check: ErrorCheck,
+) -> Result<usize, SimplifyError> {
+    let original = Surface::new(mesh)?;
+    let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
+        // A log of another mesh goes nowhere.
+        let Ok((level, _)) = log.level(mesh, collapses) else { return Ok(false) };
+        let surface = Surface::new(&level)?;
+        Ok(limit
+            >= if check == ErrorCheck::Certified {
+                let certify = CertifyOptions { limit: Some(limit), ..CertifyOptions::default() };
+                hausdorff_bounds(&original, &surface, &certify).upper
+            } else {
+                let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
+                compare(&original, &surface, &samples).hausdorff()
+            })
+    };
+    let (mut good, mut bad) = (0, log.len());
+    if is_within(bad)? {
+        return Ok(bad);
+    }
+    let vertices = mesh.topology().vertex_count();
+    while bad - good > 1 + (vertices - good) / 200 {
+        // In between as a ratio: errors grow with the size of the faces.
+        let middle = vertices as f64 - (((vertices - good) * (vertices - bad)) as f64).sqrt();
+        let middle = (middle as usize).clamp(good + 1, bad - 1);
+        *(if is_within(middle)? { &mut good } else { &mut bad }) = middle;
+    }
+    Ok(good)
+}
