@@ -5,6 +5,7 @@ use crate::topology::{HalfEdge, Topology};
 
 /// Old handles to new ones after [`Topology::compact`]. The order of elements is kept.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Remap {
     vertices: Vec<Option<VertexId>>,
     edges: Vec<Option<EdgeId>>,
@@ -67,7 +68,7 @@ impl Topology {
         self.half_edges = half_edges;
         self.vertex_half_edge = of_vertex;
         self.face_half_edge = of_face;
-        self.revision += 1;
+        self.revision.advance();
         remap
     }
 }

@@ -18,6 +18,7 @@ use crate::topology::Topology;
 
 /// A mesh built from a polygon soup.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Built {
     /// The mesh.
     pub mesh: TriMesh,
@@ -29,6 +30,7 @@ pub struct Built {
 
 /// Where the elements of a built mesh come from, so that data of the soup can follow.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Provenance {
     /// Per vertex of the mesh, the vertex of the soup whose position it has.
     pub vertex_source: Vec<u32>,
