@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     cube.vertex_colors = Some(corners.map(|p| [p.x as f32, p.y as f32, p.z as f32, 1.0]).collect());
     let folder = std::env::temp_dir().join("mesh-io-example");
     std::fs::create_dir_all(&folder)?;
-    for format in Format::ALL {
+    for &format in Format::ALL {
         convert(&cube, &folder.join("cube").with_extension(format.extension()))?;
     }
     Ok(std::fs::remove_dir_all(folder)?)

@@ -12,6 +12,8 @@ use mesh_core::{PolygonSoup, TriMesh};
 /// between the faces at a vertex (texture coordinates, normals across a crease) is kept per corner.
 /// Every attribute is optional, and as long as what it describes; [`Model::check`] tells.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 pub struct Model {
     /// Positions and faces.
     pub soup: PolygonSoup,
@@ -50,6 +52,7 @@ pub struct Model {
 
 /// A number per vertex or per face under a name, such as PLY's `quality`.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scalars {
     /// The name.
     pub name: String,
@@ -59,6 +62,7 @@ pub struct Scalars {
 
 /// A named part of a mesh.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Group {
     /// The object (`o` in OBJ, a node in glTF), or empty.
     pub object: String,
@@ -68,6 +72,8 @@ pub struct Group {
 
 /// How a surface looks.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 pub struct Material {
     /// The name, or empty.
     pub name: String,
@@ -104,6 +110,8 @@ impl Default for Material {
 
 /// What the opacity of a material means.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Alpha {
     /// Nothing: the surface is opaque.
     #[default]
@@ -116,6 +124,7 @@ pub enum Alpha {
 
 /// An image.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Image {
     /// The name, or empty.
     pub name: String,
@@ -127,6 +136,8 @@ pub struct Image {
 
 /// Where an image is.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum ImageData {
     /// Embedded: the bytes of an encoded image file.
     Bytes(Vec<u8>),
@@ -282,6 +293,7 @@ impl Model {
 
 /// A weighted mean of the data of three corners or vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Blend {
     /// Which ones.
     pub sources: [u32; 3],
@@ -366,22 +378,9 @@ impl From<PolygonSoup> for Model {
 }
 
 /// Vertices and faces keep their order; the gaps that edits have left are closed.
-impl TryFrom<&TriMesh> for Model {
-    type Error = ModelError;
-
-    fn try_from(mesh: &TriMesh) -> Result<Self, ModelError> {
-        let topology = mesh.topology();
-        let (vertices, faces) = (topology.vertex_count(), topology.face_count());
-        let mut soup = PolygonSoup::with_capacity(vertices, faces, 3 * faces);
-        let mut place = vec![u32::MAX; topology.vertex_capacity()];
-        for (next, vertex) in topology.vertices().enumerate() {
-            place[vertex.index()] = next as u32;
-            soup.push_vertex(mesh.position(vertex));
-        }
-        for face in topology.faces() {
-            soup.push_face(&topology.face_vertices(face).map(|v| place[v.index()]))?;
-        }
-        Ok(soup.into())
+impl From<&TriMesh> for Model {
+    fn from(mesh: &TriMesh) -> Self {
+        mesh.to_soup().into()
     }
 }
 

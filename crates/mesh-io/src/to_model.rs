@@ -37,6 +37,6 @@ impl ToModel for PolygonSoup {
 /// Vertices and faces keep their order; the gaps that edits have left are closed.
 impl ToModel for TriMesh {
     fn to_model(&self) -> Result<Cow<'_, Model>, ModelError> {
-        Ok(Cow::Owned(Model::try_from(self)?))
+        Ok(Cow::Owned(self.into()))
     }
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// How to write.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(default))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct WriteOptions {
     /// The format; told by the extension when absent.
     pub format: Option<Format>,

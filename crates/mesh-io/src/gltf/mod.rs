@@ -12,8 +12,8 @@ mod material;
 mod plan;
 mod read;
 mod scene;
-mod wedges;
 mod schema;
+mod wedges;
 mod write;
 
 pub(crate) use read::read;
