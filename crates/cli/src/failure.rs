@@ -22,7 +22,7 @@ pub(crate) enum Failure {
     Record { path: PathBuf, source: Box<RecordError> },
     #[error("the record does not fit the mesh: {0}")]
     Replay(Box<CollapseRefusal>),
-    #[error("cannot write {}: {}", path.display(), name_options(&source.to_string()))]
+    #[error("cannot write {}: {}", path.display(), overwriting(&source.to_string()))]
     Write { path: PathBuf, source: Box<WriteError> },
     /// The content does not fit together, which is a mistake of this program.
     #[error("the mesh and its attributes do not fit: {0}")]
@@ -96,17 +96,16 @@ fn is_beyond_format(error: &WriteError) -> bool {
 /// Turns the names of repairs in a message of the library, which stand in backticks, into options
 /// of the command line.
 fn as_options(message: &str) -> String {
-    let text = name_options(message);
-    if text.contains("--") { format!("{text} (--lenient allows all repairs)") } else { text }
-}
-
-/// Turns the names of options in a message of the library, which stand in backticks, into those of
-/// the command line.
-fn name_options(message: &str) -> String {
     let parts = message.split('`').enumerate().map(|(i, part)| {
         if i % 2 == 1 { format!("--{}", part.replace('_', "-")) } else { part.to_owned() }
     });
-    parts.collect()
+    let text: String = parts.collect();
+    if text.contains("--") { format!("{text} (--lenient allows all repairs)") } else { text }
+}
+
+/// Names the option that lets companions be replaced as the command line does.
+fn overwriting(message: &str) -> String {
+    message.replace("`overwrite_companions`", "--overwrite-companions")
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Converts mesh files: `cargo run --example convert -- in.obj out.glb`. Without arguments, a cube
 //! through every format, with what each of them could not keep.
+#![allow(clippy::print_stdout)]
 
 use mesh_core::shapes::polyhedra;
 use mesh_io::{Format, Model, WriteOptions, read, write};

@@ -1,4 +1,5 @@
 //! Writes a mesh type of one's own, without a detour through another one.
+#![allow(clippy::print_stdout)]
 
 use mesh_core::PolygonSoup;
 use mesh_io::{Format, Model, ModelError, ReadOptions, ToModel, WriteOptions, read_from, write_to};

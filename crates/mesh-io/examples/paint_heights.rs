@@ -1,5 +1,6 @@
 //! Gives every vertex a colour and a number by its height, and writes PLY and GLB for any viewer:
 //! `cargo run --example paint_heights -- in.stl out`. Without arguments, a torus.
+#![allow(clippy::print_stdout)]
 
 use mesh_core::shapes::Torus;
 use mesh_io::{Format, Model, Scalars, WriteOptions, read, stage};

@@ -187,7 +187,7 @@ pub enum WriteError {
     /// run of the same output.
     #[error(
         "{}: this companion of the output would be replaced, but it {why}; move it away, write to another folder, or allow it with `overwrite_companions`",
-        path.display()
+        shown(path)
     )]
     Companion {
         /// The file that is in the way.

@@ -111,7 +111,6 @@ impl Default for Material {
 /// What the opacity of a material means.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
 pub enum Alpha {
     /// Nothing: the surface is opaque.
     #[default]
@@ -137,7 +136,6 @@ pub struct Image {
 /// Where an image is.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
 pub enum ImageData {
     /// Embedded: the bytes of an encoded image file.
     Bytes(Vec<u8>),

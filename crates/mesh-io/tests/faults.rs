@@ -54,7 +54,7 @@ struct FullDisk {
 impl Write for FullDisk {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.calls += 1;
-        if self.calls % 5 == 0 {
+        if self.calls.is_multiple_of(5) {
             return Err(ErrorKind::Interrupted.into());
         }
         if self.room == 0 {

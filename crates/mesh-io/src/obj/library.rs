@@ -38,8 +38,9 @@ pub(crate) fn prepare_library(
 ) -> Result<Library, WriteError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let output = one_line(&path.file_name().unwrap_or_default().to_string_lossy());
-    // No control characters, and no space at either end: the name has to stand in a line.
+    // The names have to stand in a line, and must not look as if they were in another folder.
     let stem = one_line(&path.file_stem().unwrap_or_default().to_string_lossy());
+    let stem = stem.replace(['\\', ':'], "_");
     let mut name = format!("{stem}.mtl");
     if name.eq_ignore_ascii_case(&output) {
         name = format!("{output}.mtl");
