@@ -183,13 +183,13 @@ fn said(output: &Output) -> String {
 #[test]
 fn every_format_is_whole_after_any_failure() {
     for output in ["out.ply", "out.stl", "out.off", "out.gltf", "out.glb"] {
-        Case::new(&["convert", "../in.glb", output], 120).fail();
+        Case::new(&["convert", "../in.glb", "-o", output], 120).fail();
     }
 }
 
 #[test]
 fn an_obj_file_and_its_companions_are_whole_after_any_failure() {
-    let case = Case::new(&["convert", "../in.glb", "out.obj"], 120);
+    let case = Case::new(&["convert", "../in.glb", "-o", "out.obj"], 120);
     let names: Vec<_> = case.new.keys().collect();
     assert_eq!(names, ["out-0.png", "out.mtl", "out.obj"]);
     case.fail();
@@ -231,7 +231,7 @@ fn coordinates_that_the_format_cannot_hold_end_in_exit_4() {
     torus.positions_mut().iter_mut().for_each(|p| *p *= 1e38);
     mesh_io::write(path("far.ply"), &torus, &WriteOptions::default()).unwrap();
     for output in ["x.glb", "x.gltf", "x.stl"] {
-        let (exit, said) = code(&["convert", &path("far.ply"), &path(output)]);
+        let (exit, said) = code(&["convert", &path("far.ply"), "-o", &path(output)]);
         assert_eq!(exit, 4, "{output}: {said}");
     }
     let lod = ["lod", &path("far.ply"), "--levels", "0.5", "--record", &path("x.lod"), "-o"];

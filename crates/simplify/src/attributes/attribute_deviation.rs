@@ -7,8 +7,8 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 
 use crate::attributes::wedges::CornerAttributes;
-use crate::collapse::cost::{Collapse, Cost, Reach};
-use crate::collapse::patch::EdgePatch;
+use crate::collapse::cost::{Cost, Reach};
+use crate::collapse::patch::{Collapse, EdgePatch};
 use crate::collapse::quadric::Quadric;
 
 /// Another cost plus w² times the *attribute deviation*: over both old ends of the edge and each of

@@ -13,6 +13,9 @@
 //!
 //! Uses the `collapse` room and `mesh-metric`. What a fit must not do to a texture is told by the
 //! `finish` room, which is above this one.
+//!
+//! From the bottom: `wedges`, with `attribute_deviation` and `texture_guard` on top, which steer a
+//! run; and beside them `transfer`, which looks at its result.
 
 pub(crate) mod attribute_deviation;
 pub(crate) mod texture_guard;

@@ -6,8 +6,9 @@ use std::rc::Rc;
 use glam::DVec3;
 
 use crate::attributes::wedges::CornerAttributes;
-use crate::collapse::guard::{Guard, Refusal};
+use crate::collapse::guard::Guard;
 use crate::collapse::patch::EdgePatch;
+use crate::collapse::refusal::Refusal;
 
 /// Refuses collapses after which a face would lie the other way round in the texture, or have no
 /// area there.

@@ -16,16 +16,29 @@
 //!
 //! Uses nothing of the other rooms of this crate; of other crates `mesh-core`, and `dcurv` for the
 //! curvature costs.
+//!
+//! From the bottom: `symmetric`, `quadric`, `patch`; `constraint`, `refusal`, `stop`; `log`, `run`,
+//! `level`; the traits of `cost`, `placement` and `guard`, and those who implement them; `fixed`,
+//! `evaluate`, `schedule`, `watch`; `step`, which is one edge's turn; `driver`, which gives edges
+//! their turns.
 
 pub(crate) mod constraint;
 pub(crate) mod cost;
 pub(crate) mod driver;
+mod evaluate;
+mod fixed;
 pub(crate) mod guard;
 pub(crate) mod intersection;
+pub(crate) mod level;
 pub(crate) mod log;
 pub(crate) mod patch;
 pub(crate) mod placement;
+pub(crate) mod policies;
 pub(crate) mod quadric;
+pub(crate) mod refusal;
+pub(crate) mod run;
 pub(crate) mod schedule;
+mod step;
 pub(crate) mod stop;
 pub(crate) mod symmetric;
+mod watch;

@@ -52,6 +52,21 @@ pub enum Place {
     At(DVec3),
 }
 
+/// A collapse that has been carried out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collapse {
+    /// The vertex that is gone.
+    pub removed: VertexId,
+    /// The vertex that remains.
+    pub kept: VertexId,
+    /// Where the removed vertex was.
+    pub removed_from: DVec3,
+    /// Where the remaining vertex was.
+    pub kept_from: DVec3,
+    /// Where the remaining vertex is now.
+    pub position: DVec3,
+}
+
 impl PatchFace {
     /// The doubled vector area once the first corner has moved to `x`.
     #[inline]

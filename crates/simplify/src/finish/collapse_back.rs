@@ -6,9 +6,10 @@ use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::cost::Memoryless;
-use crate::collapse::driver::{Policies, Update, collapse_edges};
+use crate::collapse::driver::collapse_edges;
 use crate::collapse::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
 use crate::collapse::placement::{Optimal, Placement};
+use crate::collapse::policies::{Policies, Update};
 use crate::collapse::stop::Limits;
 use crate::finish::fit::constraints::FitConstraints;
 
@@ -66,11 +67,10 @@ pub(crate) fn collapse_guarded<'a>(
         features: constraints.features.clone(),
     };
     let limits = Limits { faces: Some(to.faces), ..Limits::default() };
-    let before = mesh.clone();
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let run = collapse_edges(mesh, policies, &fixed, &limits, go_on);
+    let became = run.log.representatives(mesh, run.log.len());
     let remap = mesh.compact();
-    let became = run.log.representatives(&before, run.log.len());
     let vertex_map = became.as_slice().iter().map(|&v| remap.new_handle(v)).collect();
     // What was locked for this run alone is free again.
     let fixed = constraints.fixed.as_ref().map(|fixed| {

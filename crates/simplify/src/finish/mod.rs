@@ -13,6 +13,9 @@
 //!
 //! Uses the rooms `collapse`, to get rid of faces again, and `attributes`; and `mesh-metric` for
 //! closest points. It proves nothing about distances: that is for `limit`, above.
+//!
+//! From the bottom: `curve` and `face_lists`; `fit`; `texture_fit` and `collapse_back`; `anneal` and
+//! `peaks`; `finishing`, which does one after the other.
 
 pub(crate) mod anneal;
 pub(crate) mod collapse_back;

@@ -14,6 +14,21 @@ use crate::finish::fit::{FitOptions, FitReport, fit};
 /// How often folds are looked for and undone before a fit is given up.
 const ROUNDS: usize = 20;
 
+/// The texture of the original.
+pub(crate) struct Texture<'a> {
+    pub(crate) original: &'a TriMesh,
+    pub(crate) attributes: &'a CornerAttributes,
+    pub(crate) seams: &'a EdgeMap<bool>,
+}
+
+impl<'a> Texture<'a> {
+    /// What tells whether a mesh folds over that the vertices of the original have become.
+    pub(crate) fn check(&self, became: &'a VertexMap<Option<VertexId>>) -> TextureCheck<'a> {
+        let Self { original, attributes, seams } = *self;
+        TextureCheck { original, attributes, seams, became }
+    }
+}
+
 /// What tells whether a mesh folds over in the texture of the original.
 pub(crate) struct TextureCheck<'a> {
     pub(crate) original: &'a TriMesh,

@@ -10,8 +10,13 @@
 //! - What is said to be within a limit was measured after the last change of the mesh.
 //! - Every level that is looked at is a replay of the log of one run.
 //!
-//! Uses all other rooms, and `mesh-metric` for distances.
+//! Uses the rooms `collapse` and `finish`, and `mesh-metric` for distances. It knows no options: what
+//! is finished, measured and squeezed, and how, is handed in.
+//!
+//! From the bottom: `measure`; `within` and `tether`; `squeeze`; `search`.
 
-pub(crate) mod squeeze;
-pub(crate) mod tether;
+pub(crate) mod measure;
+pub(crate) mod search;
+mod squeeze;
+mod tether;
 pub(crate) mod within;

@@ -8,8 +8,57 @@ use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError, sample_surface};
 
 use crate::finish::collapse_back::{CollapseBack, collapse_guarded};
+use crate::finish::finishing::Finished;
 use crate::finish::fit::constraints::FitConstraints;
+use crate::limit::measure::{AchievedError, Measuring};
 use crate::limit::tether::Tether;
+
+/// How far below the limit the attempts to collapse a mesh further aim, relative to it. The points
+/// that one has missed count in the next; after the last one the mesh is left as it is.
+const SLACKS: [f64; 8] = [0.01, 0.02, 0.03, 0.04, 0.05, 0.1, 0.2, 0.3];
+
+/// Samples that tell where an attempt has missed the limit.
+const PROBES: usize = 200_000;
+
+/// Collapses a mesh further that is within the limit. Returns the distance then, or `None` when the
+/// mesh was left as it is.
+pub(crate) fn squeeze_within(
+    done: &mut Finished,
+    measuring: &Measuring<'_>,
+    limit: f64,
+    to: &CollapseBack<'_>,
+) -> Result<Option<AchievedError>, SurfaceError> {
+    let original = measuring.original;
+    let mut missed = Vec::new();
+    for (slack, seed) in SLACKS.into_iter().zip(0..) {
+        let (mut next, mut constraints) = (done.mesh.clone(), done.constraints.clone());
+        let aim = limit - slack * limit;
+        let map = squeeze(&mut next, original, &mut constraints, aim, &missed, to)?;
+        let (error, at) = measuring.measure(&next)?;
+        if error.is_within(limit) {
+            done.follow(&map);
+            (done.mesh, done.constraints) = (next, constraints);
+            return Ok(Some(error));
+        }
+        missed.push(at);
+        missed.extend(beyond(original, aim, &next, seed)?);
+    }
+    Ok(None)
+}
+
+/// Samples of the original that are farther from a mesh than `limit`.
+fn beyond(
+    original: &Surface,
+    limit: f64,
+    mesh: &TriMesh,
+    seed: u64,
+) -> Result<Vec<DVec3>, SurfaceError> {
+    let samples = sample_surface(original, PROBES, seed);
+    let samples: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
+    let distances = Surface::new(mesh)?.distances(&samples);
+    let far = samples.into_iter().zip(distances).filter(|&(_, distance)| distance > limit);
+    Ok(far.map(|(sample, _)| sample).collect())
+}
 
 /// Samples of each face of the original, on average.
 const SAMPLES_PER_FACE: usize = 8;
@@ -17,7 +66,7 @@ const SAMPLES_PER_FACE: usize = 8;
 /// Collapses edges while the vertices, samples and some more points of the original stay within
 /// `limit` of the mesh, and all faces that change within `limit` of the original. Returns, for each
 /// vertex, the one that it has become.
-pub(crate) fn squeeze(
+fn squeeze(
     mesh: &mut TriMesh,
     original: &Surface,
     constraints: &mut FitConstraints,

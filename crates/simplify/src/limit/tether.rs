@@ -10,11 +10,11 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, Surface, SurfaceError, closest_on_triangle, one_sided_bounds};
 
-use crate::collapse::cost::Collapse;
-use crate::collapse::guard::{Guard, Refusal};
-use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::guard::Guard;
+use crate::collapse::patch::{Collapse, EdgePatch, Place};
 use crate::collapse::placement::{Optimal, Placement};
 use crate::collapse::quadric::Quadric;
+use crate::collapse::refusal::Refusal;
 use crate::finish::face_lists::FaceLists;
 
 /// The points and where they belong.

@@ -1,17 +1,18 @@
 //! How far a run may go for the result to stay within a distance, without finishing it.
 
 use mesh_core::TriMesh;
-use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
+use mesh_metric::Surface;
 
 use crate::collapse::log::CollapseLog;
-use crate::options::ErrorCheck;
-use crate::simplify::SimplifyError;
+use crate::error::SimplifyError;
+use crate::limit::measure::{ErrorCheck, Measuring};
 
 /// How many of the collapses of a run may be carried out for the level to be within a distance of
-/// the mesh that the run was made on, both ways, up to half a percent of the vertices.
+/// the mesh that the run was made on, both ways, up to half a percent of the vertices. The distance
+/// is measured as for [`Options::max_error`](crate::Options::max_error).
 ///
 /// # Errors
-/// The mesh has no faces.
+/// The mesh has no faces, or the log is that of another mesh.
 pub fn collapses_within(
     mesh: &TriMesh,
     log: &CollapseLog,
@@ -19,18 +20,10 @@ pub fn collapses_within(
     check: ErrorCheck,
 ) -> Result<usize, SimplifyError> {
     let original = Surface::new(mesh)?;
+    let measuring = Measuring { original: &original, check, limit: Some(limit) };
     let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
-        // A log of another mesh goes nowhere.
-        let Ok((level, _)) = log.level(mesh, collapses) else { return Ok(false) };
-        let surface = Surface::new(&level)?;
-        Ok(limit
-            >= if check == ErrorCheck::Certified {
-                let certify = CertifyOptions { limit: Some(limit), ..CertifyOptions::default() };
-                hausdorff_bounds(&original, &surface, &certify).upper
-            } else {
-                let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
-                compare(&original, &surface, &samples).hausdorff()
-            })
+        let (level, _) = log.level(mesh, collapses)?;
+        Ok(measuring.measure(&level)?.0.is_within(limit))
     };
     let (mut good, mut bad) = (0, log.len());
     if is_within(bad)? {

@@ -10,8 +10,8 @@ use crate::colormap::Scale;
 use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::Report;
 use crate::load::{Loaded, Seconds};
+use crate::task::{Done, Report, Task};
 
 #[derive(Serialize)]
 struct Results {
@@ -31,20 +31,22 @@ struct Values {
     willmore: VertexMap<f64>,
 }
 
-pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
-    let loaded = options.job.load(&mut seconds, console)?;
+    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let values = Seconds::time(&mut seconds.compute, || Values::of(&loaded, options.area.into()));
     let shown = values.of_quantity(options.quantity);
     let scale = scale(options, loaded.mesh.topology(), &shown);
-    let model = colored(&loaded, &values, &shown, &scale)?;
-    options.job.save(&model, &mut seconds, console)?;
-    console.message(options.colors.explain(&scale));
+    if task.output.is_some() {
+        let model = colored(&loaded, &values, &shown, &scale)?;
+        task.save(&model, &options.job.save, &mut seconds, console)?;
+        console.message(options.colors.explain(&scale));
+    }
     let results = results(options.quantity, &values, &scale);
-    let report =
-        Report::new("curvature", &options.job.source.input, loaded.counts(), results, seconds)
-            .with_output(&options.job.output);
-    console.result(&report, summary(&report))
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
+    let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
+    report.done(console, summary(&report), brief)
 }
 
 impl Values {

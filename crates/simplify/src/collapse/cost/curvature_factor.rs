@@ -5,8 +5,8 @@ use mesh_core::TriMesh;
 
 use super::curvature_change::CurvatureChange;
 use super::curvature_change::measure::Measure;
-use super::{Collapse, Cost, Reach};
-use crate::collapse::patch::EdgePatch;
+use super::{Cost, Reach};
+use crate::collapse::patch::{Collapse, EdgePatch};
 use crate::collapse::quadric::Quadric;
 
 /// Another cost times 1 + w D, where D is the change of the integral of |k1| + |k2| over the patch

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use mesh_core::TriMesh;
 
-use super::{Collapse, Cost, Reach};
-use crate::collapse::patch::EdgePatch;
+use super::{Cost, Reach};
+use crate::collapse::patch::{Collapse, EdgePatch};
 use crate::collapse::quadric::Quadric;
 
 /// The quadrics of the original planes, accumulated at the vertices: each face gives a third of its area

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use mesh_core::TriMesh;
 
+use super::Cost;
 use super::garland_heckbert::{AccumulatedQuadrics, length_tie};
-use super::{Collapse, Cost};
-use crate::collapse::patch::EdgePatch;
+use crate::collapse::patch::{Collapse, EdgePatch};
 use crate::collapse::quadric::Quadric;
 
 /// The memoryless quadric of the current faces plus a part of the accumulated quadrics of the

@@ -17,9 +17,9 @@ pub use hybrid::Hybrid;
 pub use memoryless::Memoryless;
 
 use glam::DVec3;
-use mesh_core::{TriMesh, VertexId};
+use mesh_core::TriMesh;
 
-use crate::collapse::patch::EdgePatch;
+use crate::collapse::patch::{Collapse, EdgePatch};
 use crate::collapse::quadric::Quadric;
 
 /// The cost of collapsing an edge, given its neighbourhood.
@@ -105,19 +105,4 @@ pub enum Reach {
     OneRing,
     /// Those of the edges at the vertex that remains, its neighbours, and their neighbours.
     TwoRings,
-}
-
-/// A collapse that has been carried out.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Collapse {
-    /// The vertex that is gone.
-    pub removed: VertexId,
-    /// The vertex that remains.
-    pub kept: VertexId,
-    /// Where the removed vertex was.
-    pub removed_from: DVec3,
-    /// Where the remaining vertex was.
-    pub kept_from: DVec3,
-    /// Where the remaining vertex is now.
-    pub position: DVec3,
 }

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap};
 
-use super::{Guard, Refusal};
-use crate::collapse::cost::Collapse;
-use crate::collapse::patch::EdgePatch;
+use super::Guard;
+use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::refusal::Refusal;
 
 /// Keeps a number of vertices in every connected component.
 ///

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use mesh_core::TriMesh;
 
-use super::{Guard, Refusal};
-use crate::collapse::cost::Collapse;
+use super::Guard;
 use crate::collapse::intersection::{ChangedFace, Intersections};
-use crate::collapse::patch::EdgePatch;
+use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::refusal::Refusal;
 
 /// Refuses collapses after which faces cross, or touch away from common vertices and edges, that
 /// did not before. Decided exactly, without a tolerance.

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-use super::{Guard, Refusal};
+use super::Guard;
 use crate::collapse::patch::EdgePatch;
+use crate::collapse::refusal::Refusal;
 
 /// Refuses collapses after which the normal of a face differs too much from what it was.
 #[derive(Clone, Copy, Debug)]

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
-use super::{Guard, Refusal};
+use super::Guard;
 use crate::collapse::patch::EdgePatch;
+use crate::collapse::refusal::Refusal;
 
 /// Refuses collapses that make the worst face worse and leave it a sliver.
 ///

@@ -4,7 +4,9 @@ pub(crate) mod record;
 
 use glam::DVec3;
 use mesh_core::edit::CollapseRefusal;
-use mesh_core::{HalfEdgeId, RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_core::{HalfEdgeId, TriMesh, VertexId, VertexMap};
+
+use crate::collapse::constraint::Marks;
 
 /// The collapses of a run, in order. Replayed on the same mesh they give the same result, stopped
 /// early they give every level in between.
@@ -33,6 +35,10 @@ pub struct LogEntry {
 impl CollapseLog {
     pub(crate) fn push(&mut self, entry: LogEntry) {
         self.entries.push(entry);
+    }
+
+    pub(crate) fn truncate(&mut self, count: usize) {
+        self.entries.truncate(count);
     }
 
     /// The collapses, in order.
@@ -68,29 +74,24 @@ impl CollapseLog {
     /// # Errors
     /// A collapse is not legal: the mesh is another one.
     pub fn replay(&self, mesh: &TriMesh, count: usize) -> Result<TriMesh, CollapseRefusal> {
+        self.replay_marked(mesh, &mut Marks::default(), count)
+    }
+
+    /// As [`CollapseLog::replay`]; `marks` are those of the mesh, and then those of the result.
+    pub(crate) fn replay_marked(
+        &self,
+        mesh: &TriMesh,
+        marks: &mut Marks,
+        count: usize,
+    ) -> Result<TriMesh, CollapseRefusal> {
         let mut mesh = mesh.clone();
         for entry in self.entries.iter().take(count) {
             let collapse = mesh.topology().check_collapse(entry.half_edge)?;
-            mesh.collapse(collapse, entry.position);
+            let ends = [collapse.removed(), collapse.kept()];
+            let collapsed = mesh.collapse(collapse, entry.position);
+            marks.collapsed(ends, collapsed.merged_edges);
         }
         Ok(mesh)
-    }
-
-    /// The mesh after the first `count` collapses, without gaps, and what the vertices of the
-    /// original are in it: a level of detail.
-    ///
-    /// # Errors
-    /// As [`CollapseLog::replay`].
-    pub fn level(
-        &self,
-        mesh: &TriMesh,
-        count: usize,
-    ) -> Result<(TriMesh, VertexMap<Option<VertexId>>), CollapseRefusal> {
-        let mut level = self.replay(mesh, count)?;
-        let remap = level.compact();
-        let became = self.representatives(mesh, count);
-        let new = became.as_slice().iter().map(|&v| remap.new_handle(v));
-        Ok((level, VertexMap::from_vec(new.collect())))
     }
 
     /// For each vertex of the original mesh, the vertex that it has become after the first `count`

@@ -7,6 +7,7 @@
 
 use mesh_core::{EdgeId, Topology, VertexId};
 
+use crate::collapse::schedule::Schedule;
 use crate::collapse::schedule::queue::Entry;
 
 /// An edge that waits.
@@ -78,13 +79,6 @@ impl Rounds {
         bits((cost * self.scale).clamp(SMALLEST, LARGEST)) - bits(SMALLEST)
     }
 
-    /// Adds an edge whose cost is unknown: the next round begins with it.
-    pub(crate) fn push_unknown(&mut self, topology: &Topology, edge: EdgeId) {
-        let rank = self.rank(topology, edge);
-        self.buckets[0].push(Visit { cost: f64::NEG_INFINITY, edge, rank });
-        self.first = 0;
-    }
-
     /// Adds an edge that costs more than the ceiling of the round that was taken last.
     pub(crate) fn push_above(&mut self, visit: Visit) {
         // One bucket too far when the cost is at the ceiling but for rounding.
@@ -108,6 +102,15 @@ impl Rounds {
         let is_last = self.open + 2 >= self.buckets.len();
         round.ceiling = if is_last { f64::INFINITY } else { f64::from_bits(end) / self.scale };
         true
+    }
+}
+
+impl Schedule for Rounds {
+    /// Adds an edge whose cost is unknown: the next round begins with it.
+    fn push_unknown(&mut self, topology: &Topology, edge: EdgeId) {
+        let rank = self.rank(topology, edge);
+        self.buckets[0].push(Visit { cost: f64::NEG_INFINITY, edge, rank });
+        self.first = 0;
     }
 }
 
