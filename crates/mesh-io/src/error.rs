@@ -198,6 +198,18 @@ pub enum WriteError {
     /// The target exists and is write-protected.
     #[error("{}: the file is read-only; make it writable or choose another target", shown(.0))]
     ReadOnly(PathBuf),
+    /// A file beside the target would have to be replaced that is not known to be from an earlier
+    /// run of the same output.
+    #[error(
+        "{}: this companion of the output would be replaced, but it {why}; move it away, write to another folder, or allow it with `overwrite_companions`",
+        shown(path)
+    )]
+    Companion {
+        /// The file that is in the way.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: &'static str,
+    },
     /// The extension is not that of a known format.
     #[error(
         "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or name the format",
@@ -254,9 +266,29 @@ pub enum WriteError {
     /// The format holds no levels of detail.
     #[error("{0} holds no levels of detail; write glTF or GLB, or a file for each level")]
     NoLevels(Format),
+    /// The part of the screen at which a level of detail is to be shown is no number from zero up.
+    #[error(
+        "level {level} is to be shown from {value} of the screen up; give a finite number, not below zero"
+    )]
+    Coverage {
+        /// The level.
+        level: usize,
+        /// The number given.
+        value: f64,
+    },
     /// The model contradicts itself.
     #[error(transparent)]
     Model(#[from] ModelError),
+}
+
+impl WriteError {
+    /// With the file that it is about, if it does not say.
+    pub(crate) fn in_file(self, path: &Path) -> Self {
+        match self {
+            Self::Io { path: None, source } => Self::Io { path: Some(path.to_owned()), source },
+            other => other,
+        }
+    }
 }
 
 impl From<std::io::Error> for WriteError {

@@ -403,7 +403,7 @@ fn a_limit_of_the_caller_holds_for_every_format() {
     for index in 0..99_998 {
         model.soup.push_face(&[index, index + 1, index + 2]).unwrap();
     }
-    for format in Format::ALL {
+    for &format in Format::ALL {
         let mut bytes = Vec::new();
         mesh_io::write_to(&mut bytes, &model, format, &mesh_io::WriteOptions::default()).unwrap();
         let size = Some(bytes.len() as u64);

@@ -227,7 +227,7 @@ impl Write for FailingWriter {
 #[test]
 fn a_writer_that_fails_at_any_byte_fails_the_write() {
     let model = rich_model();
-    for format in Format::ALL {
+    for &format in Format::ALL {
         let mut whole = Vec::new();
         write_to(&mut whole, &model, format, &WriteOptions::default()).unwrap();
         for room in (0..whole.len()).step_by(7) {

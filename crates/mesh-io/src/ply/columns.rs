@@ -20,11 +20,11 @@ enum Target {
 }
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
-const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
-const COLORS: [[&str; 3]; 3] =
+pub(super) const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+pub(super) const COLORS: [[&str; 3]; 3] =
     [["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffuse_blue"], ["r", "g", "b"]];
 const ALPHAS: [&str; 3] = ["alpha", "diffuse_alpha", "a"];
-const UVS: [[&str; 2]; 4] =
+pub(super) const UVS: [[&str; 2]; 4] =
     [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
