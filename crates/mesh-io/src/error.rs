@@ -110,7 +110,7 @@ pub enum ReadErrorKind {
     Memory {
         /// Where the limit is passed.
         at: Location,
-        /// The bytes needed up to there; in glTF, those that the whole scene needs.
+        /// The bytes needed up to there; for a glTF scene, those of the whole scene.
         needed: u64,
         /// The bytes that may be taken.
         limit: u64,

@@ -80,7 +80,7 @@ fn gltf_attributes_of_zeros() {
     ));
     assert!(file.len() < 4000);
     let needed = too_much(within(file.as_bytes()));
-    assert!(needed > 200 * 8 << 20);
+    assert!(needed > (200 * 8) << 20);
     let message = within(file.as_bytes()).unwrap_err().to_string();
     let allow = format!("--max-memory {}MiB", needed.div_ceil(1 << 20));
     assert!(message.contains(&allow), "{message}");
@@ -409,7 +409,7 @@ fn a_limit_of_the_caller_holds_for_every_format() {
         // What has been reserved for as many vertices as the file holds is within its size.
         assert!(peak < 12 << 20, "{format}: {peak}");
         let (result, peak) = measure(&bytes, &options(Some(64 << 20)));
-        assert_eq!(result.expect(&format.to_string()).soup.face_count(), 99_998);
+        assert_eq!(result.unwrap().soup.face_count(), 99_998);
         assert!(peak < 64 << 20, "{format}: {peak}");
         let (result, _) = measure(&bytes, &options(None));
         assert!(result.is_ok(), "{format}");
