@@ -163,6 +163,8 @@ impl Failure {
                 ReadErrorKind::UnknownFormat { .. } => "unknown-format",
                 ReadErrorKind::Unsupported { .. } => "unsupported",
                 ReadErrorKind::MissingResource { .. } => "missing-resource",
+                ReadErrorKind::Memory { .. } => "memory",
+                ReadErrorKind::Empty { .. } => "empty",
                 _ => "malformed",
             },
             Self::Folder { .. } => "unreadable",
@@ -235,6 +237,8 @@ impl Failure {
             Self::Read(error) => match &error.kind {
                 ReadErrorKind::Unsupported { cure, .. } => Some((*cure).to_owned()),
                 ReadErrorKind::UnknownFormat { .. } => Some("--from FORMAT".into()),
+                ReadErrorKind::Memory { .. } => Some("--max-memory BYTES".into()),
+                ReadErrorKind::Empty { .. } => Some("--allow-empty".into()),
                 _ => None,
             },
             Self::Build { source, joined, .. } => {

@@ -26,9 +26,9 @@ use crate::task::{Report, Source};
 
 /// Make levels of detail, each of them a stage of one run of collapses
 ///
-/// The vertices of a level have become of those of the finer ones, and therefore levels are not fitted
-/// to the input, as `simplify` does by default. OUT is a folder for a file per
-/// level, or a GLB or glTF file for all of them with the input as the finest (`MSFT_lod`).
+/// The vertices of a level are what those of the finer ones have become, so levels are not fitted to
+/// the input, as the results of `simplify` are. OUT is a folder for a file per level, or a GLB or glTF
+/// file for all of them with the input as the finest (`MSFT_lod`).
 ///
 /// The run can be recorded, and levels made from the record later; they are exactly the same.
 ///
@@ -36,7 +36,11 @@ use crate::task::{Report, Source};
 ///     curvmesh lod scan.ply -o levels --errors 0.1%,1% --record scan.lod
 ///     curvmesh lod scan.ply -o small.ply --replay scan.lod --faces 3000
 #[derive(Debug, Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    mut_arg("fit_rounds", |option| option.hide(true)),
+    mut_arg("seed", |option| option.hide(true))
+)]
 pub(crate) struct Lod {
     #[command(flatten)]
     source: Source,
