@@ -99,14 +99,14 @@ pub(crate) struct Policy {
     /// Keep every boundary vertex where it is
     #[arg(long)]
     lock_boundary: bool,
-    /// Keep edges whose faces meet at a larger angle than this as feature lines
+    /// Keep edges as feature lines where the normals of the two faces are farther apart than this
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     feature_angle: Option<f64>,
     /// Refuse collapses, moves and flips that make faces cross that did not before
     #[arg(long)]
     no_intersections: bool,
-    /// Whether small parts may be worn away, `free`; `keep` leaves each as large as a tetrahedron,
-    /// a number leaves it so many vertices
+    /// What becomes of small parts: `free` lets them be worn away, `keep` leaves each at least a
+    /// tetrahedron, a number leaves each at least so many vertices
     #[arg(long, value_name = "free|keep|N", default_value = "free", value_parser = parse_components)]
     components: Components,
     /// Prove the distance from the input, and that it is within --max-error
