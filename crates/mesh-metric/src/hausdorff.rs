@@ -144,7 +144,7 @@ impl Lower {
     /// the next one.
     fn raise<'a>(
         &mut self,
-        corners: impl Iterator<Item = &'a Corner> + Clone,
+        corners: &(impl Iterator<Item = &'a Corner> + Clone),
         to: &Surface,
         slack: f64,
     ) {
@@ -194,7 +194,7 @@ type Piece = [Corner; 3];
 fn vertex_bound(from: &Surface, to: &Surface) -> Lower {
     let mut lower = Lower::nothing(from);
     let rounding = Rounding::between(from.bounding_box(), to.bounding_box());
-    lower.raise(whole_triangles(from, to).as_flattened().iter(), to, rounding.after(0));
+    lower.raise(&whole_triangles(from, to).as_flattened().iter(), to, rounding.after(0));
     lower
 }
 
@@ -231,12 +231,12 @@ fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) 
     let mut rounds = 0;
     loop {
         let slack = rounding.after(rounds);
-        lower.raise(pieces.as_flattened().iter(), to, slack);
+        lower.raise(&pieces.as_flattened().iter(), to, slack);
         looked_at += pieces.len();
         let bar = options.bar(lower.distance, slack);
         let bounds: Vec<_> =
             in_blocks(pieces.len(), |range| bound_pieces(&pieces[range], to, bar)).concat();
-        lower.raise(bounds.iter().filter_map(|(_, center)| center.as_ref()), to, slack);
+        lower.raise(&bounds.iter().filter_map(|(_, center)| center.as_ref()), to, slack);
         let bar = options.bar(lower.distance, slack);
         let (mut open, mut highest_open) = (Vec::new(), 0.0_f64);
         for (piece, (upper, center)) in pieces.iter().zip(bounds) {
