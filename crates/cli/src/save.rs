@@ -1,37 +1,36 @@
 //! From a mesh to a file.
 
+use std::io::Write;
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use mesh_io::{Encoding, Format, Model, Precision, WriteError, WriteOptions, WriteReport};
+use mesh_io::{Encoding, Format, Model, Precision, Staged, WriteError, WriteOptions, WriteReport};
 
+use crate::args::{FormatName, is_standard};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::interrupt::while_writing;
+use crate::given::Given;
+use crate::interrupt::{while_writing, while_writing_all};
+use crate::text::printable;
 
 /// How output files are written.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Copy, Debug, Default, Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct SaveOptions {
     /// The format of the output [default: by its extension]
-    #[arg(long, value_name = "FORMAT")]
-    pub(crate) format: Option<FormatName>,
+    #[arg(long, value_name = "FORMAT", alias = "format")]
+    pub(crate) to: Option<FormatName>,
     /// Text or binary
     #[arg(long, value_enum, default_value_t)]
     pub(crate) encoding: EncodingName,
     /// Width of the numbers in PLY: `exact` takes 32 bits where they suffice, 64 otherwise
     #[arg(long, value_enum, default_value_t)]
     pub(crate) precision: PrecisionName,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum FormatName {
-    Obj,
-    Ply,
-    Stl,
-    Off,
-    Gltf,
-    Glb,
+    /// Let the material library and the pictures beside an OBJ file replace files of others
+    ///
+    /// Without it they replace only those of an earlier run with the same output.
+    #[arg(long)]
+    pub(crate) overwrite_companions: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -52,23 +51,10 @@ pub(crate) enum PrecisionName {
     Double,
 }
 
-impl From<FormatName> for Format {
-    fn from(name: FormatName) -> Self {
-        match name {
-            FormatName::Obj => Self::Obj,
-            FormatName::Ply => Self::Ply,
-            FormatName::Stl => Self::Stl,
-            FormatName::Off => Self::Off,
-            FormatName::Gltf => Self::Gltf,
-            FormatName::Glb => Self::Glb,
-        }
-    }
-}
-
 impl SaveOptions {
-    /// The extension of the format, if one is named.
-    pub(crate) fn extension(&self) -> Option<&'static str> {
-        self.format.map(|name| Format::from(name).extension())
+    /// The format of an output: as told, or by its extension.
+    pub(crate) fn format_of(&self, path: &Path) -> Option<Format> {
+        self.to.map(Format::from).or_else(|| Format::from_extension(path))
     }
 
     fn write_options(&self) -> WriteOptions {
@@ -83,19 +69,45 @@ impl SaveOptions {
             PrecisionName::Single => Precision::Single,
             PrecisionName::Double => Precision::Double,
         };
-        WriteOptions { format: self.format.map(Format::from), encoding, precision }
+        let format = self.to.map(Format::from);
+        let overwrite_companions = self.overwrite_companions;
+        WriteOptions { format, encoding, precision, overwrite_companions }
     }
 }
 
-/// Refuses an output path whose extension names no format before any work is done.
-pub(crate) fn check_target(path: &Path, options: &SaveOptions) -> Result<(), Failure> {
-    if options.format.is_some() || Format::from_extension(path).is_some() {
-        return Ok(());
+/// The options of [`SaveOptions`].
+pub(crate) const SAVE_OPTIONS: [&str; 4] = ["to", "encoding", "precision", "overwrite_companions"];
+
+/// Refuses an output that cannot be written as told before any work is done.
+pub(crate) fn check_target(
+    path: &Path,
+    options: &SaveOptions,
+    given: &Given,
+) -> Result<(), Failure> {
+    let Some(format) = options.format_of(path) else {
+        let message = if is_standard(path) {
+            "the standard output has no extension that names its format; add --to, as in --to ply"
+                .to_owned()
+        } else {
+            format!(
+                "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or --to",
+                path.display()
+            )
+        };
+        return Err(Failure::usage(message));
+    };
+    if format != Format::Ply {
+        given
+            .refuse(&["precision"], "it is for PLY, the other formats have one width of numbers")?;
     }
-    Err(Failure::Usage(format!(
-        "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or --format",
-        path.display()
-    )))
+    if format != Format::Obj || is_standard(path) {
+        given.refuse(&["overwrite_companions"], "it is for the files that go with an OBJ file")?;
+    }
+    // The library knows which encodings a format has.
+    match mesh_io::check_write(&Model::default(), format, &options.write_options()) {
+        Err(error @ WriteError::NoSuchEncoding { .. }) => Err(Failure::usage(error)),
+        _ => Ok(()),
+    }
 }
 
 /// Writes a file, whole or not at all, and says what the format could not hold.
@@ -105,41 +117,116 @@ pub(crate) fn save(
     options: &SaveOptions,
     console: &Console,
 ) -> Result<(), Failure> {
-    let written = while_writing(path, || mesh_io::write(path, model, &options.write_options()));
-    explain(path, written, console)
+    let settings = options.write_options();
+    let written = match options.format_of(path) {
+        Some(format) if is_standard(path) => {
+            let mut bytes = Vec::new();
+            let written = mesh_io::write_to(&mut bytes, model, format, &settings);
+            if written.is_ok() {
+                to_stdout(&bytes)?;
+            }
+            written
+        }
+        _ => while_writing(path, || mesh_io::write(path, model, &settings)),
+    };
+    let report = written.map_err(|source| Failure::write(path, source))?;
+    explain(path, &report, console);
+    Ok(())
 }
 
-/// Writes levels of detail into one file, whole or not at all.
-pub(crate) fn save_levels(
-    path: &Path,
-    levels: &[Model],
-    coverage: &[f64],
-    options: &SaveOptions,
-    console: &Console,
-) -> Result<(), Failure> {
-    let written = while_writing(path, || {
-        mesh_io::write_levels(path, levels, coverage, &options.write_options())
-    });
-    explain(path, written, console)
+/// Makes a file that is whole but has not taken its place.
+type Stage<'b> = Box<dyn FnOnce() -> Result<Staged, WriteError> + 'b>;
+
+/// Files that belong together: all of them are whole on the disk before the first takes its place.
+#[derive(Default)]
+pub(crate) struct Outputs<'b> {
+    files: Vec<(&'b Path, Stage<'b>)>,
+}
+
+impl<'b> Outputs<'b> {
+    /// Adds a file of any kind.
+    pub(crate) fn add(
+        &mut self,
+        path: &'b Path,
+        stage: impl FnOnce() -> Result<Staged, WriteError> + 'b,
+    ) {
+        self.files.push((path, Box::new(stage)));
+    }
+
+    /// Adds a mesh.
+    pub(crate) fn add_model(&mut self, path: &'b Path, model: &'b Model, options: &SaveOptions) {
+        let options = options.write_options();
+        self.add(path, move || mesh_io::stage(path, model, &options));
+    }
+
+    /// Adds levels of detail in one file.
+    pub(crate) fn add_levels(
+        &mut self,
+        path: &'b Path,
+        levels: &'b [Model],
+        coverage: &'b [f64],
+        options: &SaveOptions,
+    ) {
+        let options = options.write_options();
+        self.add(path, move || mesh_io::stage_levels(path, levels, coverage, &options));
+    }
+
+    /// Writes the files, and says what their formats could not hold.
+    pub(crate) fn write(self, console: &Console) -> Result<(), Failure> {
+        let paths: Vec<&Path> = self.files.iter().map(|(path, _)| *path).collect();
+        let reports = while_writing_all(&paths, || {
+            let stage = |(path, stage): (&Path, Stage<'b>)| {
+                stage().map_err(|error| Failure::write(path, error))
+            };
+            let staged: Vec<Staged> =
+                self.files.into_iter().map(stage).collect::<Result<_, Failure>>()?;
+            let commit = |(staged, path): (Staged, &&Path)| {
+                staged.commit().map_err(|error| Failure::write(path, error))
+            };
+            staged.into_iter().zip(&paths).map(commit).collect::<Result<Vec<_>, Failure>>()
+        })?;
+        paths.iter().zip(&reports).for_each(|(path, report)| explain(path, report, console));
+        Ok(())
+    }
+}
+
+/// Writes what is no mesh: a file, whole or not at all, or the standard output.
+pub(crate) fn save_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    if is_standard(path) {
+        return to_stdout(bytes);
+    }
+    while_writing(path, || mesh_io::replace_file(path, |writer| writer.write_all(bytes)))
+        .map_err(|source| Failure::write(path, source))
+}
+
+fn to_stdout(bytes: &[u8]) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(Failure::Stdout)
+}
+
+/// Makes the folder that a file goes to.
+pub(crate) fn make_folder_of(path: &Path) -> Result<(), Failure> {
+    match path.parent() {
+        Some(folder) => {
+            std::fs::create_dir_all(folder).map_err(|source| Failure::write(folder, source))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Says what the format could not hold.
-fn explain(
-    path: &Path,
-    written: Result<WriteReport, WriteError>,
-    console: &Console,
-) -> Result<(), Failure> {
-    let report = written
-        .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })?;
+fn explain(path: &Path, report: &WriteReport, console: &Console) {
+    let name = printable(path.display());
     if report.rounding > 0.0 {
-        console.message(format_args!(
-            "{}: coordinates were rounded by up to {:.2e}",
-            path.display(),
-            report.rounding
-        ));
+        let rounding = report.rounding;
+        console.message(format_args!("{name}: coordinates were rounded by up to {rounding:.2e}"));
+    }
+    for kept in &report.kept {
+        let kept = printable(kept.display());
+        console.message(format_args!("{kept}: was there already and stays as it is"));
     }
     for dropped in &report.dropped {
-        console.message(format_args!("{}: the format has no place for {dropped}", path.display()));
+        let dropped = printable(dropped);
+        console.message(format_args!("{name}: the format has no place for {dropped}"));
     }
-    Ok(())
 }

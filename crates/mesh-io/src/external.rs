@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 ///
 /// Whatever is allowed, only regular files are opened: no pipes, no devices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum External {
     /// None. A glTF document that needs a buffer of its own is an error then; an OBJ file has
     /// materials of which nothing but the name is known.
@@ -17,6 +19,20 @@ pub enum External {
     Folder,
     /// Any file that the name leads to, from the folder of the file. For files that are trusted.
     Any,
+}
+
+impl External {
+    /// Opens the file that the content of another one names, such as the picture of an
+    /// [`ImageData::Uri`](crate::ImageData::Uri), if it may be read; `folder` is the folder of the
+    /// file that names it.
+    ///
+    /// # Errors
+    /// The file may not be read, or cannot be, or is none: a folder, a pipe, a device.
+    pub fn open(self, folder: &Path, name: &str) -> std::io::Result<File> {
+        let files = Files { folder: Some(folder), external: self };
+        let opened = files.resolve(name).and_then(|path| open(&path));
+        opened.map(|(file, _)| file).map_err(std::io::Error::other)
+    }
 }
 
 /// The folder of a file, and what may be read of it.

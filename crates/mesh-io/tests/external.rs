@@ -210,6 +210,22 @@ fn a_file_of_the_working_folder_has_that_folder() {
 }
 
 #[test]
+fn pictures_are_opened_by_the_same_rule() {
+    let outer = folders();
+    let inside = outer.path().join("inside");
+    assert!(External::Folder.open(&inside, "below/a b.bin").is_ok());
+    assert!(External::Any.open(&inside, "../a b.bin").is_ok());
+    for (external, name) in [
+        (External::Folder, "../a b.bin"),
+        (External::Folder, "below"),
+        (External::None, "a b.bin"),
+        (External::Any, "/dev/zero"),
+    ] {
+        assert!(external.open(&inside, name).is_err(), "{external:?} {name}");
+    }
+}
+
+#[test]
 fn names_of_pictures_are_the_same_from_gltf_and_from_material_libraries() {
     let folder = tempfile::tempdir().unwrap();
     let gltf = folder.path().join("a.gltf");

@@ -163,6 +163,45 @@ fn primitives_that_draw_nothing_cost_nothing_per_node() {
 }
 
 #[test]
+fn points_beside_a_triangle_cost_nothing_per_node() {
+    let points = r#"{"mode":0,"attributes":{"POSITION":0}},"#.repeat(100_000);
+    let nodes = join(std::iter::repeat_n(r#"{"mesh":0}"#.to_owned(), 100_000));
+    let file = gltf(&format!(
+        r#"{TRIANGLE},"meshes":[{{"primitives":[{points}{{"attributes":{{"POSITION":0}}}}]}}],"nodes":[{nodes}]"#
+    ));
+    let model = parse(file).unwrap();
+    assert_eq!((model.soup.face_count(), model.notes.len()), (100_000, 101));
+}
+
+/// A scene that is too large is refused before the values of its meshes are looked at.
+#[test]
+fn sparse_values_of_a_scene_that_is_too_large_are_not_looked_at() {
+    let count = 40_000;
+    let primitives =
+        join((0..count).map(|i| format!(r#"{{"attributes":{{"POSITION":0,"X{i}":0}}}}"#)));
+    let zeros = "AAAA".repeat(12 * count / 3);
+    let file = gltf(&format!(
+        r#""buffers":[{{"byteLength":{0},"uri":"data:;base64,{zeros}"}}],"bufferViews":[{{"buffer":0,"byteLength":{0}}}],
+        "accessors":[{{"componentType":5126,"count":{count},"type":"VEC3","sparse":{{"count":{count},"indices":{{"bufferView":0,"componentType":5125}},"values":{{"bufferView":0}}}}}}],
+        "meshes":[{{"primitives":[{primitives}]}}],"nodes":[{{"mesh":0}}]"#,
+        12 * count
+    ));
+    let error = parse(file).unwrap_err();
+    assert!(matches!(error.kind, ReadErrorKind::Memory { .. }), "{error}");
+}
+
+#[test]
+fn sparse_indices_beyond_the_values_are_refused() {
+    let file = gltf(
+        r#""buffers":[{"byteLength":12,"uri":"data:;base64,BwAAAAAAAAAAAAAA"}],"bufferViews":[{"buffer":0,"byteLength":12}],
+        "accessors":[{"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":1,"indices":{"bufferView":0,"componentType":5121},"values":{"bufferView":0}}}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"nodes":[{"mesh":0}]"#,
+    );
+    let error = parse(file).unwrap_err().to_string();
+    assert!(error.contains("meshes[0].primitives[0]") && error.contains("below 3"), "{error}");
+}
+
+#[test]
 fn sparse_values_are_no_more_than_values() {
     let file = gltf(
         r#""buffers":[{"byteLength":12,"uri":"data:;base64,AAAAAAAAAAAAAAAA"}],"bufferViews":[{"buffer":0,"byteLength":12}],

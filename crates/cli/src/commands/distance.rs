@@ -10,13 +10,15 @@ use mesh_metric::{
 };
 use serde::Serialize;
 
-use crate::args::{RepairOptions, parse_positive};
-use crate::colormap::ColorOptions;
+use crate::args::is_standard;
+use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::Report;
-use crate::load::{Seconds, content};
-use crate::save::{SaveOptions, check_target, save};
+use crate::length::{Length, diagonal, parse_length};
+use crate::load::{Loading, Seconds};
+use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, save};
+use crate::session::{Outcome, Session};
+use crate::task::Report;
 
 /// Measure the distance between two surfaces, from each to the other
 ///
@@ -24,12 +26,12 @@ use crate::save::{SaveOptions, check_target, save};
 /// and vertices. All are in model units. Neither surface need be a manifold.
 ///
 ///     curvmesh distance scan.ply simplified.ply
-///     curvmesh distance scan.ply simplified.ply --exact 1e-3 --json
+///     curvmesh distance scan.ply simplified.ply --exact 0.01% --json
 ///     curvmesh distance simplified.ply scan.ply -o errors.ply
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Distance {
-    /// The first surface
+    /// The first surface; `-` is the standard input, for one of the two
     #[arg(value_name = "A")]
     first: PathBuf,
     /// The second surface
@@ -38,21 +40,23 @@ pub(crate) struct Distance {
     /// Samples in each direction, uniform by area
     #[arg(long, value_name = "N", default_value_t = 1_000_000)]
     samples: usize,
-    /// Also prove bounds of the Hausdorff distance, at most this far apart, in model units
-    #[arg(long, value_name = "TOLERANCE", value_parser = parse_positive)]
-    exact: Option<f64>,
+    /// Also prove bounds of the Hausdorff distance, at most this far apart; shares are of the diagonal
+    /// of A
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    exact: Option<Length>,
     /// Where the random numbers of the samples start
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Write A with the distance of every vertex from B as colours and as a number
-    #[arg(short, long, value_name = "COLOURED")]
+    /// Write A with the distance of every vertex from B as colours and as a number; `-` is the
+    /// standard output
+    #[arg(short, long, value_name = "OUT")]
     output: Option<PathBuf>,
     #[command(flatten)]
     colors: ColorOptions,
     #[command(flatten)]
     save: SaveOptions,
     #[command(flatten)]
-    repair: RepairOptions,
+    loading: Loading,
 }
 
 #[derive(Serialize)]
@@ -100,31 +104,48 @@ impl Bounds {
     }
 }
 
-pub(crate) fn run(options: &Distance, console: &Console) -> Result<(), Failure> {
-    if let Some(output) = &options.output {
-        check_target(output, &options.save)?;
+pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Failure> {
+    let given = &session.given;
+    match &options.output {
+        Some(output) => check_target(output, &options.save, given)?,
+        None => {
+            given.refuse(&SAVE_OPTIONS, "without -o nothing is written")?;
+            given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
+        }
     }
+    if is_standard(&options.first) && is_standard(&options.second) {
+        return Err(Failure::usage("the standard input `-` can be one of the two surfaces only"));
+    }
+    let aside = match &options.output {
+        Some(output) if is_standard(output) => Some(session.console.beside_mesh()?),
+        _ => None,
+    };
+    let console = aside.as_ref().unwrap_or(&session.console);
     let mut seconds = Seconds::default();
     let read = |path: &Path| {
-        let model = content(path, &options.repair, console)?;
+        let model = options.loading.content(path, console)?;
         surface(path, &model).map(|surface| (model, surface))
     };
     let [a, b] = [&options.first, &options.second]
         .map(|path| Seconds::time(&mut seconds.load, || read(path)));
     let ((mut model, a), (other, b)) = (a?, b?);
+    let size = || diagonal(Some(a.bounding_box().diagonal()));
+    let relative = options.loading.relative;
+    let exact = options.exact.map(|length| length.in_units(relative, size)).transpose()?;
     let spinner = console.spinner("measuring");
-    let results = Seconds::time(&mut seconds.compute, || measure(options, [&a, &b], &other));
+    let results = Seconds::time(&mut seconds.compute, || measure(options, exact, [&a, &b], &other));
     spinner.finish_and_clear();
     if let Some(output) = &options.output {
         Seconds::time(&mut seconds.compute, || color(&mut model, &b, options, console));
         Seconds::time(&mut seconds.save, || save(output, &model, &options.save, console))?;
     }
     let counts = [model.soup.vertex_count(), model.soup.face_count()];
-    let mut report = Report::new("distance", &options.first, counts, results, seconds);
+    let mut report = Report::new(console, &options.first, counts, results, seconds);
     if let Some(output) = &options.output {
         report = report.with_output(output);
     }
-    console.result(&report, summary(&report.results))
+    report.done(console, summary(&report.results), String::new())?.print(console)?;
+    Ok(Outcome::Done)
 }
 
 /// The surface of a file, its polygons cut into triangles.
@@ -152,14 +173,19 @@ fn surface(path: &Path, model: &Model) -> Result<Surface, Failure> {
         .map_err(|source| Failure::Surface { path: path.to_owned(), source: Box::new(source) })
 }
 
-fn measure(options: &Distance, [a, b]: [&Surface; 2], other: &Model) -> Results {
+fn measure(
+    options: &Distance,
+    exact: Option<f64>,
+    [a, b]: [&Surface; 2],
+    other: &Model,
+) -> Results {
     let sampling = CompareOptions {
         samples: options.samples,
         seed: options.seed,
         ..CompareOptions::default()
     };
     let found: Comparison = compare(a, b, &sampling);
-    let certified = options.exact.map(|tolerance| {
+    let certified = exact.map(|tolerance| {
         let certify = CertifyOptions { tolerance, ..CertifyOptions::default() };
         Bounds::new(&hausdorff_bounds(a, b, &certify), found.hausdorff())
     });

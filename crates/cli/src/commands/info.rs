@@ -8,11 +8,11 @@ use mesh_core::build::{BuildError, Repair, Weld, weld_exact, weld_within};
 use mesh_core::diagnose::{Diagnosis, diagnose};
 use serde::Serialize;
 
-use crate::args::RepairOptions;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::Report;
-use crate::load::{Seconds, load, read};
+use crate::load::{Loading, Seconds, assemble};
+use crate::session::{Outcome, Session};
+use crate::task::Report;
 
 /// Count the parts and defects of a mesh, and measure it
 ///
@@ -24,11 +24,11 @@ use crate::load::{Seconds, load, read};
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Info {
-    /// The file to read
+    /// The file to read; `-` is the standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
     #[command(flatten)]
-    repair: RepairOptions,
+    loading: Loading,
 }
 
 #[derive(Serialize)]
@@ -63,31 +63,34 @@ struct Results {
     volume: Option<f64>,
 }
 
-pub(crate) fn run(options: &Info, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure> {
+    let console = &session.console;
     let mut seconds = Seconds::default();
     let soup = Seconds::time(&mut seconds.load, || subject(options, console))?;
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
         .map_err(|source| too_large(options, source))?;
     let counts = [diagnosis.vertices, diagnosis.faces];
     let results = results(&soup, &diagnosis);
-    let report = Report::new("info", &options.input, counts, results, seconds);
-    console.result(&report, &report)
+    let report = Report::new(console, &options.input, counts, results, seconds);
+    report.done(console, report.to_string(), String::new())?.print(console)?;
+    Ok(Outcome::Done)
 }
 
 fn too_large(options: &Info, source: BuildError) -> Failure {
-    Failure::Build { path: options.input.clone(), source: Box::new(source) }
+    Failure::Build { path: options.input.clone(), source: Box::new(source), joined: false }
 }
 
 /// The file as it is or welded, or the mesh that repairs make of it.
 fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
-    let repair = options.repair.repair();
+    let model = options.loading.read(&options.input, console)?;
+    let repair = options.loading.repairs(&model)?;
     let mut only_weld = Repair::strict();
     only_weld.weld = repair.weld;
     if repair != only_weld {
-        let loaded = load(&options.input, &options.repair, console)?;
+        let loaded = assemble(&options.input, model, &repair, false, console)?;
         return Ok(loaded.to_model(&loaded.provenance.corner_source)?.soup);
     }
-    let soup = read(&options.input, console)?.soup;
+    let soup = model.soup;
     Ok(match repair.weld {
         Weld::Exact => soup.merged(&weld_exact(soup.positions())),
         Weld::Distance(distance) => soup.merged(&weld_within(soup.positions(), distance)),

@@ -2,52 +2,59 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::io::{BufReader, Write};
+use std::path::PathBuf;
 
 use clap::Args;
 use mesh_core::TriMesh;
-use mesh_io::Model;
+use mesh_io::{Format, Model};
 use mesh_metric::{CompareOptions, Surface, compare};
 use serde::Serialize;
-use simplify::{CollapseLog, ErrorCheck, collapses_within, simplify_observed};
+use simplify::{CollapseLog, ErrorCheck, Limits, collapses_within, simplify_observed};
 
-use crate::args::parse_positive;
+use crate::args::is_standard;
 use crate::attributes::{Attributes, Carry};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::interrupt::while_writing;
-use crate::job::{Report, Source};
+use crate::given::Given;
+use crate::length::{Length, parse_length};
 use crate::load::{Loaded, Seconds};
-use crate::save::{SaveOptions, check_target, save, save_levels};
-use crate::simplify_options::{Policy, Targets, parse_ratio, rejected, show};
+use crate::save::{Outputs, SaveOptions, check_target, make_folder_of, save};
+use crate::session::{Outcome, Session};
+use crate::simplify_options::{Goals, Policy, parse_ratio, rejected, show};
+use crate::task::{Report, Source};
 
 /// Make levels of detail, each of them a stage of one run of collapses
 ///
-/// The vertices of a level have become of those of the finer ones, and therefore levels are not fitted
-/// to the input, as `simplify` does by default. OUT is a folder for a file per
-/// level, or a GLB or glTF file for all of them with the input as the finest (`MSFT_lod`).
+/// The vertices of a level are what those of the finer ones have become, so levels are not fitted to
+/// the input, as the results of `simplify` are. OUT is a folder for a file per level, or a GLB or glTF
+/// file for all of them with the input as the finest (`MSFT_lod`).
 ///
 /// The run can be recorded, and levels made from the record later; they are exactly the same.
 ///
 ///     curvmesh lod truck.glb -o truck-lod.glb --levels 0.5,0.25,0.1 --lenient
-///     curvmesh lod scan.ply -o levels --errors 0.01,0.1 --record scan.lod
+///     curvmesh lod scan.ply -o levels --errors 0.1%,1% --record scan.lod
 ///     curvmesh lod scan.ply -o small.ply --replay scan.lod --faces 3000
 #[derive(Debug, Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    mut_arg("fit_rounds", |option| option.hide(true)),
+    mut_arg("seed", |option| option.hide(true))
+)]
 pub(crate) struct Lod {
     #[command(flatten)]
     source: Source,
-    /// A folder for the levels, a GLB or glTF file for all of them, or a file for the only one
-    #[arg(short, long, value_name = "OUT")]
+    /// A folder for the levels, a GLB or glTF file for all of them, or a file or the standard output
+    /// `-` for the only one
+    #[arg(short, long, value_name = "OUT", help_heading = None)]
     output: PathBuf,
     #[command(flatten)]
     steps: Steps,
     /// Write the collapses to a file
-    #[arg(long, value_name = "FILE", conflicts_with = "replay")]
+    #[arg(long, value_name = "FILE", conflicts_with = "replay", help_heading = None)]
     record: Option<PathBuf>,
     /// Take the collapses from a file instead of finding them
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = None)]
     replay: Option<PathBuf>,
     #[command(flatten)]
     policy: Policy,
@@ -59,6 +66,7 @@ pub(crate) struct Lod {
 
 /// What the levels are.
 #[derive(Debug, Args)]
+#[command(next_help_heading = "Levels (in one of these ways)")]
 #[group(required = true, multiple = false)]
 struct Steps {
     /// Levels with these parts of the faces of the input
@@ -67,9 +75,9 @@ struct Steps {
     /// Levels with so many faces, or one fewer
     #[arg(long, value_name = "COUNTS", value_delimiter = ',')]
     faces: Vec<usize>,
-    /// The coarsest levels within these distances of the input, in model units
-    #[arg(long, value_name = "DISTANCES", value_delimiter = ',', value_parser = parse_positive)]
-    errors: Vec<f64>,
+    /// The coarsest levels within these distances of the input
+    #[arg(long, value_name = "LENGTHS", value_delimiter = ',', value_parser = parse_length)]
+    errors: Vec<Length>,
 }
 
 #[derive(Serialize)]
@@ -93,32 +101,65 @@ struct Level {
     max: f64,
 }
 
-pub(crate) fn run(options: &Lod, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> {
+    check_given(options, &session.given)?;
+    let place = Place::new(options, &session.given)?;
+    let aside = match is_standard(&options.output) {
+        true => Some(session.console.beside_mesh()?),
+        false => None,
+    };
+    let console = aside.as_ref().unwrap_or(&session.console);
     let mut seconds = Seconds::default();
-    let place = Place::new(options)?;
-    let mut loaded = options.source.load_whole(&mut seconds, console)?;
+    let Source { input, loading } = &options.source;
+    let mut loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
+    let errors = options.steps.errors.iter().map(|error| error.on(&loaded.mesh, loading.relative));
+    let errors: Vec<f64> = errors.collect::<Result<_, Failure>>()?;
     let attributes = options.carry.find(&mut loaded, console);
     let (log, rejected) = Seconds::time(&mut seconds.compute, || {
-        collapses(options, &loaded.mesh, &attributes, console)
+        collapses(options, &errors, &loaded.mesh, &attributes, console)
     })?;
     let spinner = console.spinner("measuring");
     let (mut levels, models) = Seconds::time(&mut seconds.compute, || {
-        options.steps.levels(&log, &loaded, &attributes, options.policy.check())
+        options.steps.levels(&log, &errors, &loaded, &attributes, options.policy.check())
     })?;
     spinner.finish_and_clear();
     Seconds::time(&mut seconds.save, || {
-        place.write(&loaded, &mut levels, &models, options, console)?;
-        options.record.as_ref().map_or(Ok(()), |path| record(path, &log, &loaded.mesh))
+        place.write(&loaded, &mut levels, &models, &log, options, console)
     })?;
     let results = Results { collapses: log.len(), rejected, levels };
-    let report = Report::new("lod", &options.source.input, loaded.counts(), results, seconds)
-        .with_output(&options.output);
-    console.result(&report, summary(&report))
+    let report =
+        Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
+    report.done(console, summary(&report), String::new())?.print(console)?;
+    Ok(Outcome::of_run())
+}
+
+/// Refuses options that would do nothing.
+fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
+    given.refuse(&["fit_rounds", "seed"], "levels are stages of a run, and not fitted")?;
+    if options.steps.errors.is_empty() {
+        given.refuse(&["verify"], "it is for --errors")?;
+    }
+    if options.replay.is_some() {
+        let of_runs = [
+            "preset",
+            "placement",
+            "curvature_weight",
+            "lock_boundary",
+            "feature_angle",
+            "no_intersections",
+            "components",
+            "attribute_weight",
+            "normal_weight",
+        ];
+        given.refuse(&of_runs, "with --replay the collapses are those of the record")?;
+    }
+    Ok(())
 }
 
 /// The collapses, recorded or found.
 fn collapses(
     options: &Lod,
+    errors: &[f64],
     mesh: &TriMesh,
     attributes: &Attributes,
     console: &Console,
@@ -129,8 +170,7 @@ fn collapses(
         let log = CollapseLog::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
         return Ok((log, BTreeMap::new()));
     }
-    let targets = options.steps.targets();
-    let mut settings = options.policy.options(mesh, &targets);
+    let mut settings = options.policy.options(mesh, options.steps.goals(errors));
     // Levels are stages of the run, which fitting would move away from.
     (settings.fit, settings.anneal, settings.peaks) = (None, None, None);
     attributes.constrain(mesh, &mut settings);
@@ -141,26 +181,22 @@ fn collapses(
     Ok((result.log, rejected(&result.refusals)))
 }
 
-fn record(path: &Path, log: &CollapseLog, mesh: &TriMesh) -> Result<(), Failure> {
-    while_writing(path, || mesh_io::replace_file(path, |writer| log.write(mesh, writer)))
-        .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })
-}
-
 impl Steps {
-    /// How far the run has to go.
-    fn targets(&self) -> Targets {
-        Targets {
+    /// How far the run has to go; `errors` are in model units.
+    fn goals(&self, errors: &[f64]) -> Goals {
+        let limits = Limits {
             ratio: self.levels.iter().copied().reduce(f64::min),
             faces: self.faces.iter().copied().min(),
-            max_error: self.errors.iter().copied().reduce(f64::max),
-            ..Targets::default()
-        }
+            ..Limits::default()
+        };
+        Goals { limits, max_error: errors.iter().copied().reduce(f64::max) }
     }
 
     /// The number of collapses of each level, ascending.
     fn stages(
         &self,
         log: &CollapseLog,
+        errors: &[f64],
         mesh: &TriMesh,
         check: ErrorCheck,
     ) -> Result<Vec<usize>, Failure> {
@@ -168,7 +204,7 @@ impl Steps {
         let of_ratios = self.levels.iter().map(|ratio| (ratio * faces).ceil() as usize);
         let counts = of_ratios.chain(self.faces.iter().copied());
         let mut stages: Vec<usize> = counts.map(|count| log.count_for_faces(count)).collect();
-        for &error in &self.errors {
+        for &error in errors {
             stages.push(collapses_within(mesh, log, error, check).map_err(Failure::simplify)?);
         }
         stages.sort_unstable();
@@ -179,6 +215,7 @@ impl Steps {
     fn levels(
         &self,
         log: &CollapseLog,
+        errors: &[f64],
         loaded: &Loaded,
         attributes: &Attributes,
         check: ErrorCheck,
@@ -186,7 +223,7 @@ impl Steps {
         let original = Surface::new(&loaded.mesh).map_err(|e| Failure::simplify(e.into()))?;
         let sampling = CompareOptions { samples: 200_000, ..CompareOptions::default() };
         let (mut levels, mut models) = (Vec::new(), Vec::new());
-        for collapses in self.stages(log, &loaded.mesh, check)? {
+        for collapses in self.stages(log, errors, &loaded.mesh, check)? {
             let level = log.level(&loaded.mesh, collapses);
             let (mesh, became) = level.map_err(|error| Failure::Replay(Box::new(error)))?;
             models.push(attributes.carry(loaded, &mesh, &became)?);
@@ -215,17 +252,28 @@ enum Place {
 }
 
 impl Place {
-    fn new(options: &Lod) -> Result<Self, Failure> {
+    fn new(options: &Lod, given: &Given) -> Result<Self, Failure> {
         let Steps { levels, faces, errors } = &options.steps;
         let count = levels.len() + faces.len() + errors.len();
         let output = &options.output;
+        if is_standard(output) {
+            check_target(output, &options.save, given)?;
+            if count > 1 {
+                let message = "the standard output takes one level; name one, or a folder";
+                return Err(Failure::usage(message));
+            }
+            return Ok(Self::Apart(vec![output.clone()]));
+        }
         let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
         let holds_all = matches!(extension.as_deref(), Some("glb" | "gltf"));
+        if holds_all {
+            check_target(output, &options.save, given)?;
+        }
         if holds_all && !(count == 1 && options.replay.is_some()) {
             return Ok(Self::Together(output.clone()));
         }
         if extension.is_some() && !output.is_dir() {
-            check_target(output, &options.save)?;
+            check_target(output, &options.save, given)?;
             if count > 1 {
                 return Err(Failure::Usage(format!(
                     "{}: one file for several levels must be GLB or glTF; name one, or a folder",
@@ -235,42 +283,55 @@ impl Place {
             return Ok(Self::Apart(vec![output.clone()]));
         }
         let input = &options.source.input;
-        let stem = input.file_stem().unwrap_or_default().to_string_lossy();
+        let stem = match input.file_stem() {
+            Some(stem) if !is_standard(input) => stem.to_string_lossy(),
+            _ => "level".into(),
+        };
         let own = input.extension().map(|e| e.to_string_lossy().into_owned());
-        let extension = options.save.extension().map(str::to_owned).or(own).unwrap_or_default();
+        let named = options.save.to.map(|name| Format::from(name).extension().to_owned());
+        let extension = named.or(own).unwrap_or_default();
         let paths: Vec<PathBuf> =
             (1..=count).map(|level| output.join(format!("{stem}-{level}.{extension}"))).collect();
-        paths.iter().try_for_each(|path| check_target(path, &options.save))?;
+        paths.iter().try_for_each(|path| check_target(path, &options.save, given))?;
         Ok(Self::Apart(paths))
     }
 
+    /// Writes the levels and the record. All of them are whole before the first takes its place.
     fn write(
         &self,
         loaded: &Loaded,
         levels: &mut [Level],
         models: &[Model],
+        log: &CollapseLog,
         options: &Lod,
         console: &Console,
     ) -> Result<(), Failure> {
+        let (all, coverage);
+        let mut outputs = Outputs::default();
         match self {
             Self::Together(path) => {
                 let identity = loaded.to_model(&loaded.provenance.corner_source)?;
-                let all: Vec<Model> = [&identity].into_iter().chain(models).cloned().collect();
-                save_levels(path, &all, &coverage(loaded, levels), &options.save, console)
+                all = [&identity].into_iter().chain(models).cloned().collect::<Vec<Model>>();
+                coverage = shown_from(loaded, levels);
+                outputs.add_levels(path, &all, &coverage, &options.save);
             }
             Self::Apart(paths) => {
                 for ((path, model), level) in paths.iter().zip(models).zip(levels) {
-                    let folder = path.parent().unwrap_or(Path::new(""));
-                    std::fs::create_dir_all(folder).map_err(|source| Failure::Write {
-                        path: folder.to_owned(),
-                        source: Box::new(source.into()),
-                    })?;
-                    save(path, model, &options.save, console)?;
+                    if is_standard(path) {
+                        save(path, model, &options.save, console)?;
+                    } else {
+                        make_folder_of(path)?;
+                        outputs.add_model(path, model, &options.save);
+                    }
                     level.output = Some(path.display().to_string());
                 }
-                Ok(())
             }
         }
+        if let Some(path) = &options.record {
+            let content = |writer: &mut dyn Write| log.write(&loaded.mesh, writer);
+            outputs.add(path, move || mesh_io::stage_file(path, content));
+        }
+        outputs.write(console)
     }
 }
 
@@ -280,7 +341,7 @@ const SCREEN: f64 = 1080.0;
 /// For the input and each level, the part of the screen that the object must cover for it to be
 /// shown: where the largest error of the next one would be more than a pixel. The last is shown
 /// however small.
-fn coverage(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
+fn shown_from(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
     let size = loaded.mesh.bounding_box().map_or(0.0, |b| b.diagonal());
     let mut last = 1.0_f64;
     let mut all: Vec<f64> = levels

@@ -1,7 +1,7 @@
 //! `curvmesh patch`: smooth patches from face-based curvature, one or a whole cover.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::ValueEnum;
 use curvpatch::{
@@ -12,13 +12,16 @@ use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
 use serde::Serialize;
 
-use crate::args::{EstimatorPreset, parse_length};
+use crate::args::{EstimatorPreset, FormatName};
+use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::interrupt::while_writing;
-use crate::job::{Report, Source};
-use crate::load::{Seconds, load};
-use crate::save::{FormatName, SaveOptions, check_target, save};
+use crate::given::Given;
+use crate::length::{Length, parse_length};
+use crate::load::Seconds;
+use crate::save::{SAVE_OPTIONS, SaveOptions, make_folder_of, save_bytes};
+use crate::session::{Outcome, Session};
+use crate::task::{Done, Report, Task};
 
 /// Replace the mesh by smooth surface patches made from face-based curvature
 ///
@@ -30,31 +33,27 @@ use crate::save::{FormatName, SaveOptions, check_target, save};
 /// every patch again exactly; or, with --as splats, one oriented elliptical disc per patch in a PLY
 /// file.
 ///
-///     curvmesh patch scan.ply -o cover.ply --tolerance 0.01 --relative
+///     curvmesh patch scan.ply -o cover.ply --tolerance 1%
 ///     curvmesh patch scan.ply -o cover.json --tolerance 0.2 --shape ellipse
-///     curvmesh patch scan.ply -o discs.ply --tolerance 0.005 --relative --as splats
+///     curvmesh patch scan.ply -o discs.ply --tolerance 0.5% --as splats
 ///     curvmesh patch cow.obj -o one.glb --face 1200 --radius 0.4 --shape ellipse
+///     curvmesh patch scans/ -o covers/ --tolerance 1% --to glb
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
 pub(crate) struct Patch {
     #[command(flatten)]
-    source: Source,
-    /// The file to write
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    job: Job,
     #[command(flatten)]
     what: What,
     /// What to write [default: a record for .json, otherwise a mesh]
     #[arg(long = "as", value_enum, value_name = "CONTENT")]
     content: Option<Content>,
-    #[command(flatten)]
-    save: SaveOptions,
 }
 
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Patches")]
 struct What {
-    /// The largest distance between patches and mesh, in model units
+    /// The largest distance between patches and mesh
     #[arg(
         long,
         value_name = "LENGTH",
@@ -62,16 +61,13 @@ struct What {
         required_unless_present = "radius",
         conflicts_with = "radius"
     )]
-    tolerance: Option<f64>,
+    tolerance: Option<Length>,
     /// Make one patch, at this face: triangles count from 0, after repairs
     #[arg(long, value_name = "N")]
     face: Option<usize>,
-    /// The radius of the one patch, in model units
+    /// The radius of the one patch
     #[arg(long, value_name = "LENGTH", requires = "face", value_parser = parse_length)]
-    radius: Option<f64>,
-    /// Lengths are fractions of the diagonal of the bounding box
-    #[arg(long)]
-    relative: bool,
+    radius: Option<Length>,
     /// The outline of patches
     #[arg(long, value_enum, default_value_t)]
     shape: ShapeName,
@@ -158,15 +154,24 @@ struct Made {
     cut: f64,
 }
 
-pub(crate) fn run(options: &Patch, console: &Console) -> Result<(), Failure> {
-    let content = options.content();
-    check_output(options, content)?;
+pub(crate) fn run(options: &Patch, session: &Session) -> Result<Outcome, Failure> {
+    options.check_given(&session.given)?;
+    let save = &options.job.save;
+    let extension = |input: &Path| match options.content {
+        Some(Content::Record) => Some("json"),
+        Some(Content::Splats) => Some("ply"),
+        _ => save.format_of(input).map(Format::extension),
+    };
+    options.job.run_as(session, &extension, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
-    let Source { input, repair } = &options.source;
-    let loaded = Seconds::time(&mut seconds.load, || load(input, repair, console))?;
+    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let mesh = &loaded.mesh;
-    let made = Seconds::time(&mut seconds.compute, || options.what.make(mesh, console))?;
-    Seconds::time(&mut seconds.save, || write(options, content, mesh, &made, console))?;
+    let relative = options.job.loading.relative;
+    let made = Seconds::time(&mut seconds.compute, || options.what.make(mesh, relative, console))?;
+    write(options, task, mesh, &made, &mut seconds, console)?;
     let Made { cover, .. } = &made;
     let results = Results {
         patches: cover.patches.len(),
@@ -176,43 +181,51 @@ pub(crate) fn run(options: &Patch, console: &Console) -> Result<(), Failure> {
         max_error: cover.max_error(),
         method: options.what.method_name(cover),
     };
-    let report =
-        Report::new("patch", input, loaded.counts(), results, seconds).with_output(&options.output);
-    console.result(&report, summary(&report))
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let Results { patches, covered_faces, .. } = report.results;
+    let brief = format!("{patches} patches for {covered_faces} of {} faces", report.faces);
+    report.done(console, summary(&report), brief)
 }
 
 impl Patch {
-    fn content(&self) -> Content {
-        self.content.unwrap_or(match self.output.extension() {
+    fn content(&self, output: Option<&Path>) -> Content {
+        let extension = output.and_then(Path::extension);
+        self.content.unwrap_or(match extension {
             Some(extension) if extension.eq_ignore_ascii_case("json") => Content::Record,
             _ => Content::Mesh,
         })
     }
-}
 
-/// Refuses an output that cannot hold the content before any work is done.
-fn check_output(options: &Patch, content: Content) -> Result<(), Failure> {
-    match content {
-        Content::Mesh => check_target(&options.output, &options.save),
-        Content::Record => Ok(()),
-        Content::Splats => {
-            let named = match options.save.format {
-                Some(format) => matches!(format, FormatName::Ply),
-                None => Format::from_extension(&options.output) == Some(Format::Ply),
-            };
-            let refused = "splats go to PLY only; name the output .ply, or add --format ply";
-            named.then_some(()).ok_or_else(|| Failure::Usage(refused.into()))
+    /// Refuses options that would do nothing, and an output that cannot hold the content.
+    fn check_given(&self, given: &Given) -> Result<(), Failure> {
+        let output = self.job.output.as_deref();
+        match self.content(output) {
+            Content::Mesh => check_output(&self.job, given),
+            Content::Record => given.refuse(&SAVE_OPTIONS, "the record is JSON"),
+            Content::Splats => {
+                let format = match self.job.save.to {
+                    Some(name) => Some(Format::from(name)),
+                    None => output.and_then(Format::from_extension),
+                };
+                match format {
+                    // A folder, or the standard output.
+                    None if output.is_some_and(|path| path.extension().is_none()) => Ok(()),
+                    Some(Format::Ply) => Ok(()),
+                    _ => Err(Failure::usage(
+                        "splats go to PLY only; name the output .ply, or add --to ply",
+                    )),
+                }
+            }
         }
     }
 }
 
 impl What {
-    fn make(&self, mesh: &TriMesh, console: &Console) -> Result<Made, Failure> {
+    fn make(&self, mesh: &TriMesh, relative: bool, console: &Console) -> Result<Made, Failure> {
         let estimator = CurvatureEstimator::new(mesh, self.preset.params())
             .map_err(|error| Failure::Usage(error.to_string()))?;
-        let unit = if self.relative { diagonal(mesh)? } else { 1.0 };
-        let length = |value: Option<f64>| value.map(|value| unit * value);
-        match (self.face, length(self.radius), length(self.tolerance)) {
+        let units = |length: Option<Length>| length.map(|l| l.on(mesh, relative)).transpose();
+        match (self.face, units(self.radius)?, units(self.tolerance)?) {
             (Some(face), Some(radius), _) => {
                 self.of_radius(&estimator, face_of(mesh, face)?, radius)
             }
@@ -302,14 +315,6 @@ impl What {
     }
 }
 
-/// The diagonal of the bounding box, which relative lengths are shares of.
-fn diagonal(mesh: &TriMesh) -> Result<f64, Failure> {
-    match mesh.bounding_box().map(|bounds| bounds.diagonal()) {
-        Some(diagonal) if diagonal > 0.0 => Ok(diagonal),
-        _ => Err(Failure::refused("the mesh has no extent that lengths could be relative to")),
-    }
-}
-
 fn face_of(mesh: &TriMesh, index: usize) -> Result<FaceId, Failure> {
     let count = mesh.topology().face_count();
     if index < count {
@@ -339,19 +344,28 @@ fn single(mesh: &TriMesh, patch: Option<CoverPatch>, tolerance: f64) -> Cover {
 
 fn write(
     options: &Patch,
-    content: Content,
+    task: &Task,
     mesh: &TriMesh,
     made: &Made,
+    seconds: &mut Seconds,
     console: &Console,
 ) -> Result<(), Failure> {
     let Made { cover, cut } = made;
-    match content {
-        Content::Mesh => {
-            save(&options.output, &mesh_model(mesh, cover, *cut)?, &options.save, console)
-        }
-        Content::Record => write_record(&options.output, cover),
+    let Some(output) = &task.output else { return Ok(()) };
+    let save = &options.job.save;
+    match options.content(Some(output)) {
+        Content::Mesh => task.save(&mesh_model(mesh, cover, *cut)?, save, seconds, console),
+        Content::Record => Seconds::time(&mut seconds.save, || {
+            if task.makes_folder {
+                make_folder_of(output)?;
+            }
+            let record = serde_json::to_string(&cover.record()).map_err(Failure::json)?;
+            save_bytes(output, format!("{record}\n").as_bytes())
+        }),
         Content::Splats => {
-            save(&options.output, &splat_model(&cover.splats()), &options.save, console)
+            let format = Some(FormatName::Ply);
+            let save = SaveOptions { to: format, ..*save };
+            task.save(&splat_model(&cover.splats()), &save, seconds, console)
         }
     }
 }
@@ -370,12 +384,6 @@ fn mesh_model(mesh: &TriMesh, cover: &Cover, cut: f64) -> Result<Model, Failure>
         face_scalars: vec![Scalars { name: "patch".into(), values: patches }],
         ..Model::from(soup)
     })
-}
-
-fn write_record(path: &Path, cover: &Cover) -> Result<(), Failure> {
-    let text = serde_json::to_string(&cover.record()).map_err(Failure::json)?;
-    while_writing(path, || mesh_io::replace_file(path, |writer| writeln!(writer, "{text}")))
-        .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })
 }
 
 /// One point per splat with its normal, its colour, and the half axes `u` and `v` of its ellipse.

@@ -7,11 +7,14 @@ use serde::Serialize;
 use simplify::{FitReport, Simplified, simplify_observed};
 
 use crate::attributes::{Attributes, Carry};
+use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::{Job, Report};
+use crate::interrupt::Interruption;
 use crate::load::Seconds;
+use crate::session::{Outcome, Session};
 use crate::simplify_options::{Policy, Targets, rejected, show};
+use crate::task::{Done, Report, Task};
 
 /// Simplify a mesh by collapsing edges
 ///
@@ -19,10 +22,11 @@ use crate::simplify_options::{Policy, Targets, rejected, show};
 /// which.
 ///
 ///     curvmesh simplify scan.ply -o small.ply --faces 3000
-///     curvmesh simplify part.stl -o part.obj --max-error 0.01 --verify --lenient
+///     curvmesh simplify part.stl -o part.obj --max-error 0.2% --verify --lenient
 ///     curvmesh simplify truck.glb -o truck-30.glb --ratio 0.3 --preset quality
+///     curvmesh simplify a.stl b.stl scans/ -o small/ --ratio 0.1 --resume
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
 pub(crate) struct Simplify {
     #[command(flatten)]
     targets: Targets,
@@ -30,6 +34,8 @@ pub(crate) struct Simplify {
     policy: Policy,
     #[command(flatten)]
     carry: Carry,
+    #[command(flatten)]
+    interruption: Interruption,
     #[command(flatten)]
     job: Job,
 }
@@ -74,21 +80,26 @@ impl From<&FitReport> for Fit {
     }
 }
 
-pub(crate) fn run(options: &Simplify, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Failure> {
     options.targets.check()?;
+    options.policy.check_given(&session.given)?;
+    check_output(&options.job, &session.given)?;
+    options.job.run(session, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
-    let mut loaded = options.job.load_whole(&mut seconds, console)?;
+    let mut loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let attributes = options.carry.find(&mut loaded, console);
     let simplified = Seconds::time(&mut seconds.compute, || {
         reduce(&loaded.mesh, options, &attributes, console)
     })?;
     let model = attributes.carry(&loaded, &simplified.mesh, &simplified.vertex_map)?;
-    options.job.save(&model, &mut seconds, console)?;
+    task.save(&model, &options.job.save, &mut seconds, console)?;
     let results = Results::new(options, loaded.mesh.topology().face_count(), &simplified);
-    let report =
-        Report::new("simplify", &options.job.source.input, loaded.counts(), results, seconds)
-            .with_output(&options.job.output);
-    console.result(&report, summary(&report))
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
+    report.done(console, summary(&report), brief)
 }
 
 fn reduce(
@@ -97,7 +108,8 @@ fn reduce(
     attributes: &Attributes,
     console: &Console,
 ) -> Result<Simplified, Failure> {
-    let mut settings = options.policy.options(mesh, &options.targets);
+    let goals = options.targets.goals(mesh, options.job.loading.relative)?;
+    let mut settings = options.policy.options(mesh, goals);
     attributes.constrain(mesh, &mut settings);
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));

@@ -68,6 +68,8 @@ pub(super) fn item<'d, T>(
 
 /// The values of an accessor, known to be there.
 pub(super) struct Values<'d> {
+    /// What asks for them, for errors.
+    path: &'d str,
     count: usize,
     /// The bytes of a value.
     length: usize,
@@ -133,12 +135,15 @@ impl Document {
     }
 
     /// The values of an accessor of so many components.
-    pub(super) fn values(
-        &self,
+    ///
+    /// Takes no longer for many values than for few: those of a mesh are asked for before it is
+    /// known whether there is memory for it.
+    pub(super) fn values<'d>(
+        &'d self,
         index: u32,
-        path: &str,
+        path: &'d str,
         widths: std::ops::RangeInclusive<usize>,
-    ) -> Result<Values<'_>, ReadErrorKind> {
+    ) -> Result<Values<'d>, ReadErrorKind> {
         let accessor = self.accessor(index, path)?;
         let (kind, width) = (kind(accessor.component_type, path)?, width(accessor.shape));
         if !widths.contains(&width) {
@@ -165,17 +170,10 @@ impl Document {
                 self.source(part.buffer_view, part.byte_offset, sparse_count, length, path)
             };
             let (indices, values) = (of(from, size(kind))?, of(to, length)?);
-            for place in 0..sparse_count {
-                let index = decode(indices.value(place, size(kind)), kind, false);
-                if !(index >= 0.0 && index < count as f64) {
-                    let expected = format!("sparse indices below {count}");
-                    return Err(ReadErrorKind::malformed(at(path), expected, index.to_string()));
-                }
-            }
             Ok(SparseValues { count: sparse_count, kind, indices, values })
         });
         let sparse = sparse.transpose()?;
-        Ok(Values { count, length, kind, normalized: accessor.normalized, source, sparse })
+        Ok(Values { path, count, length, kind, normalized: accessor.normalized, source, sparse })
     }
 
     /// The values of an accessor of indices.
@@ -190,7 +188,7 @@ impl Document {
             if let Some(slot) = indices.get_mut(index) {
                 *slot = decode(bytes, values.kind, false) as u32;
             }
-        });
+        })?;
         Ok(indices)
     }
 
@@ -230,29 +228,33 @@ impl Values<'_> {
 
     /// Calls `put` with the place and the components of every value, normalised if the accessor says
     /// so; `fill` stands for components that it lacks.
-    pub(super) fn each<const N: usize>(&self, fill: f32, mut put: impl FnMut(usize, [f32; N])) {
+    pub(super) fn each<const N: usize>(
+        &self,
+        fill: f32,
+        mut put: impl FnMut(usize, [f32; N]),
+    ) -> Result<(), ReadErrorKind> {
         self.each_bytes(|index, bytes| {
             let mut value = [fill; N];
             for (component, bytes) in value.iter_mut().zip(bytes.chunks_exact(size(self.kind))) {
                 *component = decode(bytes, self.kind, self.normalized) as f32;
             }
             put(index, value);
-        });
+        })
     }
 
-    pub(super) fn to_vec<const N: usize>(&self, fill: f32) -> Vec<[f32; N]> {
+    pub(super) fn to_vec<const N: usize>(&self, fill: f32) -> Result<Vec<[f32; N]>, ReadErrorKind> {
         let mut values = vec![[fill; N]; self.count];
         self.each(fill, |index, value| {
             if let Some(slot) = values.get_mut(index) {
                 *slot = value;
             }
-        });
-        values
+        })?;
+        Ok(values)
     }
 
     /// Calls `put` with the bytes of every value in order, then with those that take the place of
     /// others.
-    fn each_bytes(&self, mut put: impl FnMut(usize, &[u8])) {
+    fn each_bytes(&self, mut put: impl FnMut(usize, &[u8])) -> Result<(), ReadErrorKind> {
         let zeros = [0; 64];
         for index in 0..self.count {
             put(
@@ -263,12 +265,18 @@ impl Values<'_> {
                 },
             );
         }
-        let Some(sparse) = &self.sparse else { return };
+        let Some(sparse) = &self.sparse else { return Ok(()) };
         for place in 0..sparse.count {
             let index = sparse.indices.value(place, size(sparse.kind));
-            let index = decode(index, sparse.kind, false) as usize;
-            put(index, sparse.values.value(place, self.length));
+            let index = decode(index, sparse.kind, false);
+            if !(index >= 0.0 && index < self.count as f64) {
+                let expected = format!("sparse indices below {}", self.count);
+                let (at, found) = (at(self.path), index.to_string());
+                return Err(ReadErrorKind::malformed(at, expected, found));
+            }
+            put(index as usize, sparse.values.value(place, self.length));
         }
+        Ok(())
     }
 }
 

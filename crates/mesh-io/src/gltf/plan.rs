@@ -37,6 +37,9 @@ pub(super) struct MeshPlan {
     vertices: u64,
     faces: u64,
     passing: u64,
+    has_colors: bool,
+    has_normals: bool,
+    has_materials: bool,
 }
 
 /// Vertices, by the accessors of their attributes.
@@ -135,10 +138,10 @@ impl Plan {
         }
         self.vertices = self.vertices.saturating_add(mesh_plan.vertices.saturating_mul(times));
         self.faces = self.faces.saturating_add(mesh_plan.faces.saturating_mul(times));
-        self.has_colors |= mesh_plan.sets.iter().any(|set| set.colors.is_some());
-        self.has_normals |= mesh_plan.sets.iter().any(|set| set.normals.is_some());
+        self.has_colors |= mesh_plan.has_colors;
+        self.has_normals |= mesh_plan.has_normals;
         self.has_uvs |= !mesh_plan.uvs.is_empty();
-        self.has_materials |= mesh.primitives.iter().any(|p| p.material.is_some());
+        self.has_materials |= mesh_plan.has_materials;
         let name = placed.node.name.as_ref().or(mesh.name.as_ref()).map_or(0, |name| name.len());
         self.groups = self.groups.saturating_add((size_of::<Group>() + name + 16) as u64 * 2);
         let passing = mesh_plan.passing.saturating_add(times.saturating_mul(INSTANCE));
@@ -173,7 +176,10 @@ impl Planner<'_> {
                     let set = self.vertices(index, primitive, &path)?;
                     let normals = if set.normals.is_some() { 12 } else { 0 };
                     plan.vertices = plan.vertices.saturating_add(set.count as u64);
-                    plan.passing = plan.passing.saturating_add(normals * set.count as u64);
+                    plan.passing =
+                        plan.passing.saturating_add((set.count as u64).saturating_mul(normals));
+                    plan.has_colors |= set.colors.is_some();
+                    plan.has_normals |= set.normals.is_some();
                     plan.sets.push(set);
                     sets.insert(&primitive.attributes, plan.sets.len() - 1);
                     plan.sets.len() - 1
@@ -191,12 +197,13 @@ impl Planner<'_> {
             let own_uvs = self.uvs(primitive, count, &path)?;
             let uvs = own_uvs.map(|(accessor, transform)| {
                 let place = *uvs.entry(accessor).or_insert_with(|| {
-                    plan.passing = plan.passing.saturating_add(8 * count);
+                    plan.passing = plan.passing.saturating_add(count.saturating_mul(8));
                     plan.uvs.push(accessor);
                     plan.uvs.len() - 1
                 });
                 (place, transform)
             });
+            plan.has_materials |= primitive.material.is_some();
             plan.faces = plan.faces.saturating_add(faces);
             most_indices = most_indices.max(indices);
             plan.parts.push(Part { primitive: index, set, uvs });
@@ -211,8 +218,8 @@ impl Planner<'_> {
         Ok(plan)
     }
 
-    /// The accessor of an attribute: known to be there, of a fitting width, and as long as the
-    /// positions.
+    /// Looks at the accessor of an attribute: its values are there, of a fitting width, and as many
+    /// as there are positions. How many these are, and whether any buffer says something about them.
     fn attribute(
         &self,
         primitive: &Primitive,
@@ -221,34 +228,17 @@ impl Planner<'_> {
         widths: std::ops::RangeInclusive<usize>,
         count: Option<usize>,
         path: &str,
-    ) -> Result<Values<'_>, ReadErrorKind> {
+    ) -> Result<(usize, bool), ReadErrorKind> {
         let path = format!("{path}.attributes.{name}");
         let values = self.document.values(accessor, &path, widths)?;
-        self.not_draco(primitive, &values, &path)?;
+        not_draco(primitive, &values, &path)?;
         match count {
             Some(count) if values.count() != count => {
                 let found = values.count().to_string();
                 Err(ReadErrorKind::malformed(at(&path), format!("{count} values"), found))
             }
-            _ => Ok(values),
+            _ => Ok((values.count(), !values.is_nothing())),
         }
-    }
-
-    /// Values that only the compressed data have are not there.
-    fn not_draco(
-        &self,
-        primitive: &Primitive,
-        values: &Values<'_>,
-        path: &str,
-    ) -> Result<(), ReadErrorKind> {
-        if !(primitive.extensions.draco && values.is_nothing()) {
-            return Ok(());
-        }
-        Err(ReadErrorKind::Unsupported {
-            at: at(path),
-            what: "the extension KHR_draco_mesh_compression without other data".to_owned(),
-            cure: "export the file without it",
-        })
     }
 
     fn vertices(
@@ -262,9 +252,9 @@ impl Planner<'_> {
             let path = format!("{path}.attributes.POSITION");
             ReadErrorKind::malformed(at(&path), "an accessor", "nothing")
         })?;
-        let values = self.attribute(primitive, positions, "POSITION", 3..=3, None, path)?;
-        let (count, is_nothing) = (values.count(), values.is_nothing());
-        if is_nothing {
+        let (count, is_given) =
+            self.attribute(primitive, positions, "POSITION", 3..=3, None, path)?;
+        if !is_given && count > 0 {
             self.notes.add(format!("{path}: no buffer gives the positions, so that all are zero"));
         }
         let all = Some(count);
@@ -304,7 +294,7 @@ impl Planner<'_> {
         let Some(accessor) = primitive.indices else { return Ok(vertices) };
         let path = format!("{path}.indices");
         let values = self.document.values(accessor, &path, 1..=1)?;
-        self.not_draco(primitive, &values, &path)?;
+        not_draco(primitive, &values, &path)?;
         Ok(values.count() as u64)
     }
 
@@ -330,4 +320,16 @@ impl Planner<'_> {
         self.attribute(primitive, accessor, &name, 2..=2, Some(count as usize), path)?;
         Ok(Some((accessor, transform)))
     }
+}
+
+/// Values that only the compressed data have are not there.
+fn not_draco(primitive: &Primitive, values: &Values<'_>, path: &str) -> Result<(), ReadErrorKind> {
+    if !(primitive.extensions.draco && values.is_nothing()) {
+        return Ok(());
+    }
+    Err(ReadErrorKind::Unsupported {
+        at: at(path),
+        what: "the extension KHR_draco_mesh_compression without other data".to_owned(),
+        cure: "export the file without it",
+    })
 }

@@ -18,9 +18,9 @@ use mesh_core::soup::TooManyCorners;
 
 pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
     let (json, binary) = container::read(input)?;
-    // The lists of the document grow; strings are in it once more.
+    // The lists of the document grow; strings are in it once more than in the text.
     let braces = json.iter().filter(|&&byte| byte == b'{').count() as u64;
-    input.spend(3 * json.len() as u64 + GROWING * LARGEST * braces, || at("the document"))?;
+    input.spend(json.len() as u64 + GROWING * LARGEST * braces, || at("the document"))?;
     let root: Root = serde_json::from_slice(&json).map_err(|error| {
         let at = Location::Line(error.line() as u64);
         ReadErrorKind::malformed(at, "a glTF document", error.to_string())
@@ -113,13 +113,13 @@ impl<'d> Reader<'d> {
             return Ok(());
         }
         let name = placed.node.name.as_ref().or(mesh.name.as_ref());
-        let object = name.map(|name| name.to_string()).unwrap_or_default();
+        let object = name.map(ToString::to_string).unwrap_or_default();
         self.model.groups.push(Group { object, name: String::new() });
         let document = self.document;
         let uvs: Result<Vec<_>, ReadErrorKind> = mesh_plan
             .uvs
             .iter()
-            .map(|&uvs| Ok(document.values(uvs, "TEXCOORD", 2..=2)?.to_vec::<2>(0.0)))
+            .map(|&uvs| document.values(uvs, "TEXCOORD", 2..=2)?.to_vec::<2>(0.0))
             .collect();
         let uvs = uvs?;
         let instance = Instance { placed, mesh, plan: mesh_plan, uvs: &uvs };
@@ -163,14 +163,14 @@ impl<'d> Reader<'d> {
             if let Some(position) = positions.get_mut(index) {
                 *position = transform.transform_point3(DVec3::from(p.map(f64::from)));
             }
-        });
+        })?;
         if let (Some(accessor), Some(colors)) = (set.colors, &mut self.model.vertex_colors) {
             let colors = colors.get_mut(range.clone()).unwrap_or_default();
             document.values(accessor, path, 3..=4)?.each(1.0, |index, color: [f32; 4]| {
                 if let Some(slot) = colors.get_mut(index) {
                     *slot = color;
                 }
-            });
+            })?;
         }
         for &(column, accessor) in &set.scalars {
             let column = self.model.vertex_scalars.get_mut(column as usize);
@@ -180,10 +180,10 @@ impl<'d> Reader<'d> {
                 if let Some(slot) = column.get_mut(index) {
                     *slot = f64::from(value);
                 }
-            });
+            })?;
         }
         let Some(accessor) = set.normals else { return Ok(None) };
-        let mut normals = document.values(accessor, path, 3..=3)?.to_vec(0.0);
+        let mut normals = document.values(accessor, path, 3..=3)?.to_vec(0.0)?;
         rotate_normals(&mut normals, transform);
         Ok(Some(normals))
     }

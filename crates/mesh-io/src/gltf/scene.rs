@@ -154,5 +154,5 @@ fn instance_values<const N: usize>(
     let instancing = placed.node.extensions.instancing.as_ref();
     let accessor = instancing.and_then(|instancing| instancing.attributes.get(name));
     let path = || path_of(placed, name);
-    accessor.map(|index| Ok(document.values(index, &path(), N..=N)?.to_vec(0.0))).transpose()
+    accessor.map(|index| document.values(index, &path(), N..=N)?.to_vec(0.0)).transpose()
 }

@@ -6,13 +6,13 @@ use mesh_core::{FaceMap, TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use serde::Serialize;
 
+use crate::args::EstimatorPreset;
 use crate::colormap::Scale;
-use crate::commands::curvature::options::{Curvature, Estimate, Integrals, Quantity};
+use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::job::Report;
 use crate::load::{Loaded, Seconds};
-use crate::save::FormatName;
+use crate::task::{Done, Report, Task};
 
 /// The property that is 1 for faces with curvature, and 0 for those without, whose other numbers
 /// are 0.
@@ -42,35 +42,36 @@ struct Values {
     radius: f64,
 }
 
-pub(crate) fn run(options: &Curvature, console: &Console) -> Result<(), Failure> {
+pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let quantity = options.quantity;
-    if quantity == Quantity::Willmore {
-        let message = "a face has no Willmore energy of its own; its integral is in the output of \
-                       --json, or use --estimator vertex";
-        return Err(Failure::Usage(message.into()));
-    }
     let mut seconds = Seconds::default();
-    let loaded = options.job.load(&mut seconds, console)?;
-    let values =
-        Seconds::time(&mut seconds.compute, || Values::of(&loaded.mesh, &options.estimate))?;
+    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let radius = options.estimate.radius;
+    let radius = radius.map(|r| r.on(&loaded.mesh, options.job.loading.relative)).transpose()?;
+    let values = Seconds::time(&mut seconds.compute, || {
+        Values::of(&loaded.mesh, options.estimate.preset, radius)
+    })?;
     let known = values.discs.as_slice().iter().flatten();
     let scale =
         options.colors.scale(quantity.is_signed(), known.map(|d| value(d, quantity)).collect());
-    let model = colored(options, &loaded, &values, &scale)?;
-    options.job.save(&model, &mut seconds, console)?;
-    console.message(options.colors.explain(&scale));
+    if let Some(output) = &task.output {
+        let in_faces =
+            matches!(options.job.save.format_of(output), Some(Format::Ply | Format::Off));
+        let model = colored(quantity, in_faces, &loaded, &values, &scale)?;
+        task.save(&model, &options.job.save, &mut seconds, console)?;
+        console.message(options.colors.explain(&scale));
+    }
     let results = results(options, &loaded, &values, &scale);
-    let report =
-        Report::new("curvature", &options.job.source.input, loaded.counts(), results, seconds)
-            .with_output(&options.job.output);
-    console.result(&report, summary(&report))
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
+    let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
+    report.done(console, summary(&report), brief)
 }
 
 impl Values {
-    fn of(mesh: &TriMesh, options: &Estimate) -> Result<Self, Failure> {
-        let estimator =
-            CurvatureEstimator::new(mesh, options.preset.params()).map_err(Failure::refused)?;
-        let radius = options.radius.unwrap_or_else(|| estimator.suggested_radius());
+    fn of(mesh: &TriMesh, preset: EstimatorPreset, radius: Option<f64>) -> Result<Self, Failure> {
+        let estimator = CurvatureEstimator::new(mesh, preset.params()).map_err(Failure::refused)?;
+        let radius = radius.unwrap_or_else(|| estimator.suggested_radius());
         // Without faces there is no mean edge, and no curvature either.
         if mesh.topology().face_count() == 0 {
             return Ok(Self { discs: FaceMap::from_vec(Vec::new()), radius });
@@ -123,7 +124,8 @@ fn value(disc: &DiscCurvature, quantity: Quantity) -> f64 {
 /// faces where the format has them (PLY, OFF), and otherwise to the vertices, by the mean of the
 /// faces round each weighted by their areas, so that the mesh stays connected.
 fn colored(
-    options: &Curvature,
+    quantity: Quantity,
+    in_faces: bool,
     loaded: &Loaded,
     values: &Values,
     scale: &Scale,
@@ -144,8 +146,7 @@ fn colored(
     model.face_scalars.push(Scalars { name: KNOWN.to_owned(), values: known });
     model.vertex_colors = None;
     model.face_colors = None;
-    let quantity = options.quantity;
-    if holds_face_colors(options) {
+    if in_faces {
         let color = |disc: &Option<DiscCurvature>| {
             disc.map_or(UNKNOWN, |d| scale.color(value(&d, quantity)))
         };
@@ -160,15 +161,6 @@ fn colored(
 
 /// The colour of what has no curvature.
 const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
-
-fn holds_face_colors(options: &Curvature) -> bool {
-    match options.job.save.format {
-        Some(format) => matches!(format, FormatName::Ply | FormatName::Off),
-        None => {
-            matches!(Format::from_extension(&options.job.output), Some(Format::Ply | Format::Off))
-        }
-    }
-}
 
 /// The mean over the faces round each vertex, weighted by area; nothing without any.
 fn vertex_means(mesh: &TriMesh, values: &Values, quantity: Quantity) -> VertexMap<Option<f64>> {

@@ -3,9 +3,12 @@
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use crate::args::{AreaName, EstimatorPreset, parse_length};
-use crate::colormap::ColorOptions;
-use crate::job::Job;
+use crate::args::{AreaName, EstimatorPreset};
+use crate::batch::Job;
+use crate::colormap::{COLOR_OPTIONS, ColorOptions};
+use crate::failure::Failure;
+use crate::given::Given;
+use crate::length::{Length, parse_length};
 
 /// Compute the curvature of every vertex or face, and colour the mesh by it
 ///
@@ -14,19 +17,22 @@ use crate::job::Job;
 /// faces is a property of faces; GLB and OBJ get the colours of vertices, which are the mean of the
 /// faces around.
 ///
+/// Without -o nothing is written, and only the totals are printed.
+///
+///     curvmesh curvature scan.ply --json
 ///     curvmesh curvature scan.ply -o mean.ply --quantity mean
 ///     curvmesh curvature part.obj -o folds.glb --quantity abs-mean --colormap magma --range 0,2
-///     curvmesh curvature scan.ply -o k1.ply --quantity k1 --estimator face --radius 0.3
+///     curvmesh curvature scan.ply -o k1.ply --quantity k1 --estimator face --radius 1%
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Curvature {
     #[command(flatten)]
     pub(crate) job: Job,
     /// What the colours show
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = "Curvature")]
     pub(crate) quantity: Quantity,
     /// The area that belongs to a vertex, by which integrals are divided
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = "Curvature")]
     pub(crate) area: AreaName,
     #[command(flatten)]
     pub(crate) colors: ColorOptions,
@@ -93,14 +99,14 @@ impl Quantity {
 
 /// Where curvature is estimated, and how.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Estimator")]
+#[command(next_help_heading = "Curvature")]
 pub(crate) struct Estimate {
     /// `vertex`: from angles and dihedral angles; `face`: from normal sections through each face
     #[arg(long, value_enum, default_value_t)]
     pub(crate) estimator: EstimatorName,
-    /// With `face`: how far sections reach to either side, in model units [default: 4 mean edges]
+    /// With `face`: how far sections reach to either side [default: 4 mean edges]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
-    pub(crate) radius: Option<f64>,
+    pub(crate) radius: Option<Length>,
     /// With `face`: how curvature is read off the sections
     #[arg(long, value_enum, default_value_t)]
     pub(crate) preset: EstimatorPreset,
@@ -113,8 +119,26 @@ pub(crate) enum EstimatorName {
     Face,
 }
 
-impl Estimate {
-    pub(crate) fn is_by_face(&self) -> bool {
-        self.estimator == EstimatorName::Face
+impl Curvature {
+    /// Refuses options that would do nothing, and quantities that there are not.
+    pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
+        if self.job.output.is_none() {
+            given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
+        }
+        match self.estimate.estimator {
+            EstimatorName::Vertex => {
+                given.refuse(&["radius", "preset"], "they are for --estimator face")
+            }
+            EstimatorName::Face => {
+                given.refuse(&["area"], "curvature of faces is found pointwise")?;
+                if self.quantity == Quantity::Willmore {
+                    return Err(Failure::usage(
+                        "a face has no Willmore energy of its own; its integral is in the output \
+                         of --json, or use --estimator vertex",
+                    ));
+                }
+                Ok(())
+            }
+        }
     }
 }

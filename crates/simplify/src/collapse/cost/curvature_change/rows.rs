@@ -75,15 +75,17 @@ impl Rows {
         }
     }
 
+    /// Where a number is. Wrapping, since a place beyond the end is found out where it is used.
     #[inline(always)]
     fn place(&self, column: Column, row: usize) -> usize {
-        (SINGLE + column as usize) * self.capacity + row
+        (SINGLE + column as usize).wrapping_mul(self.capacity).wrapping_add(row)
     }
 
     #[inline(always)]
     fn places(&self, vector: Vector, row: usize) -> [usize; 3] {
-        let first = 3 * vector as usize * self.capacity + row;
-        [first, first + self.capacity, first + 2 * self.capacity]
+        let first = (3 * vector as usize).wrapping_mul(self.capacity).wrapping_add(row);
+        let second = first.wrapping_add(self.capacity);
+        [first, second, second.wrapping_add(self.capacity)]
     }
 
     /// The rows from 1 to `count` of a column.
@@ -101,35 +103,34 @@ impl Rows {
 
     #[inline(always)]
     pub(super) fn store(&mut self, column: Column, first: usize, lanes: &Lanes) {
-        let place = self.place(column, first);
-        self.numbers[place..place + LANES].copy_from_slice(lanes);
+        self.set_block(self.place(column, first), lanes);
     }
 
     #[inline(always)]
     pub(super) fn vectors(&self, vector: Vector, first: usize) -> [Lanes; 3] {
-        self.places(vector, first).map(|place| self.block(place))
+        let [x, y, z] = self.places(vector, first);
+        [self.block(x), self.block(y), self.block(z)]
     }
 
     #[inline(always)]
     pub(super) fn store_vectors(&mut self, vector: Vector, first: usize, lanes: &[Lanes; 3]) {
-        for (place, lanes) in self.places(vector, first).into_iter().zip(lanes) {
-            self.numbers[place..place + LANES].copy_from_slice(lanes);
-        }
+        let [x, y, z] = self.places(vector, first);
+        self.set_block(x, &lanes[0]);
+        self.set_block(y, &lanes[1]);
+        self.set_block(z, &lanes[2]);
     }
 
     #[inline(always)]
     pub(super) fn set_vector(&mut self, vector: Vector, row: usize, value: DVec3) {
-        for (place, number) in self.places(vector, row).into_iter().zip(value.to_array()) {
-            self.numbers[place] = number;
-        }
+        let [x, y, z] = self.places(vector, row);
+        (self.numbers[x], self.numbers[y], self.numbers[z]) = (value.x, value.y, value.z);
     }
 
     /// Copies a vector from one row to another.
     #[inline(always)]
     pub(super) fn repeat(&mut self, vector: Vector, row: usize, to: usize) {
-        for (from, to) in self.places(vector, row).into_iter().zip(self.places(vector, to)) {
-            self.numbers[to] = self.numbers[from];
-        }
+        let [x, y, z] = self.places(vector, row);
+        self.set_vector(vector, to, DVec3::new(self.numbers[x], self.numbers[y], self.numbers[z]));
     }
 
     #[inline(always)]
@@ -137,6 +138,11 @@ impl Rows {
         let mut lanes = [0.0; LANES];
         lanes.copy_from_slice(&self.numbers[place..place + LANES]);
         lanes
+    }
+
+    #[inline(always)]
+    fn set_block(&mut self, place: usize, lanes: &Lanes) {
+        self.numbers[place..place + LANES].copy_from_slice(lanes);
     }
 }
 
