@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use mesh_core::build::{Repair, build};
+use mesh_core::build::{Provenance, Repair, build};
 use mesh_core::{TriMesh, VertexMap};
 use mesh_io::Model;
+use mesh_render::{Paint, Picture, Scene, Style, Texture, View, render};
 
 use crate::failure::Failure;
-use crate::render::{Scene, Style, View, render};
-use crate::texture::Texture;
 
 /// What to draw, and from where.
 #[derive(Debug, clap::Args)]
@@ -44,32 +43,47 @@ pub(crate) fn run(options: &Draw) -> Result<(), Failure> {
     let model = mesh_io::read(&options.input).map_err(Failure::reading(&options.input))?;
     let built = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?;
     let colors = vertex_colors(&model, &built.provenance.vertex_source);
-    let folder = options.input.parent().unwrap_or(Path::new(""));
-    let texture = Texture::of(&model, &built.provenance, folder, options.chessboard)?;
-    let picture = draw(&built.mesh, colors.as_ref(), texture.as_ref(), options)?;
-    picture.save(&options.output).map_err(|source| Failure::Picture {
-        path: options.output.clone(),
-        source: Box::new(source),
-    })
+    let texture = texture(&model, &built.provenance, options)?;
+    let paint = match (&colors, &texture) {
+        (Some(colors), _) => Paint::Vertices(colors),
+        (None, Some(texture)) => Paint::Texture(texture),
+        (None, None) => Paint::Clay,
+    };
+    let picture = draw(&built.mesh, paint, options)?;
+    std::fs::write(&options.output, picture.to_png().map_err(Failure::render)?)
+        .map_err(Failure::writing(&options.output))
 }
 
-fn draw(
-    mesh: &TriMesh,
-    colors: Option<&VertexMap<[u8; 3]>>,
-    texture: Option<&Texture>,
+/// The materials of the file, or a chessboard on its texture coordinates.
+fn texture(
+    model: &Model,
+    provenance: &Provenance,
     options: &Draw,
-) -> Result<image::RgbImage, Failure> {
+) -> Result<Option<Texture>, Failure> {
+    let Provenance { face_source, corner_source, .. } = provenance;
+    if let Some(squares) = options.chessboard {
+        let Some(uvs) = &model.corner_uvs else { return Ok(None) };
+        let of_face = |corners: &[u32; 3]| corners.map(|c| uvs[c as usize]);
+        return Ok(Some(Texture::chessboard(squares, corner_source.iter().map(of_face))));
+    }
+    let folder = options.input.parent().unwrap_or(Path::new(""));
+    let load = |uri: &str| std::fs::read(folder.join(uri)).ok();
+    Texture::of_model(model, face_source, corner_source, load).map_err(Failure::render)
+}
+
+fn draw(mesh: &TriMesh, paint: Paint<'_>, options: &Draw) -> Result<Picture, Failure> {
     let &[width, height] = &options.size[..] else {
         return Err(Failure::Usage("--size takes a width and a height, like 900,600".into()));
     };
-    if !(1..=16_384).contains(&width) || !(1..=16_384).contains(&height) {
-        return Err(Failure::Usage("--size takes numbers from 1 to 16384".into()));
-    }
     let view = View::of(mesh, options.from, options.up)
         .ok_or(Failure::Usage("the mesh has no faces".into()))?;
-    let style =
-        Style { size: [width, height], smooth: options.smooth, edge_width: options.edges.max(0.0) };
-    Ok(render(&Scene { colors, texture, ..Scene::of(mesh) }, &view, &style))
+    let style = Style {
+        size: [width, height],
+        smooth: options.smooth,
+        edge_width: options.edges,
+        ..Style::DEFAULT
+    };
+    render(&Scene { paint, ..Scene::of(mesh) }, &view, &style).map_err(Failure::render)
 }
 
 /// The colours of the file, for the vertices of the built mesh.

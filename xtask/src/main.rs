@@ -10,9 +10,7 @@ mod draw;
 mod failure;
 mod limits_study;
 mod plot;
-mod render;
 mod reproduce;
-mod texture;
 
 use std::process::ExitCode;
 

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh_core::{PolygonSoup, Repair, TriMesh, VertexMap, build};
+use mesh_core::{PolygonSoup, Repair, TriMesh, build};
 use mesh_io::{Model, WriteOptions};
 
 use super::item::{Figure, Item};
 use crate::failure::Failure;
-use crate::render::{Scene, Style, View, render};
+use mesh_render::{Paint, Scene, Style, View, render};
 
 /// The surroundings of an item.
 #[derive(Clone, Copy, Debug)]
@@ -64,11 +64,10 @@ impl Run<'_> {
     pub(crate) fn draw(&self, picture: &Picture<'_>) -> Result<Figure, Failure> {
         let file = PathBuf::from(picture.name).with_extension("png");
         let path = self.out.join(&file);
-        render(&picture.scene, picture.view, picture.style)
-            .save(&path)
-            .map_err(|source| Failure::Picture { path, source: Box::new(source) })?;
+        let png = render(&picture.scene, picture.view, picture.style).and_then(|p| p.to_png());
+        std::fs::write(&path, png.map_err(Failure::render)?).map_err(Failure::writing(&path))?;
         let meshes = ["ply", "glb"].map(|kind| PathBuf::from(picture.name).with_extension(kind));
-        let model = model_of(picture.scene.mesh, picture.scene.colors)?;
+        let model = model_of(picture.scene.mesh, picture.scene.paint)?;
         for name in &meshes {
             let path = self.out.join(name);
             mesh_io::write(&path, &model, &WriteOptions::default()).map_err(Failure::mesh)?;
@@ -77,11 +76,14 @@ impl Run<'_> {
     }
 }
 
-fn model_of(mesh: &TriMesh, colors: Option<&VertexMap<[u8; 3]>>) -> Result<Model, Failure> {
+fn model_of(mesh: &TriMesh, paint: Paint<'_>) -> Result<Model, Failure> {
     let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
     let soup = PolygonSoup::from_triangles(mesh.positions(), &triangles).map_err(Failure::mesh)?;
     let unit = |&[r, g, b]: &[u8; 3]| [r, g, b, 255].map(|c| f32::from(c) / 255.0);
-    let vertex_colors = colors.map(|map| map.as_slice().iter().map(unit).collect());
+    let vertex_colors = match paint {
+        Paint::Vertices(colors) => Some(colors.as_slice().iter().map(unit).collect()),
+        _ => None,
+    };
     Ok(Model { vertex_colors, ..Model::from(soup) })
 }
 
