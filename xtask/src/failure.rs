@@ -15,12 +15,20 @@ pub(crate) enum Failure {
     Render(Box<mesh_render::RenderError>),
     #[error("cannot read {path}: {source}")]
     Read { path: PathBuf, source: Box<mesh_io::ReadError> },
+    #[error("cannot read {path}: {source}")]
+    Source { path: PathBuf, source: std::io::Error },
+    #[error("{path} is no Rust source: {source}")]
+    Syntax { path: PathBuf, source: Box<syn::Error> },
     #[error("cannot make a mesh: {0}")]
     Mesh(Box<dyn std::error::Error + Send + Sync>),
     #[error("{0}")]
     Usage(String),
     #[error("{0} of the numbers and claims are not what is on record; the table says which")]
     Drift(usize),
+    #[error(
+        "{0} circles of files that use each other; what both need belongs in a file below both"
+    )]
+    Circles(usize),
     #[error("{0} of the items could not be computed; the table says why")]
     Items(usize),
 }
@@ -45,6 +53,11 @@ impl Failure {
     /// Adds the path to an error of writing there.
     pub(crate) fn writing(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         |source| Self::Write { path: path.to_owned(), source }
+    }
+
+    /// Adds the path to an error of reading source code.
+    pub(crate) fn source(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        |source| Self::Source { path: path.to_owned(), source }
     }
 
     /// Adds the path to an error of reading a mesh.

@@ -1,10 +1,12 @@
 //! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print,
 //! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask limits-study`
-//! counts the faces within a largest error, and `cargo xtask render` draws a mesh.
+//! counts the faces within a largest error, `cargo xtask render` draws a mesh, and
+//! `cargo xtask circles` holds the files of each crate to be in layers.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod circles;
 mod convex_study;
 mod draw;
 mod failure;
@@ -42,6 +44,12 @@ enum Task {
     ///     cargo xtask render torus.ply -o torus.png --edges 1 --from 1,0.3,1
     #[command(verbatim_doc_comment)]
     Render(draw::Draw),
+    /// Look for circles among the files of each crate: what a file uses shall lie below it
+    ///
+    ///     cargo xtask circles
+    ///     cargo xtask circles crates/simplify
+    #[command(verbatim_doc_comment)]
+    Circles(circles::Circles),
 }
 
 fn main() -> ExitCode {
@@ -50,6 +58,7 @@ fn main() -> ExitCode {
         Task::ConvexStudy(options) => convex_study::run(&options),
         Task::LimitsStudy(options) => limits_study::run(&options),
         Task::Render(options) => draw::run(&options),
+        Task::Circles(options) => circles::run(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,45 +1,23 @@
 //! What all commands take from the command line.
 
 use std::num::NonZero;
+use std::path::Path;
+use std::str::FromStr;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, ValueEnum};
+use curvpatch::Params;
 use dcurv::VertexArea;
 use mesh_core::build::{Repair, Weld};
+use mesh_io::Format;
 
-use crate::{convert, curvature, distance, flip, info, lod, patch, simplify};
-
-/// Curvature-driven work on triangle meshes.
-#[derive(Debug, Parser)]
-#[command(name = "curvmesh", version, max_term_width = 100, after_help = AFTER_HELP)]
-pub(crate) struct Arguments {
-    #[command(flatten)]
-    pub(crate) common: Common,
-    #[command(subcommand)]
-    pub(crate) command: Command,
-}
-
-const AFTER_HELP: &str = "\
-Formats, in and out: OBJ, PLY, STL, OFF, glTF, GLB.
-Exit codes: 0 done; 2 wrong usage; 3 unreadable or malformed input; 4 the mesh cannot be
-processed as asked; 130 interrupted; 1 anything else.";
-
-#[derive(Debug, Subcommand)]
-pub(crate) enum Command {
-    Info(info::Info),
-    Convert(convert::Convert),
-    Curvature(curvature::Curvature),
-    Flip(flip::Flip),
-    Patch(patch::Patch),
-    Simplify(Box<simplify::Simplify>),
-    Lod(Box<lod::Lod>),
-    Distance(distance::Distance),
-}
+use crate::length::Length;
 
 /// Options of every command.
 #[derive(Debug, Args)]
 pub(crate) struct Common {
-    /// Print one JSON object to stdout, and nothing else there
+    /// Print one JSON object to stdout, errors too, and nothing else there; for many files, one
+    /// object per line for each and one for all
     #[arg(long, global = true)]
     pub(crate) json: bool,
     /// Number of threads [default: one per core]; results do not depend on it
@@ -48,6 +26,11 @@ pub(crate) struct Common {
     /// No messages and no progress on stderr, save for errors
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
+}
+
+/// Whether a path stands for the standard input or output.
+pub(crate) fn is_standard(path: &Path) -> bool {
+    path.as_os_str() == "-"
 }
 
 /// The area that belongs to a vertex.
@@ -69,16 +52,35 @@ impl From<AreaName> for VertexArea {
     }
 }
 
+/// How the curvature of faces is read off normal sections.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EstimatorPreset {
+    /// As Szilvási-Nagy 2010 prints it
+    Paper,
+    /// With less error and noise: fitted normals, circles through three points, Euler's formula
+    #[default]
+    Robust,
+}
+
+impl EstimatorPreset {
+    pub(crate) fn params(self) -> Params {
+        match self {
+            Self::Paper => Params::paper(),
+            Self::Robust => Params::robust(),
+        }
+    }
+}
+
 /// Which repairs are allowed. Without any, input that is not an oriented 2-manifold is refused.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Repairs (none unless asked for)")]
 pub(crate) struct RepairOptions {
     /// All of the repairs below, with an exact weld: loads every mesh whose coordinates are finite
     #[arg(long)]
     pub(crate) lenient: bool,
-    /// Merge vertices at equal positions, or within a distance in model units; or none
-    #[arg(long, value_name = "none|exact|DISTANCE", value_parser = parse_weld)]
-    pub(crate) weld: Option<Weld>,
+    /// Merge vertices at equal positions, or within a distance; or none
+    #[arg(long, value_name = "none|exact|LENGTH")]
+    pub(crate) weld: Option<WeldName>,
     /// Drop faces that refer to vertices that are not there
     #[arg(long)]
     pub(crate) drop_out_of_range: bool,
@@ -102,13 +104,22 @@ pub(crate) struct RepairOptions {
 impl RepairOptions {
     /// Whether any repair is asked for.
     pub(crate) fn any(&self) -> bool {
-        self.repair() != Repair::strict()
+        self.repair(Weld::Exact) != Repair::strict()
     }
 
-    pub(crate) fn repair(&self) -> Repair {
+    /// Whether any repair other than a weld is asked for.
+    pub(crate) fn names_some(&self) -> bool {
+        Self { weld: None, ..self.clone() }.any()
+    }
+
+    /// The repairs, with a weld in place of the one that is named here by a length.
+    pub(crate) fn repair(&self, within: Weld) -> Repair {
         let mut repair = if self.lenient { Repair::lenient() } else { Repair::strict() };
-        if let Some(weld) = self.weld {
-            repair.weld = weld;
+        match self.weld {
+            None => {}
+            Some(WeldName::None) => repair.weld = Weld::None,
+            Some(WeldName::Exact) => repair.weld = Weld::Exact,
+            Some(WeldName::Within(_)) => repair.weld = within,
         }
         repair.drop_out_of_range |= self.drop_out_of_range;
         repair.drop_degenerate |= self.drop_degenerate;
@@ -120,15 +131,25 @@ impl RepairOptions {
     }
 }
 
-fn parse_weld(text: &str) -> Result<Weld, String> {
-    match text {
-        "none" => return Ok(Weld::None),
-        "exact" => return Ok(Weld::Exact),
-        _ => {}
-    }
-    match text.parse() {
-        Ok(distance) if f64::is_finite(distance) && distance >= 0.0 => Ok(Weld::Distance(distance)),
-        _ => Err("expected `none`, `exact` or a distance in model units, like 0.001".into()),
+/// Which vertices are merged, as it was given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum WeldName {
+    None,
+    Exact,
+    Within(Length),
+}
+
+impl FromStr for WeldName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => Ok(Self::None),
+            "exact" => Ok(Self::Exact),
+            _ => text.parse().map(Self::Within).map_err(|_| {
+                "expected `none`, `exact` or a distance, like 0.001 or 0.01%".to_owned()
+            }),
+        }
     }
 }
 
@@ -145,18 +166,34 @@ pub(crate) fn parse_seconds(text: &str) -> Result<Duration, String> {
     Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
 }
 
-/// A number that is positive and finite.
-pub(crate) fn parse_positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("expected a positive number".into()),
-    }
-}
-
 /// A number that is finite and not negative.
 pub(crate) fn parse_not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
         _ => Err("expected a number that is not negative".into()),
+    }
+}
+
+/// A file format by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum FormatName {
+    Obj,
+    Ply,
+    Stl,
+    Off,
+    Gltf,
+    Glb,
+}
+
+impl From<FormatName> for Format {
+    fn from(name: FormatName) -> Self {
+        match name {
+            FormatName::Obj => Self::Obj,
+            FormatName::Ply => Self::Ply,
+            FormatName::Stl => Self::Stl,
+            FormatName::Off => Self::Off,
+            FormatName::Gltf => Self::Gltf,
+            FormatName::Glb => Self::Glb,
+        }
     }
 }

@@ -37,7 +37,7 @@ pub(crate) struct Carry {
     #[arg(long)]
     keep_creases: bool,
     /// Leave out texture coordinates, normals, colours, materials and groups
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["attribute_weight", "normal_weight", "crease_angle", "keep_creases"])]
     no_attributes: bool,
 }
 

@@ -82,8 +82,12 @@ impl FromStr for Range {
     }
 }
 
+/// The options of [`ColorOptions`].
+pub(crate) const COLOR_OPTIONS: [&str; 2] = ["colormap", "range"];
+
 /// How numbers become colours.
 #[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Colours")]
 pub(crate) struct ColorOptions {
     /// The colours [default: viridis for quantities of one sign, red-blue for signed ones]
     #[arg(long, value_enum)]

@@ -1,46 +1,144 @@
 //! What goes to stdout, and what goes to stderr.
 
+use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
+use serde_json::{Map, Value};
 
 use crate::args::Common;
-use crate::failure::Failure;
+use crate::failure::{Described, Failure};
+use crate::given::Given;
+use crate::text::printable_lines;
+
+/// The name of this program in its reports.
+const TOOL: &str = "curvmesh";
 
 /// Where messages and results go.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Console {
     json: bool,
     quiet: bool,
+    /// Whether stdout is for a mesh.
+    holds_mesh: bool,
+    command: String,
+    /// The options of the run, for its reports.
+    options: Map<String, Value>,
+    /// The bar over many files, above which messages go.
+    files: Option<ProgressBar>,
+}
+
+/// What every JSON object that this program prints begins and ends with.
+#[derive(Serialize)]
+struct Signed<'a, T> {
+    tool: &'static str,
+    version: &'static str,
+    #[serde(flatten)]
+    content: T,
+    #[serde(skip_serializing_if = "Map::is_empty")]
+    options: &'a Map<String, Value>,
+}
+
+/// A run, or a file, that failed.
+#[derive(Serialize)]
+struct Failed<'a> {
+    command: &'a str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    input: Option<&'a str>,
+    error: Described,
 }
 
 impl Console {
-    pub(crate) fn new(common: &Common) -> Self {
-        Self { json: common.json, quiet: common.quiet }
-    }
-
-    /// Something for people to know.
-    pub(crate) fn message(&self, text: impl std::fmt::Display) {
-        if !self.quiet {
-            eprintln!("{text}");
+    pub(crate) fn new(common: &Common, command: &str, given: &Given) -> Self {
+        Self {
+            json: common.json,
+            quiet: common.quiet,
+            command: command.to_owned(),
+            options: given.options().clone(),
+            ..Self::default()
         }
     }
 
-    /// The outcome: the JSON object on stdout if asked for, and the text otherwise.
-    pub(crate) fn result(
-        &self,
-        json: &impl Serialize,
-        text: impl std::fmt::Display,
-    ) -> Result<(), Failure> {
+    /// The console for failures of the command line itself.
+    pub(crate) fn without_command(json: bool) -> Self {
+        Self { json, ..Self::default() }
+    }
+
+    /// The same for each of many files: their own progress is not shown.
+    pub(crate) fn below(&self, files: &ProgressBar) -> Self {
+        Self {
+            command: self.command.clone(),
+            options: self.options.clone(),
+            files: Some(files.clone()),
+            ..*self
+        }
+    }
+
+    /// The same, with stdout kept for a mesh: results for people go to stderr.
+    pub(crate) fn beside_mesh(&self) -> Result<Self, Failure> {
+        if self.json {
+            let message = "both the mesh and the report of --json would go to the standard \
+                           output; write one of them to a file";
+            return Err(Failure::usage(message));
+        }
+        Ok(Self { command: self.command.clone(), holds_mesh: true, ..Self::default() }
+            .with_quiet(self.quiet))
+    }
+
+    fn with_quiet(self, quiet: bool) -> Self {
+        Self { quiet, ..self }
+    }
+
+    /// Whether results are JSON objects.
+    pub(crate) fn is_json(&self) -> bool {
+        self.json
+    }
+
+    /// The name of the command.
+    pub(crate) fn command(&self) -> &str {
+        &self.command
+    }
+
+    /// Something for people to know.
+    pub(crate) fn message(&self, text: impl Display) {
+        if !self.quiet {
+            self.error(text);
+        }
+    }
+
+    /// Something for people to know under all circumstances.
+    pub(crate) fn error(&self, text: impl Display) {
+        let text = printable_lines(text);
+        match &self.files {
+            Some(bar) => bar.suspend(|| eprintln!("{text}")),
+            None => eprintln!("{text}"),
+        }
+    }
+
+    /// A JSON object with what all of them have.
+    pub(crate) fn signed(&self, content: impl Serialize) -> Result<String, Failure> {
+        let version = env!("CARGO_PKG_VERSION");
+        let signed = Signed { tool: TOOL, version, content, options: &self.options };
+        serde_json::to_string(&signed).map_err(Failure::json)
+    }
+
+    /// The JSON object of a failure.
+    pub(crate) fn failed(&self, input: Option<&str>, failure: &Failure) -> Result<String, Failure> {
+        self.signed(Failed { command: &self.command, input, error: failure.described() })
+    }
+
+    /// Prints a result: text for people, or a line of JSON.
+    pub(crate) fn print(&self, text: impl Display) -> Result<(), Failure> {
+        if self.holds_mesh {
+            self.message(text);
+            return Ok(());
+        }
+        // JSON has no control characters, and lines of text are our own.
+        let text = printable_lines(text);
         let mut stdout = std::io::stdout().lock();
-        let written = if self.json {
-            writeln!(stdout, "{}", serde_json::to_string(json).map_err(Failure::json)?)
-        } else {
-            writeln!(stdout, "{text}")
-        };
-        match written {
+        match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {
             // Whoever reads this has read enough.
             Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
             other => other.map_err(Failure::Stdout),
@@ -56,6 +154,13 @@ impl Console {
             .with_message(what)
     }
 
+    /// A progress bar over files.
+    pub(crate) fn progress_of_files(&self, files: u64) -> ProgressBar {
+        let style = ProgressStyle::with_template("{bar:30} {pos} of {len} files {elapsed}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressBar::with_draw_target(Some(files), self.target()).with_style(style)
+    }
+
     /// A sign of life for work whose length is unknown; hidden when stderr is no terminal.
     pub(crate) fn spinner(&self, what: &'static str) -> ProgressBar {
         let spinner = ProgressBar::with_draw_target(None, self.target()).with_message(what);
@@ -64,6 +169,10 @@ impl Console {
     }
 
     fn target(&self) -> ProgressDrawTarget {
-        if self.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() }
+        if self.quiet || self.files.is_some() {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr()
+        }
     }
 }

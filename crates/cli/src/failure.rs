@@ -1,19 +1,31 @@
-//! What can go wrong, and the exit code for it.
+//! What can go wrong, for people and for programs, and the exit code for it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mesh_core::build::BuildError;
 use mesh_core::edit::CollapseRefusal;
-use mesh_io::{ReadError, WriteError};
+use mesh_io::{Location, ReadError, ReadErrorKind, WriteError};
 use mesh_metric::SurfaceError;
+use serde::Serialize;
 use simplify::{RecordError, SimplifyError};
+
+use crate::text::printable;
 
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
     #[error("{0}")]
     Read(Box<ReadError>),
-    #[error("{}: {}", path.display(), as_options(&source.to_string()))]
-    Build { path: PathBuf, source: Box<BuildError> },
+    #[error("{}: {source}", path.display())]
+    Folder { path: PathBuf, source: std::io::Error },
+    #[error("{}: there is no mesh file in this folder; name files, or a folder with some", .0.display())]
+    NoFiles(PathBuf),
+    #[error("{}: {}{}", path.display(), as_options(&source.to_string()), if *joined { JOINED } else { "" })]
+    Build {
+        path: PathBuf,
+        source: Box<BuildError>,
+        /// Whether vertices that the format splits were joined without being told to.
+        joined: bool,
+    },
     #[error("{}: {source}", path.display())]
     Surface { path: PathBuf, source: Box<SurfaceError> },
     #[error("{0}")]
@@ -34,10 +46,56 @@ pub(crate) enum Failure {
     Refused(String),
     #[error("cannot make a JSON object: {0}")]
     Json(Box<serde_json::Error>),
-    #[error("cannot write to stdout: {0}")]
+    #[error("cannot write to the standard output: {0}")]
     Stdout(std::io::Error),
     #[error("cannot start threads: {0}")]
-    Threads(Box<rayon::ThreadPoolBuildError>),
+    Threads(std::io::Error),
+    /// A defect of this program, met by one of many files.
+    #[error("the program has a defect that this file shows: {0}")]
+    Panic(String),
+}
+
+const JOINED: &str = "; vertices that the format splits were joined, --weld none leaves them apart";
+
+/// A failure as an object for programs.
+#[derive(Debug, Serialize)]
+pub(crate) struct Described {
+    /// What kind of failure it is; see [`Failure::code`].
+    code: &'static str,
+    /// The exit code of the program for it.
+    exit_code: u8,
+    message: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    place: Option<Place>,
+    /// Options that would help.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cure: Option<String>,
+}
+
+/// Where it is: as much as is known.
+#[derive(Debug, Default, Serialize)]
+struct Place {
+    file: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    byte: Option<u64>,
+    /// A value of a glTF document.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    value: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vertex: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    face: Option<u32>,
+    /// The ends of an edge.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    edge: Option<[u32; 2]>,
+}
+
+impl Place {
+    fn file(path: &Path) -> Self {
+        Self { file: path.display().to_string(), ..Self::default() }
+    }
 }
 
 impl Failure {
@@ -53,26 +111,161 @@ impl Failure {
         Self::Refused(reason.to_string())
     }
 
+    pub(crate) fn usage(reason: impl std::fmt::Display) -> Self {
+        Self::Usage(reason.to_string())
+    }
+
     pub(crate) fn simplify(source: SimplifyError) -> Self {
         Self::Simplify(Box::new(source))
     }
 
-    pub(crate) fn threads(source: rayon::ThreadPoolBuildError) -> Self {
-        Self::Threads(Box::new(source))
+    pub(crate) fn pool(source: rayon::ThreadPoolBuildError) -> Self {
+        Self::Threads(std::io::Error::other(source))
+    }
+
+    pub(crate) fn write(path: &Path, source: impl Into<WriteError>) -> Self {
+        Self::Write { path: path.to_owned(), source: Box::new(source.into()) }
     }
 
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => 2,
-            Self::Read(_) | Self::Record { .. } | Self::Replay(_) => 3,
+            Self::Read(_)
+            | Self::Folder { .. }
+            | Self::NoFiles(_)
+            | Self::Record { .. }
+            | Self::Replay(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
             Self::Simplify(error) if matches!(**error, SimplifyError::Option { .. }) => 2,
+            Self::Write { source, .. } => match **source {
+                WriteError::NoSuchEncoding { .. }
+                | WriteError::UnknownExtension(_)
+                | WriteError::NoLevels(_) => 2,
+                WriteError::NotFinite { .. }
+                | WriteError::OutOfSingleRange { .. }
+                | WriteError::TooLarge { .. } => 4,
+                _ => 1,
+            },
             Self::Build { .. } | Self::Surface { .. } | Self::Simplify(_) | Self::Refused(_) => 4,
-            Self::Write { .. }
-            | Self::Model(_)
+            Self::Model(_)
             | Self::Json(_)
             | Self::Stdout(_)
-            | Self::Threads(_) => 1,
+            | Self::Threads(_)
+            | Self::Panic(_) => 1,
+        }
+    }
+
+    /// A word for the kind of failure, for programs to tell them apart.
+    fn code(&self) -> &'static str {
+        match self {
+            Self::Read(error) => match &error.kind {
+                ReadErrorKind::Io(_) => "unreadable",
+                ReadErrorKind::UnknownFormat { .. } => "unknown-format",
+                ReadErrorKind::Unsupported { .. } => "unsupported",
+                ReadErrorKind::MissingResource { .. } => "missing-resource",
+                _ => "malformed",
+            },
+            Self::Folder { .. } => "unreadable",
+            Self::NoFiles(_) => "no-files",
+            Self::Record { .. } | Self::Replay(_) => "record",
+            Self::Build { source, .. } => match **source {
+                BuildError::TooManyElements { .. } => "too-large",
+                BuildError::InvalidWeldDistance { .. } => "usage",
+                BuildError::NonFiniteCoordinate { .. } => "not-finite",
+                BuildError::IndexOutOfRange { .. } => "index-out-of-range",
+                BuildError::TooFewCorners { .. } | BuildError::RepeatedVertex { .. } => {
+                    "degenerate-face"
+                }
+                BuildError::DuplicateFace { .. } => "duplicate-face",
+                BuildError::NonManifoldEdge { .. } => "non-manifold-edge",
+                BuildError::InconsistentOrientation { .. } => "inconsistent-orientation",
+                BuildError::NonOrientable { .. } => "non-orientable",
+                BuildError::PinchedVertex { .. } => "pinched-vertex",
+                _ => "not-a-mesh",
+            },
+            Self::Write { .. } if self.exit_code() == 4 => "does-not-fit-format",
+            Self::Usage(_) => "usage",
+            Self::Simplify(_) | Self::Write { .. } if self.exit_code() == 2 => "usage",
+            Self::Surface { .. } | Self::Simplify(_) | Self::Refused(_) => "cannot-be-done",
+            Self::Write { .. } | Self::Stdout(_) => "cannot-write",
+            Self::Model(_) | Self::Json(_) | Self::Threads(_) | Self::Panic(_) => "internal",
+        }
+    }
+
+    fn place(&self) -> Option<Place> {
+        match self {
+            Self::Read(error) => {
+                let mut place = Place::file(error.path.as_deref()?);
+                match error.location() {
+                    Some(Location::Line(line)) => place.line = Some(*line),
+                    Some(Location::Byte(byte)) => place.byte = Some(*byte),
+                    Some(Location::Json(value)) => place.value = Some(value.clone()),
+                    _ => {}
+                }
+                Some(place)
+            }
+            Self::Build { path, source, .. } => {
+                let mut place = Place::file(path);
+                match &**source {
+                    BuildError::NonFiniteCoordinate { vertex, .. }
+                    | BuildError::PinchedVertex { vertex, .. } => place.vertex = Some(*vertex),
+                    BuildError::IndexOutOfRange { face, .. }
+                    | BuildError::TooFewCorners { face, .. }
+                    | BuildError::RepeatedVertex { face, .. }
+                    | BuildError::DuplicateFace { face, .. } => place.face = Some(*face),
+                    BuildError::NonManifoldEdge { edge, .. }
+                    | BuildError::InconsistentOrientation { edge, .. }
+                    | BuildError::NonOrientable { edge, .. } => place.edge = Some([edge.0, edge.1]),
+                    _ => {}
+                }
+                Some(place)
+            }
+            Self::Folder { path, .. }
+            | Self::NoFiles(path)
+            | Self::Surface { path, .. }
+            | Self::Record { path, .. }
+            | Self::Write { path, .. } => Some(Place::file(path)),
+            _ => None,
+        }
+    }
+
+    fn cure(&self) -> Option<String> {
+        match self {
+            Self::Read(error) => match &error.kind {
+                ReadErrorKind::Unsupported { cure, .. } => Some((*cure).to_owned()),
+                ReadErrorKind::UnknownFormat { .. } => Some("--from FORMAT".into()),
+                _ => None,
+            },
+            Self::Build { source, joined, .. } => {
+                let message = source.to_string();
+                let repairs = message.split('`').skip(1).step_by(2).map(as_option);
+                let mut cures: Vec<String> = repairs.collect();
+                if cures.is_empty() {
+                    return None;
+                }
+                cures.push("--lenient".into());
+                if *joined {
+                    cures.push("--weld none".into());
+                }
+                Some(cures.join(", "))
+            }
+            _ => None,
+        }
+    }
+
+    /// The failure for people: one line, whatever stands in the file.
+    pub(crate) fn message(&self) -> String {
+        printable(self)
+    }
+
+    /// The failure for programs.
+    pub(crate) fn described(&self) -> Described {
+        Described {
+            code: self.code(),
+            exit_code: self.exit_code(),
+            message: self.to_string(),
+            place: self.place(),
+            cure: self.cure(),
         }
     }
 }
@@ -82,13 +275,17 @@ fn is_malformed(error: &BuildError) -> bool {
     matches!(error, BuildError::NonFiniteCoordinate { .. } | BuildError::TooManyElements { .. })
 }
 
+/// The option of the command line that allows a repair of the library.
+fn as_option(repair: &str) -> String {
+    format!("--{}", repair.replace('_', "-"))
+}
+
 /// Turns the names of repairs in a message of the library, which stand in backticks, into options
 /// of the command line.
 fn as_options(message: &str) -> String {
-    let parts = message.split('`').enumerate().map(|(i, part)| {
-        if i % 2 == 1 { format!("--{}", part.replace('_', "-")) } else { part.to_owned() }
-    });
-    let text: String = parts.collect();
+    let parts = message.split('`').enumerate();
+    let text: String =
+        parts.map(|(i, part)| if i % 2 == 1 { as_option(part) } else { part.to_owned() }).collect();
     if text.contains("--") { format!("{text} (--lenient allows all repairs)") } else { text }
 }
 

@@ -1,16 +1,21 @@
 //! From a file to a mesh.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 use std::time::Instant;
 
+use clap::Args;
 use mesh_core::TriMesh;
-use mesh_core::build::{Built, Provenance, Repair, Weld, build};
-use mesh_io::Model;
+use mesh_core::build::{BuildReport, Built, Provenance, Repair, Weld, build};
+use mesh_io::{Format, Model, ReadError, ReadErrorKind};
 use serde::Serialize;
 
-use crate::args::RepairOptions;
+use crate::args::{FormatName, RepairOptions, WeldName, is_standard};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::length::diagonal;
+use crate::text::printable;
 
 /// Wall-clock seconds of the parts of a run.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -37,73 +42,165 @@ impl Seconds {
     }
 }
 
+/// How input files are read.
+#[derive(Clone, Debug, Default, Args)]
+#[command(next_help_heading = "Input")]
+pub(crate) struct ReadOptions {
+    /// The format of the input [default: found out from its content]
+    #[arg(long, value_name = "FORMAT")]
+    from: Option<FormatName>,
+}
+
+/// How input files become meshes.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Loading {
+    #[command(flatten)]
+    read: ReadOptions,
+    /// Lengths are shares of the diagonal of the bounding box, not in model units; those with a %
+    /// sign, like 0.2%, always are
+    #[arg(long)]
+    pub(crate) relative: bool,
+    #[command(flatten)]
+    pub(crate) repair: RepairOptions,
+}
+
 /// A mesh with the file content that it was built from.
 pub(crate) struct Loaded {
     pub(crate) model: Model,
     pub(crate) mesh: TriMesh,
     pub(crate) provenance: Provenance,
+    pub(crate) report: BuildReport,
 }
 
-/// Reads a file, and says what the reader passed over.
-pub(crate) fn read(path: &Path, console: &Console) -> Result<Model, Failure> {
-    let model = mesh_io::read(path).map_err(|error| Failure::Read(Box::new(error)))?;
-    for note in &model.notes {
-        console.message(format_args!("{}: {note}", path.display()));
+/// How many bytes tell the format.
+const HEAD: usize = 4096;
+
+impl ReadOptions {
+    /// Reads a file or the standard input, and says what the reader passed over.
+    fn read(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
+        self.read_with_format(path, console).map(|(model, _)| model)
     }
-    Ok(model)
-}
 
-/// Reads a file and builds the mesh, with the repairs that are allowed.
-pub(crate) fn load(
-    path: &Path,
-    repair: &RepairOptions,
-    console: &Console,
-) -> Result<Loaded, Failure> {
-    let model = read(path, console)?;
-    assemble(path, model, &repair.repair(), console)
-}
-
-/// As [`load`], but where vertices of a file are split so that each has one texture coordinate and
-/// one normal, as glTF does it, the parts are one vertex of the mesh unless `--weld` says otherwise.
-pub(crate) fn load_whole(
-    path: &Path,
-    options: &RepairOptions,
-    console: &Console,
-) -> Result<Loaded, Failure> {
-    let model = read(path, console)?;
-    let mut repair = options.repair();
-    let has_corner_data = model.corner_uvs.is_some() || model.corner_normals.is_some();
-    if has_corner_data && options.weld.is_none() {
-        repair.weld = Weld::Exact;
+    /// As [`ReadOptions::read`], with the format that it turned out to be.
+    fn read_with_format(
+        &self,
+        path: &Path,
+        console: &Console,
+    ) -> Result<(Model, Option<Format>), Failure> {
+        let mut options =
+            mesh_io::ReadOptions { format: self.from.map(Format::from), ..Default::default() };
+        let model = if is_standard(path) {
+            let mut head = Vec::with_capacity(HEAD);
+            let mut stdin = std::io::stdin().lock();
+            (&mut stdin)
+                .take(HEAD as u64)
+                .read_to_end(&mut head)
+                .map_err(|error| failed(path, error))?;
+            options.format = options.format.or_else(|| {
+                let size = (head.len() < HEAD).then_some(head.len() as u64);
+                Format::detect(&head, size, None)
+            });
+            mesh_io::read_from(&mut head.as_slice().chain(stdin), &options)
+                .map_err(|error| ReadError { path: Some("<stdin>".into()), ..error })
+        } else {
+            options.format = options.format.or(detect(path)?);
+            mesh_io::read_with(path, &options)
+        };
+        let model = model.map_err(|error| Failure::Read(Box::new(error)))?;
+        let name = printable(path.display());
+        for note in &model.notes {
+            console.message(format_args!("{name}: {}", printable(note)));
+        }
+        Ok((model, options.format))
     }
-    assemble(path, model, &repair, console)
 }
 
-fn assemble(
+fn failed(path: &Path, error: std::io::Error) -> Failure {
+    let kind = ReadErrorKind::Io(error);
+    Failure::Read(Box::new(ReadError { path: Some(path.to_owned()), kind }))
+}
+
+/// The format of a regular file by its content, as the reader finds it; what is no regular file can
+/// be read only once.
+fn detect(path: &Path) -> Result<Option<Format>, Failure> {
+    let metadata = std::fs::metadata(path).map_err(|error| failed(path, error))?;
+    if !metadata.is_file() {
+        return Ok(None);
+    }
+    let mut head = Vec::with_capacity(HEAD);
+    File::open(path)
+        .and_then(|file| file.take(HEAD as u64).read_to_end(&mut head))
+        .map_err(|error| failed(path, error))?;
+    Ok(Format::detect(&head, Some(metadata.len()), Some(path)))
+}
+
+impl Loading {
+    /// Reads a file or the standard input as it is, and says what the reader passed over.
+    pub(crate) fn read(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
+        self.read.read(path, console)
+    }
+
+    /// Reads a file and builds the mesh, with the repairs that are allowed. Where vertices of a
+    /// format are split so that each has one texture coordinate and one normal, as glTF does it,
+    /// the parts are one vertex of the mesh unless `--weld` says otherwise: an edge whose faces do
+    /// not know each other has no curvature, and cannot flip.
+    pub(crate) fn load(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
+        let (model, format) = self.read.read_with_format(path, console)?;
+        let mut repair = self.repairs(&model)?;
+        let splits = matches!(format, Some(Format::Gltf | Format::Glb))
+            || model.corner_uvs.is_some()
+            || model.corner_normals.is_some();
+        let joined = splits && self.repair.weld.is_none() && repair.weld == Weld::None;
+        if joined {
+            repair.weld = Weld::Exact;
+        }
+        assemble(path, model, &repair, joined, console)
+    }
+
+    /// Reads a file and builds the mesh with the repairs that are allowed, and no others.
+    pub(crate) fn load_as_told(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
+        let model = self.read(path, console)?;
+        let repair = self.repairs(&model)?;
+        assemble(path, model, &repair, false, console)
+    }
+
+    /// The content of a file as it is, or of the mesh that the repairs make of it if there are any.
+    pub(crate) fn content(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
+        if !self.repair.any() {
+            return self.read(path, console);
+        }
+        let loaded = self.load_as_told(path, console)?;
+        loaded.to_model(&loaded.provenance.corner_source)
+    }
+
+    /// The repairs for a file, lengths in its units.
+    pub(crate) fn repairs(&self, model: &Model) -> Result<Repair, Failure> {
+        let within = match self.repair.weld {
+            Some(WeldName::Within(length)) => {
+                let size = || diagonal(model.soup.measure().bounds.map(|b| b.diagonal()));
+                Weld::Distance(length.in_units(self.relative, size)?)
+            }
+            _ => Weld::None,
+        };
+        Ok(self.repair.repair(within))
+    }
+}
+
+/// Builds the mesh, and says what was repaired.
+pub(crate) fn assemble(
     path: &Path,
     model: Model,
     repair: &Repair,
+    joined: bool,
     console: &Console,
 ) -> Result<Loaded, Failure> {
-    let Built { mesh, report, provenance } = build(&model.soup, repair)
-        .map_err(|source| Failure::Build { path: path.to_owned(), source: Box::new(source) })?;
+    let Built { mesh, report, provenance } = build(&model.soup, repair).map_err(|source| {
+        Failure::Build { path: path.to_owned(), source: Box::new(source), joined }
+    })?;
     if !report.is_unchanged() {
-        console.message(format_args!("{}: {report}", path.display()));
+        console.message(format_args!("{}: {report}", printable(path.display())));
     }
-    Ok(Loaded { model, mesh, provenance })
-}
-
-/// The content of a file as it is, or of the mesh that the repairs make of it if there are any.
-pub(crate) fn content(
-    path: &Path,
-    repair: &RepairOptions,
-    console: &Console,
-) -> Result<Model, Failure> {
-    if !repair.any() {
-        return read(path, console);
-    }
-    let loaded = load(path, repair, console)?;
-    loaded.to_model(&loaded.provenance.corner_source)
+    Ok(Loaded { model, mesh, provenance, report })
 }
 
 impl Loaded {

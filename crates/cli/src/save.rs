@@ -1,37 +1,31 @@
 //! From a mesh to a file.
 
+use std::io::Write;
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use mesh_io::{Encoding, Format, Model, Precision, WriteError, WriteOptions, WriteReport};
 
+use crate::args::{FormatName, is_standard};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::interrupt::while_writing;
+use crate::text::printable;
 
 /// How output files are written.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Copy, Debug, Default, Args)]
 #[command(next_help_heading = "Output")]
 pub(crate) struct SaveOptions {
     /// The format of the output [default: by its extension]
-    #[arg(long, value_name = "FORMAT")]
-    pub(crate) format: Option<FormatName>,
+    #[arg(long, value_name = "FORMAT", alias = "format")]
+    pub(crate) to: Option<FormatName>,
     /// Text or binary
     #[arg(long, value_enum, default_value_t)]
     pub(crate) encoding: EncodingName,
     /// Width of the numbers in PLY: `exact` takes 32 bits where they suffice, 64 otherwise
     #[arg(long, value_enum, default_value_t)]
     pub(crate) precision: PrecisionName,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum FormatName {
-    Obj,
-    Ply,
-    Stl,
-    Off,
-    Gltf,
-    Glb,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -52,23 +46,10 @@ pub(crate) enum PrecisionName {
     Double,
 }
 
-impl From<FormatName> for Format {
-    fn from(name: FormatName) -> Self {
-        match name {
-            FormatName::Obj => Self::Obj,
-            FormatName::Ply => Self::Ply,
-            FormatName::Stl => Self::Stl,
-            FormatName::Off => Self::Off,
-            FormatName::Gltf => Self::Gltf,
-            FormatName::Glb => Self::Glb,
-        }
-    }
-}
-
 impl SaveOptions {
-    /// The extension of the format, if one is named.
-    pub(crate) fn extension(&self) -> Option<&'static str> {
-        self.format.map(|name| Format::from(name).extension())
+    /// The format of an output: as told, or by its extension.
+    pub(crate) fn format_of(&self, path: &Path) -> Option<Format> {
+        self.to.map(Format::from).or_else(|| Format::from_extension(path))
     }
 
     fn write_options(&self) -> WriteOptions {
@@ -83,19 +64,45 @@ impl SaveOptions {
             PrecisionName::Single => Precision::Single,
             PrecisionName::Double => Precision::Double,
         };
-        WriteOptions { format: self.format.map(Format::from), encoding, precision }
+        WriteOptions { format: self.to.map(Format::from), encoding, precision }
     }
 }
 
-/// Refuses an output path whose extension names no format before any work is done.
-pub(crate) fn check_target(path: &Path, options: &SaveOptions) -> Result<(), Failure> {
-    if options.format.is_some() || Format::from_extension(path).is_some() {
-        return Ok(());
+/// The options of [`SaveOptions`].
+pub(crate) const SAVE_OPTIONS: [&str; 3] = ["to", "encoding", "precision"];
+
+/// Refuses an output that cannot be written as told before any work is done.
+pub(crate) fn check_target(
+    path: &Path,
+    options: &SaveOptions,
+    given: &Given,
+) -> Result<(), Failure> {
+    let Some(format) = options.format_of(path) else {
+        let message = if is_standard(path) {
+            "the standard output has no extension that names its format; add --to, as in --to ply"
+                .to_owned()
+        } else {
+            format!(
+                "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or --to",
+                path.display()
+            )
+        };
+        return Err(Failure::usage(message));
+    };
+    if format != Format::Ply {
+        given
+            .refuse(&["precision"], "it is for PLY, the other formats have one width of numbers")?;
     }
-    Err(Failure::Usage(format!(
-        "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or --format",
-        path.display()
-    )))
+    // The library knows which encodings a format has; nothing is written of an empty model.
+    match mesh_io::write_to(
+        &mut std::io::sink(),
+        &Model::default(),
+        format,
+        &options.write_options(),
+    ) {
+        Err(error @ WriteError::NoSuchEncoding { .. }) => Err(Failure::usage(error)),
+        _ => Ok(()),
+    }
 }
 
 /// Writes a file, whole or not at all, and says what the format could not hold.
@@ -105,7 +112,18 @@ pub(crate) fn save(
     options: &SaveOptions,
     console: &Console,
 ) -> Result<(), Failure> {
-    let written = while_writing(path, || mesh_io::write(path, model, &options.write_options()));
+    let settings = options.write_options();
+    let written = match options.format_of(path) {
+        Some(format) if is_standard(path) => {
+            let mut bytes = Vec::new();
+            let written = mesh_io::write_to(&mut bytes, model, format, &settings);
+            if written.is_ok() {
+                to_stdout(&bytes)?;
+            }
+            written
+        }
+        _ => while_writing(path, || mesh_io::write(path, model, &settings)),
+    };
     explain(path, written, console)
 }
 
@@ -123,23 +141,45 @@ pub(crate) fn save_levels(
     explain(path, written, console)
 }
 
+/// Writes what is no mesh: a file, whole or not at all, or the standard output.
+pub(crate) fn save_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    if is_standard(path) {
+        return to_stdout(bytes);
+    }
+    while_writing(path, || mesh_io::replace_file(path, |writer| writer.write_all(bytes)))
+        .map_err(|source| Failure::write(path, source))
+}
+
+fn to_stdout(bytes: &[u8]) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(Failure::Stdout)
+}
+
+/// Makes the folder that a file goes to.
+pub(crate) fn make_folder_of(path: &Path) -> Result<(), Failure> {
+    match path.parent() {
+        Some(folder) => {
+            std::fs::create_dir_all(folder).map_err(|source| Failure::write(folder, source))
+        }
+        None => Ok(()),
+    }
+}
+
 /// Says what the format could not hold.
 fn explain(
     path: &Path,
     written: Result<WriteReport, WriteError>,
     console: &Console,
 ) -> Result<(), Failure> {
-    let report = written
-        .map_err(|source| Failure::Write { path: path.to_owned(), source: Box::new(source) })?;
+    let report = written.map_err(|source| Failure::write(path, source))?;
+    let name = printable(path.display());
     if report.rounding > 0.0 {
-        console.message(format_args!(
-            "{}: coordinates were rounded by up to {:.2e}",
-            path.display(),
-            report.rounding
-        ));
+        let rounding = report.rounding;
+        console.message(format_args!("{name}: coordinates were rounded by up to {rounding:.2e}"));
     }
     for dropped in &report.dropped {
-        console.message(format_args!("{}: the format has no place for {dropped}", path.display()));
+        let dropped = printable(dropped);
+        console.message(format_args!("{name}: the format has no place for {dropped}"));
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! What `simplify` and `lod` take from the command line, and what the library makes of it.
 
+use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::time::Duration;
 
@@ -8,50 +9,74 @@ use dtri_flip::feature_edges;
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use simplify::{
-    Boundary, Constraints, ErrorCheck, FitOptions, Limits, Options, PlacementRule, Preset, Progress,
+    Boundary, Constraints, ErrorCheck, FitOptions, Limits, Options, PlacementRule, Preset,
+    Progress, Refusals,
 };
 
-use crate::args::{parse_angle, parse_not_negative, parse_positive, parse_seconds};
+use crate::args::{parse_angle, parse_not_negative, parse_seconds};
 use crate::failure::Failure;
+use crate::given::Given;
+use crate::interrupt;
+use crate::length::{Length, parse_length};
 
 /// When to stop.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Targets (at least one)")]
 pub(crate) struct Targets {
     /// Stop with this many faces, or one fewer
     #[arg(long, value_name = "N")]
-    pub(crate) faces: Option<usize>,
+    faces: Option<usize>,
     /// Stop with this many vertices
     #[arg(long, value_name = "N")]
-    pub(crate) vertices: Option<usize>,
+    vertices: Option<usize>,
     /// Stop at this part of the faces, from 0 to 1
     #[arg(long, value_name = "R", value_parser = parse_ratio)]
-    pub(crate) ratio: Option<f64>,
-    /// Stay within this distance of the input, and the input within it of the result, in model
-    /// units
-    #[arg(long, value_name = "E", value_parser = parse_positive)]
-    pub(crate) max_error: Option<f64>,
+    ratio: Option<f64>,
+    /// Stay within this distance of the input, and the input within it of the result
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    max_error: Option<Length>,
     /// Stop before a collapse that costs more than this, in the unit of the metric
     #[arg(long, value_name = "C", value_parser = parse_not_negative)]
-    pub(crate) max_cost: Option<f64>,
+    max_cost: Option<f64>,
     /// Stop collapsing after so many seconds
-    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
-    pub(crate) time: Option<Duration>,
+    #[arg(long, value_name = "SECONDS", alias = "time", value_parser = parse_seconds)]
+    time_limit: Option<Duration>,
 }
 
 impl Targets {
     /// Refuses a run without a target, which would reduce the mesh to next to nothing.
     pub(crate) fn check(&self) -> Result<(), Failure> {
-        let Self { faces, vertices, ratio, max_error, max_cost, time } = self;
+        let Self { faces, vertices, ratio, max_error, max_cost, time_limit } = self;
         let counts = faces.is_some() || vertices.is_some() || ratio.is_some();
-        if counts || max_error.is_some() || max_cost.is_some() || time.is_some() {
+        if counts || max_error.is_some() || max_cost.is_some() || time_limit.is_some() {
             return Ok(());
         }
-        Err(Failure::Usage(
-            "say when to stop: --faces, --vertices, --ratio, --max-error, --max-cost or --time"
-                .into(),
+        Err(Failure::usage(
+            "say when to stop: --faces, --vertices, --ratio, --max-error, --max-cost or \
+             --time-limit",
         ))
     }
+
+    /// The targets for a mesh, lengths in its units.
+    pub(crate) fn goals(&self, mesh: &TriMesh, relative: bool) -> Result<Goals, Failure> {
+        let limits = Limits {
+            faces: self.faces,
+            vertices: self.vertices,
+            ratio: self.ratio,
+            cost: self.max_cost,
+            collapses: None,
+            time: self.time_limit,
+        };
+        let max_error = self.max_error.map(|length| length.on(mesh, relative)).transpose()?;
+        Ok(Goals { limits, max_error })
+    }
+}
+
+/// When to stop, in the units of the mesh.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Goals {
+    pub(crate) limits: Limits,
+    pub(crate) max_error: Option<f64>,
 }
 
 /// How to simplify.
@@ -122,23 +147,26 @@ impl From<PlacementName> for PlacementRule {
 struct Components(Option<usize>);
 
 impl Policy {
+    /// Refuses options that would do nothing.
+    pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
+        let mut options = Options::preset(self.preset);
+        self.adjust_fit(&mut options);
+        if options.fit.is_none() && options.anneal.is_none() {
+            given.refuse(&["seed"], "the result is not fitted, so there are no random numbers")?;
+        }
+        Ok(())
+    }
+
     /// How distances from the input are found.
     pub(crate) fn check(&self) -> ErrorCheck {
         if self.verify { ErrorCheck::Certified } else { ErrorCheck::Sampled }
     }
 
     /// The options of the library.
-    pub(crate) fn options(&self, mesh: &TriMesh, targets: &Targets) -> Options {
+    pub(crate) fn options(&self, mesh: &TriMesh, goals: Goals) -> Options {
         let mut options = Options::preset(self.preset);
-        options.limits = Limits {
-            faces: targets.faces,
-            vertices: targets.vertices,
-            ratio: targets.ratio,
-            cost: targets.max_cost,
-            collapses: None,
-            time: targets.time,
-        };
-        options.max_error = targets.max_error;
+        options.limits = goals.limits;
+        options.max_error = goals.max_error;
         if self.verify {
             options.error = ErrorCheck::Certified;
         }
@@ -184,12 +212,17 @@ impl Policy {
     }
 }
 
-/// Moves the bar to where the run is on its way to its target.
+/// Moves the bar to where the run is on its way to its target, and asks whether to go on.
 pub(crate) fn show(bar: &ProgressBar, now: &Progress) -> ControlFlow<()> {
     let Progress { faces_before, faces, face_target, .. } = *now;
     bar.set_length((faces_before - face_target.min(faces_before)) as u64);
     bar.set_position((faces_before - faces.min(faces_before)) as u64);
-    ControlFlow::Continue(())
+    interrupt::flow()
+}
+
+/// Refused edges by reason.
+pub(crate) fn rejected(refusals: &Refusals) -> BTreeMap<&'static str, usize> {
+    refusals.iter().map(|(reason, count)| (reason.name(), count)).collect()
 }
 
 pub(crate) fn parse_ratio(text: &str) -> Result<f64, String> {

@@ -214,7 +214,7 @@ fn a_failed_write_leaves_the_old_file_whole() {
         "--precision",
         "single",
     ]);
-    assert_eq!(status, 1, "{message}");
+    assert_eq!(status, 4, "{message}");
     assert_eq!(std::fs::read(&target).unwrap(), before);
     let leftovers = std::fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(leftovers, 2, "temporary files stay behind");

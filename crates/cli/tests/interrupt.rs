@@ -4,10 +4,11 @@
 
 mod common;
 
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use common::{files, write};
+use common::{files, json, write};
 use mesh_core::shapes::Torus;
 
 /// Whether a process has taken SIGINT, number 2, into its own hands.
@@ -15,6 +16,42 @@ fn catches_interrupt(process: u32) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
     u64::from_str_radix(mask.trim(), 16).unwrap() & (1 << (2 - 1)) != 0
+}
+
+/// Starts a run and interrupts it as soon as it can be.
+fn interrupted(arguments: &[&str], files: [&Path; 2]) -> (Option<i32>, Output) {
+    let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+    run.args(arguments).arg(files[0]).arg("-o").arg(files[1]);
+    let run = run.stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    while !catches_interrupt(run.id()) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let ended = run.wait_with_output().unwrap();
+    (ended.status.code(), ended)
+}
+
+#[test]
+fn an_interrupted_run_keeps_the_best_so_far_when_asked() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
+    write(Torus { major: 5.0, minor: 2.0 }.shifted_mesh(300, 150).unwrap(), &input);
+    for arguments in [
+        &["simplify", "--preset", "paper-l1", "--faces", "100"][..],
+        &["flip", "--cost", "f1", "--anneal-steps", "10000"],
+    ] {
+        let arguments = [arguments, &["--keep-partial", "--json"]].concat();
+        let (code, ended) = interrupted(&arguments, [&input, &output]);
+        let said = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(code, Some(130), "{said}");
+        assert!(said.contains("writing the best so far"), "{said}");
+        let report: serde_json::Value = serde_json::from_slice(&ended.stdout).unwrap();
+        assert_eq!(report["stop"], "cancelled", "{report}");
+        let faces = json(&["info", output.to_str().unwrap()])["faces"].as_u64().unwrap();
+        assert!(faces > 100 && faces <= 90_000, "{faces}");
+        assert_eq!(files(folder.path()), [input.clone(), output.clone()]);
+    }
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! From a point of the mesh to its patch: curvature, outline, translation.
 
-use crate::curvature::{CurvatureError, CurvatureEstimator, DiscCurvature};
+use crate::curvature::{CurvatureEstimator, DiscCurvature};
+use crate::curvature_error::CurvatureError;
 use crate::params::TranslationRule;
 use crate::patch::{Patch, PatchError};
 use crate::shape::Shape;

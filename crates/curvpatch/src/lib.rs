@@ -55,6 +55,7 @@ mod arc;
 mod closest;
 mod cover;
 mod curvature;
+mod curvature_error;
 mod export;
 mod fit;
 mod params;
@@ -73,7 +74,8 @@ mod trace;
 pub use cover::{
     Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CoverProgress, Seeds, cover,
 };
-pub use curvature::{CurvatureError, CurvatureEstimator, DiscCurvature, PointClass};
+pub use curvature::{CurvatureEstimator, DiscCurvature, PointClass};
+pub use curvature_error::CurvatureError;
 pub use export::{CoverMesh, CoverRecord, PatchRecord, patch_color};
 pub use fit::{FitError, PatchFit};
 pub use params::{NormalRule, Params, PrincipalRule, SectionRule, TranslationRule};

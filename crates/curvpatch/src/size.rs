@@ -2,7 +2,8 @@
 
 use mesh_core::FaceId;
 
-use crate::curvature::{CurvatureError, CurvatureEstimator, DiscCurvature};
+use crate::curvature::{CurvatureEstimator, DiscCurvature};
+use crate::curvature_error::CurvatureError;
 use crate::fit::PatchFit;
 use crate::probe::{Limits, PatchProbe, TEST_ANGLES};
 use crate::shape::Shape;

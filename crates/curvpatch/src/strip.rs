@@ -3,7 +3,8 @@
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
 
-use crate::curvature::{CurvatureError, CurvatureEstimator, check_radius};
+use crate::curvature::CurvatureEstimator;
+use crate::curvature_error::{CurvatureError, check_radius};
 use crate::fit::{FitError, PatchFit};
 use crate::section::{SectionPlane, SectionWalk, WalkEnd};
 use crate::shape::Shape;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
 
-use crate::curvature::CurvatureError;
+use crate::curvature_error::CurvatureError;
 
 /// A point strictly inside a face, by its barycentric coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,8 +4,8 @@ use glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, Handle, TriMesh, parallel};
 
 use crate::dihedral::dihedral_angle;
+use crate::intersection::intersection_angle;
 use crate::quantity::Integral;
-use crate::willmore::intersection_angle;
 
 /// The signed dihedral angle of an edge, in radians; see [`dihedral_angle`]. `None` for a boundary
 /// edge.

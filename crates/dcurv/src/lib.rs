@@ -28,6 +28,7 @@
 //! | pointwise `K`, `H`, `k1`, `k2`, shape index, curvedness | `K̄/S`, `H̄/S`, `H ± sqrt(H² - K)` | [`vertex`] |
 //! | a whole mesh | | [`curvatures`] |
 //! | costs F1, F2, F3; norms; totals | | [`totals`] |
+//! | Bobenko's intersection angle `beta` | | [`intersection`] |
 //! | Bobenko's Willmore energy | `sum of beta(e) - 2 pi` | [`willmore`] |
 //! | principal directions | quadratic fit | [`principal`] |
 //!
@@ -68,6 +69,7 @@ pub mod area;
 pub mod curvatures;
 pub mod dihedral;
 pub mod edge;
+pub mod intersection;
 pub mod principal;
 pub mod quantity;
 pub mod star;
@@ -84,9 +86,10 @@ pub use edge::{
     dihedral_angles, edge_dihedral_angle, edge_intersection_angle, edge_mean_curvature,
     edge_mean_curvatures, intersection_angles,
 };
+pub use intersection::intersection_angle;
 pub use principal::{PrincipalFrame, principal_frame, principal_frames};
 pub use quantity::{Area, Integral, Pointwise};
 pub use star::{VertexIntegrals, VertexStar};
 pub use totals::Totals;
 pub use vertex::{VertexCurvature, vertex_curvature};
-pub use willmore::{intersection_angle, total_willmore_energy, willmore_energies, willmore_energy};
+pub use willmore::{total_willmore_energy, willmore_energies, willmore_energy};

@@ -6,51 +6,12 @@ use mesh_core::shapes::SplitMix64;
 use mesh_core::{EdgeId, Handle};
 
 use crate::cost::FlipCost;
-use crate::error::FlipError;
 use crate::fold::folds;
 use crate::greedy;
+use crate::options::Anneal;
 use crate::report::Stop;
 use crate::run::Run;
 use crate::watch::{Phase, Progress, Watch};
-
-/// A schedule for simulated annealing (Kirkpatrick, Gelatt and Vecchi 1983).
-///
-/// Each round starts from the best mesh so far. It flips random edges: always where that lowers
-/// the cost, else with probability `exp(-rise / T)`. The temperature T falls by the same factor in
-/// each step, from `start` to `end`, both in units of the mean absolute change that a flip of the
-/// best mesh would make. A greedy run ends the round, and what is not better is undone. So the
-/// result is never worse than that of the greedy run, and the same seed always gives the same one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Anneal {
-    /// Where the random numbers start.
-    pub seed: u64,
-    /// How many rounds.
-    pub rounds: usize,
-    /// How many flips are tried in a round, per edge of the mesh.
-    pub steps_per_edge: usize,
-    /// The first temperature.
-    pub start: f64,
-    /// The last temperature.
-    pub end: f64,
-}
-
-impl Default for Anneal {
-    fn default() -> Self {
-        Self { seed: 0, rounds: 8, steps_per_edge: 50, start: 0.2, end: 0.01 }
-    }
-}
-
-impl Anneal {
-    pub(crate) fn check(&self) -> Result<(), FlipError> {
-        let range = "a positive, finite temperature";
-        for (option, value) in [("anneal.start", self.start), ("anneal.end", self.end)] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(FlipError::OutOfRange { option, value, range });
-            }
-        }
-        Ok(())
-    }
-}
 
 /// Anneals from the local minimum that the run is in. Says why it stopped and how many flips of the
 /// log belong to the last round that was kept.

@@ -12,9 +12,9 @@ use crate::costs::{
     AbsMean, FaceCost, FaceFunction, VertexCost, VertexFunction, VirtualWillmore, Willmore,
 };
 use crate::error::FlipError;
+use crate::optimise::optimise_with;
 use crate::options::FlipOptions;
 use crate::report::FlipReport;
-use crate::run::optimise_with;
 use crate::watch::Progress;
 
 /// The costs of this crate.

@@ -48,6 +48,7 @@ mod greedy;
 mod intersection;
 mod lattice_error;
 mod look_ahead;
+mod optimise;
 mod options;
 mod quad;
 mod queue;
@@ -57,7 +58,6 @@ mod run;
 mod waiting;
 mod watch;
 
-pub use anneal::Anneal;
 pub use cost::{Change, FlipCost, Reach};
 pub use cost_name::{CostName, UnknownCost};
 pub use costs::{
@@ -67,8 +67,8 @@ pub use costs::{
 pub use error::FlipError;
 pub use features::feature_edges;
 pub use lattice_error::{LatticeError, lattice_error};
-pub use options::{FlipOptions, Ties, Update};
+pub use optimise::{optimise, optimise_with};
+pub use options::{Anneal, FlipOptions, Ties, Update};
 pub use quad::Quad;
 pub use report::{FlipReport, Refused, Stop};
-pub use run::{optimise, optimise_with};
 pub use watch::{Phase, Progress};

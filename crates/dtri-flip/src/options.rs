@@ -4,7 +4,6 @@ use core::time::Duration;
 
 use mesh_core::EdgeMap;
 
-use crate::anneal::Anneal;
 use crate::error::FlipError;
 
 /// How to run; the default is the plain greedy run of DHKL01 with an exact queue.
@@ -73,6 +72,45 @@ impl FlipOptions {
             }
             _ => Ok(()),
         }
+    }
+}
+
+/// A schedule for simulated annealing (Kirkpatrick, Gelatt and Vecchi 1983).
+///
+/// Each round starts from the best mesh so far. It flips random edges: always where that lowers
+/// the cost, else with probability `exp(-rise / T)`. The temperature T falls by the same factor in
+/// each step, from `start` to `end`, both in units of the mean absolute change that a flip of the
+/// best mesh would make. A greedy run ends the round, and what is not better is undone. So the
+/// result is never worse than that of the greedy run, and the same seed always gives the same one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Anneal {
+    /// Where the random numbers start.
+    pub seed: u64,
+    /// How many rounds.
+    pub rounds: usize,
+    /// How many flips are tried in a round, per edge of the mesh.
+    pub steps_per_edge: usize,
+    /// The first temperature.
+    pub start: f64,
+    /// The last temperature.
+    pub end: f64,
+}
+
+impl Default for Anneal {
+    fn default() -> Self {
+        Self { seed: 0, rounds: 8, steps_per_edge: 50, start: 0.2, end: 0.01 }
+    }
+}
+
+impl Anneal {
+    pub(crate) fn check(&self) -> Result<(), FlipError> {
+        let range = "a positive, finite temperature";
+        for (option, value) in [("anneal.start", self.start), ("anneal.end", self.end)] {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(FlipError::OutOfRange { option, value, range });
+            }
+        }
+        Ok(())
     }
 }
 

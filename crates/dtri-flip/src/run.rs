@@ -1,101 +1,18 @@
 //! A run: the mesh, the cost's cache, the guards, and the flips done so far.
 
-use core::ops::ControlFlow;
-
 use mesh_core::edit::LegalFlip;
 use mesh_core::{EdgeId, EdgeMap, FaceTree, TriMesh};
 
-use crate::anneal;
 use crate::cost::{Change, FlipCost};
-use crate::error::FlipError;
 use crate::features::locked_edges;
 use crate::fold::{flattens, folds};
-use crate::greedy;
 use crate::intersection::crossed_by_flip;
 use crate::options::FlipOptions;
 use crate::quad::Quad;
-use crate::report::{FlipReport, Refused, Stop};
+use crate::report::Refused;
 use crate::waiting::Refusal;
-use crate::watch::{Progress, Watch};
 
-/// Flips edges until no allowed flip lowers the cost; see [`FlipOptions`] for all that can be
-/// asked for.
-///
-/// Handles of vertices, edges and faces stay valid, and so do attributes on vertices. Isolated
-/// vertices and removed elements are left alone; boundary edges stay. The same input gives the
-/// same result for any number of threads.
-///
-/// # Errors
-/// An option is out of range or does not fit the mesh. The mesh is unchanged then.
-pub fn optimise<C: FlipCost>(
-    mesh: &mut TriMesh,
-    cost: &C,
-    options: &FlipOptions,
-) -> Result<FlipReport, FlipError> {
-    optimise_with(mesh, cost, options, &mut |_| ControlFlow::Continue(()))
-}
-
-/// As [`optimise`], telling `progress` now and then where it is. When that returns
-/// [`ControlFlow::Break`], the run stops with the best mesh it has.
-///
-/// # Errors
-/// As [`optimise`].
-pub fn optimise_with<C: FlipCost>(
-    mesh: &mut TriMesh,
-    cost: &C,
-    options: &FlipOptions,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<FlipReport, FlipError> {
-    options.check(mesh.topology().edge_capacity())?;
-    let mut watch = Watch::new(options, progress);
-    let mut run = Run::new(mesh, cost, options);
-    let cost_before = run.running_cost;
-    let mut stop = descend(&mut run, &mut watch);
-    let mut annealed_flips = 0;
-    if let Some(settings) = &options.anneal
-        && matches!(stop, Stop::LocalMinimum | Stop::CycleGuard)
-    {
-        (stop, annealed_flips) = anneal::run(&mut run, settings, stop, &mut watch);
-    }
-    Ok(FlipReport {
-        cost_before,
-        cost_after: cost.total(run.mesh),
-        flips: run.log.len() as u64,
-        annealed_flips,
-        locked_edges: run.locked.as_slice().iter().filter(|&&locked| locked).count(),
-        refused: run.refused,
-        stop,
-    })
-}
-
-/// Greedy, with look-ahead if that was asked for; never worse than without.
-///
-/// A row of flips that is taken early may lead to a worse minimum than single flips would have.
-/// So both ways are tried, and where the plain one gets lower, look-ahead goes on from its end.
-fn descend<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
-    if run.options.look_ahead < 2 {
-        return greedy::run(run, 1, watch);
-    }
-    let (start, start_refused) = (run.running_cost, run.refused);
-    let plain_stop = greedy::run(run, 1, watch);
-    if !matches!(plain_stop, Stop::LocalMinimum | Stop::CycleGuard) {
-        return plain_stop;
-    }
-    let (plain_cost, plain_refused) = (run.cost.total(run.mesh), run.refused);
-    let plain_flips = run.log.clone();
-    run.start_over(start, start_refused);
-    let stop = greedy::run(run, run.options.look_ahead, watch);
-    if run.cost.total(run.mesh) <= plain_cost {
-        return stop;
-    }
-    run.start_over(plain_cost, plain_refused);
-    run.repeat(&plain_flips);
-    match stop {
-        Stop::TimeLimit | Stop::Cancelled => stop,
-        _ => greedy::run(run, run.options.look_ahead, watch),
-    }
-}
-
+/// The state of a run, which the greedy run, look-ahead and annealing share.
 pub(crate) struct Run<'a, C: FlipCost> {
     pub(crate) mesh: &'a mut TriMesh,
     pub(crate) cost: &'a C,
@@ -117,7 +34,7 @@ pub(crate) struct Run<'a, C: FlipCost> {
 }
 
 impl<'a, C: FlipCost> Run<'a, C> {
-    fn new(mesh: &'a mut TriMesh, cost: &'a C, options: &'a FlipOptions) -> Self {
+    pub(crate) fn new(mesh: &'a mut TriMesh, cost: &'a C, options: &'a FlipOptions) -> Self {
         let cache = cost.prepare(mesh);
         Self {
             running_cost: cost.prepared_total(mesh, &cache),
@@ -249,7 +166,7 @@ impl<'a, C: FlipCost> Run<'a, C> {
     }
 
     /// Undoes everything.
-    fn start_over(&mut self, cost: f64, refused: Refused) {
+    pub(crate) fn start_over(&mut self, cost: f64, refused: Refused) {
         self.undo_to(0);
         self.forget_flips_of_edges();
         self.running_cost = cost;
@@ -257,7 +174,7 @@ impl<'a, C: FlipCost> Run<'a, C> {
     }
 
     /// Does flips again that were done from this state before.
-    fn repeat(&mut self, flips: &[EdgeId]) {
+    pub(crate) fn repeat(&mut self, flips: &[EdgeId]) {
         for &edge in flips {
             if let Ok(flip) = self.mesh.topology().check_flip(edge) {
                 self.flip(flip, Change::default());

@@ -1,12 +1,14 @@
 //! Typed, caller-owned data per vertex, edge, half-edge or face.
 //!
 //! The mesh does not know about attributes and never changes them. After edits that add elements,
-//! [`AttributeMap::grow`] the map; after [`Topology::compact`], carry it over with the `Remap`.
+//! [`AttributeMap::grow_with`] the mesh; after [`Topology::compact`], carry it over with the `Remap`
+//! ([`AttributeMap::compact`]).
 
+use core::fmt;
 use core::marker::PhantomData;
 use core::ops::{Index, IndexMut};
 
-use crate::compact::Remap;
+use crate::compact::{Remap, RemapOf};
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::topology::Topology;
 
@@ -19,10 +21,12 @@ use crate::topology::Topology;
 /// let mut weight = topology.vertex_map(1.0);
 /// weight[VertexId::new(2)] = 0.5;
 /// assert_eq!(weight.as_slice(), [1.0, 1.0, 0.5]);
+/// let doubled = weight.map(|w| 2.0 * w);
+/// assert_eq!(format!("{doubled:?}"), "{v0: 2.0, v1: 2.0, v2: 1.0}");
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct AttributeMap<H, T> {
     values: Vec<T>,
     handle: PhantomData<fn(H)>,
@@ -87,8 +91,30 @@ impl<H: Handle, T> AttributeMap<H, T> {
     }
 
     /// All elements that have a value, removed ones included, with the value.
-    pub fn iter(&self) -> impl Iterator<Item = (H, &T)> + '_ {
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = (H, &T)> + DoubleEndedIterator + '_ {
         self.values.iter().enumerate().map(|(index, value)| (H::from_index(index), value))
+    }
+
+    /// All elements that have a value, removed ones included, with the value to be changed.
+    pub fn iter_mut(
+        &mut self,
+    ) -> impl ExactSizeIterator<Item = (H, &mut T)> + DoubleEndedIterator + '_ {
+        self.values.iter_mut().enumerate().map(|(index, value)| (H::from_index(index), value))
+    }
+
+    /// The map of a function of the values.
+    #[must_use]
+    pub fn map<U>(&self, value: impl FnMut(&T) -> U) -> AttributeMap<H, U> {
+        self.values.iter().map(value).collect()
+    }
+
+    /// The elements that have a value in both maps, with the two values.
+    pub fn zip<'a, U>(
+        &'a self,
+        other: &'a AttributeMap<H, U>,
+    ) -> impl ExactSizeIterator<Item = (H, &'a T, &'a U)> + 'a {
+        let both = self.values.iter().zip(&other.values).enumerate();
+        both.map(|(index, (a, b))| (H::from_index(index), a, b))
     }
 
     /// Lengthens the map to `capacity` values; a longer map stays as it is.
@@ -99,6 +125,94 @@ impl<H: Handle, T> AttributeMap<H, T> {
         if self.values.len() < capacity {
             self.values.resize(capacity, value);
         }
+    }
+
+    /// Lengthens the map so that all elements of the mesh have a value.
+    pub fn grow_with(&mut self, topology: &Topology, value: T)
+    where
+        T: Clone,
+        H: Element,
+    {
+        self.grow(H::capacity(topology), value);
+    }
+
+    /// Sets the value of an element, and returns the one that it had. A map that is too short is
+    /// lengthened first, with default values for the elements in between.
+    pub fn insert(&mut self, handle: H, value: T) -> T
+    where
+        T: Clone + Default,
+    {
+        self.grow(handle.index() + 1, T::default());
+        core::mem::replace(&mut self[handle], value)
+    }
+}
+
+/// An empty map, for elements of any kind.
+impl<H, T> Default for AttributeMap<H, T> {
+    fn default() -> Self {
+        Self { values: Vec::new(), handle: PhantomData }
+    }
+}
+
+/// Values in order of index.
+impl<H, T> FromIterator<T> for AttributeMap<H, T> {
+    fn from_iter<I: IntoIterator<Item = T>>(values: I) -> Self {
+        Self { values: values.into_iter().collect(), handle: PhantomData }
+    }
+}
+
+/// Values of the elements that follow.
+impl<H, T> Extend<T> for AttributeMap<H, T> {
+    fn extend<I: IntoIterator<Item = T>>(&mut self, values: I) {
+        self.values.extend(values);
+    }
+}
+
+/// The elements and their values, as in `{v0: 1.0, v1: 0.5}`.
+impl<H: Handle, T: fmt::Debug> fmt::Debug for AttributeMap<H, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_map().entries(self.iter()).finish()
+    }
+}
+
+/// A kind of element of a mesh: what one can have attributes of.
+pub trait Element: Handle {
+    /// One more than the largest index of such an element in a mesh.
+    fn capacity(topology: &Topology) -> usize;
+
+    /// Whether the element is in the mesh: in range and not removed.
+    fn is_in(self, topology: &Topology) -> bool;
+}
+
+macro_rules! element {
+    ($handle:ty, $capacity:ident, $contains:ident) => {
+        impl Element for $handle {
+            fn capacity(topology: &Topology) -> usize {
+                topology.$capacity()
+            }
+
+            fn is_in(self, topology: &Topology) -> bool {
+                topology.$contains(self)
+            }
+        }
+    };
+}
+
+element!(VertexId, vertex_capacity, contains_vertex);
+element!(EdgeId, edge_capacity, contains_edge);
+element!(HalfEdgeId, half_edge_capacity, contains_half_edge);
+element!(FaceId, face_capacity, contains_face);
+
+impl<H: Element, T> AttributeMap<H, T> {
+    /// The map of a function of the elements of a mesh. Removed elements are elements, too.
+    #[must_use]
+    pub fn from_fn(topology: &Topology, value: impl FnMut(H) -> T) -> Self {
+        (0..H::capacity(topology)).map(H::from_index).map(value).collect()
+    }
+
+    /// The elements of the mesh that have a value, without those that were removed.
+    pub fn live<'a>(&'a self, topology: &'a Topology) -> impl Iterator<Item = (H, &'a T)> + 'a {
+        self.iter().filter(|(handle, _)| handle.is_in(topology))
     }
 }
 
@@ -112,12 +226,6 @@ impl<H: Handle, T: Clone> AttributeMap<H, T> {
         let kept = self.iter().filter(|(handle, _)| remap.new_handle(*handle).is_some());
         Self::from_vec(kept.map(|(_, value)| value.clone()).collect())
     }
-}
-
-/// Where the elements of one kind went; implemented by [`Remap`] for every handle type.
-pub trait RemapOf<H> {
-    /// The new handle of an element, `None` when it was removed.
-    fn new_handle(&self, old: H) -> Option<H>;
 }
 
 impl<H: Handle, T> Index<H> for AttributeMap<H, T> {

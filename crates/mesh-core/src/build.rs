@@ -19,6 +19,7 @@
 //! in the [`BuildReport`].
 
 mod cut;
+mod draft;
 mod duplicates;
 pub(crate) mod edges;
 mod error;
@@ -31,10 +32,7 @@ mod screen;
 mod triangulate;
 mod weld;
 
-use std::borrow::Cow;
-
-use glam::DVec3;
-
+pub use draft::{Built, Provenance};
 pub use error::BuildError;
 pub use repair::{Repair, Weld};
 pub use report::BuildReport;
@@ -42,35 +40,12 @@ pub use sample::{Sample, VertexPair};
 pub use triangulate::{Triangulation, Triangulator};
 pub use weld::{weld_exact, weld_within};
 
+pub(crate) use draft::{Draft, has_zero_area, repeated_vertex};
 pub(crate) use duplicates::find_duplicates;
 
-use crate::build::edges::NONE;
-use crate::mesh::{MeshError, TriMesh};
+use crate::mesh::MeshError;
 use crate::soup::PolygonSoup;
 use crate::topology::Topology;
-
-/// A mesh built from a polygon soup.
-#[derive(Clone, Debug)]
-pub struct Built {
-    /// The mesh.
-    pub mesh: TriMesh,
-    /// What was done to make it one.
-    pub report: BuildReport,
-    /// Where its vertices and faces come from.
-    pub provenance: Provenance,
-}
-
-/// Where the elements of a built mesh come from, so that data of the soup can follow.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Provenance {
-    /// Per vertex of the mesh, the vertex of the soup whose position it has.
-    pub vertex_source: Vec<u32>,
-    /// Per triangle of the mesh, the face of the soup that it is (part of).
-    pub face_source: Vec<u32>,
-    /// Per triangle of the mesh and corner, the corner of the soup. A repaired vertex may differ
-    /// from the one that the soup has at this corner.
-    pub corner_source: Vec<[u32; 3]>,
-}
 
 /// Builds a half-edge mesh from a polygon soup.
 ///
@@ -120,240 +95,4 @@ pub fn build(soup: &PolygonSoup, repair: &Repair) -> Result<Built, BuildError> {
             draft.finish(topology)
         }
     }
-}
-
-/// A mesh on its way: triangles, and where they came from so far.
-pub(crate) struct Draft<'a> {
-    soup: &'a PolygonSoup,
-    repair: &'a Repair,
-    pub(crate) report: BuildReport,
-    /// Faces of the soup to leave out, ascending.
-    left_out: Vec<u32>,
-    /// Per corner of the soup, its vertex in the draft.
-    corners: Cow<'a, [u32]>,
-    pub(crate) triangles: Cow<'a, [[u32; 3]]>,
-    provenance: Provenance,
-}
-
-impl<'a> Draft<'a> {
-    fn new(soup: &'a PolygonSoup, repair: &'a Repair) -> Result<Self, BuildError> {
-        let draft = Self::unchecked(soup, repair)?;
-        screen::check_coordinates(soup, repair, &draft.left_out)?;
-        Ok(draft)
-    }
-
-    /// A draft whose coordinates need not be finite.
-    pub(crate) fn unchecked(soup: &'a PolygonSoup, repair: &'a Repair) -> Result<Self, BuildError> {
-        screen::check_sizes(soup)?;
-        let mut report = BuildReport {
-            vertices_in: soup.vertex_count(),
-            faces_in: soup.face_count(),
-            ..BuildReport::default()
-        };
-        let left_out = screen::check_faces(soup, repair, &mut report)?;
-        Ok(Self {
-            soup,
-            repair,
-            report,
-            left_out,
-            corners: Cow::Borrowed(soup.corners()),
-            triangles: Cow::default(),
-            provenance: Provenance {
-                vertex_source: (0..soup.vertex_count() as u32).collect(),
-                ..Provenance::default()
-            },
-        })
-    }
-
-    fn vertex_count(&self) -> usize {
-        self.provenance.vertex_source.len()
-    }
-
-    fn weld(&mut self) -> Result<(), BuildError> {
-        let positions = self.soup.positions();
-        let target = match self.repair.weld {
-            Weld::None => return Ok(()),
-            Weld::Exact => weld_exact(positions),
-            Weld::Distance(distance) if distance.is_finite() && distance >= 0.0 => {
-                weld_within(positions, distance)
-            }
-            Weld::Distance(distance) => return Err(BuildError::InvalidWeldDistance { distance }),
-        };
-        let is_merged = |&vertex: &u32| target[vertex as usize] != vertex;
-        self.report.welded_vertices = (0..target.len() as u32).filter(is_merged).collect();
-        if self.report.welded_vertices.is_empty() {
-            return Ok(());
-        }
-        let merged: Vec<bool> = (0..target.len() as u32).map(|vertex| is_merged(&vertex)).collect();
-        let renumbered = self.remove_vertices(&merged);
-        let left_out_corners =
-            self.left_out.iter().map(|&face| self.soup.corner_range(face as usize));
-        let mut kept = vec![true; self.corners.len()];
-        left_out_corners.for_each(|range| kept[range].fill(false));
-        for (corner, _) in self.corners.to_mut().iter_mut().zip(kept).filter(|(_, kept)| *kept) {
-            *corner = renumbered[target[*corner as usize] as usize];
-        }
-        Ok(())
-    }
-
-    /// Removes marked vertices and returns the new index of each of the others.
-    fn remove_vertices(&mut self, is_removed: &[bool]) -> Vec<u32> {
-        let mut renumbered = vec![NONE; is_removed.len()];
-        let mut kept = 0;
-        for (vertex, _) in is_removed.iter().enumerate().filter(|(_, removed)| !**removed) {
-            renumbered[vertex] = kept as u32;
-            self.provenance.vertex_source[kept] = self.provenance.vertex_source[vertex];
-            kept += 1;
-        }
-        self.provenance.vertex_source.truncate(kept);
-        renumbered
-    }
-
-    /// Cuts all polygons into triangles.
-    pub(crate) fn triangulate(&mut self) {
-        let soup = self.soup;
-        if self.left_out.is_empty() && (0..soup.face_count()).all(|face| soup.face(face).len() == 3)
-        {
-            self.triangles = match &self.corners {
-                Cow::Borrowed(corners) => Cow::Borrowed(corners.as_chunks().0),
-                Cow::Owned(corners) => Cow::Owned(corners.as_chunks().0.to_vec()),
-            };
-            let faces = 0..soup.face_count() as u32;
-            self.provenance.corner_source =
-                faces.clone().map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
-            self.provenance.face_source = faces.collect();
-            return;
-        }
-        let mut triangulator = Triangulator::default();
-        let mut positions: Vec<DVec3> = Vec::new();
-        let mut local = Vec::new();
-        let mut left_out = self.left_out.iter().peekable();
-        for face in 0..soup.face_count() {
-            if left_out.next_if_eq(&&(face as u32)).is_some() {
-                continue;
-            }
-            let range = soup.corner_range(face);
-            let vertices = &self.corners[range.clone()];
-            positions.clear();
-            positions.extend(vertices.iter().map(|&vertex| self.position(vertex)));
-            local.clear();
-            let quality = triangulator.triangulate(&positions, vertices, &mut local);
-            if range.len() > 3 {
-                self.report.triangulated += 1;
-            }
-            if quality == Triangulation::Fallback {
-                self.report.triangulated_badly.push(face as u32);
-            }
-            for triangle in &local {
-                self.provenance.face_source.push(face as u32);
-                let corners = triangle.map(|corner| range.start as u32 + corner);
-                self.provenance.corner_source.push(corners);
-            }
-        }
-        let vertex_of = |corner: u32| self.corners[corner as usize];
-        let corner_source = &self.provenance.corner_source;
-        self.triangles = corner_source.iter().map(|corners| corners.map(vertex_of)).collect();
-    }
-
-    fn position(&self, vertex: u32) -> DVec3 {
-        self.soup.positions()[self.provenance.vertex_source[vertex as usize] as usize]
-    }
-
-    /// Drops triangles that use a vertex twice.
-    fn drop_degenerate(&mut self) -> Result<(), BuildError> {
-        let faces: Vec<u32> = (0..self.triangles.len() as u32)
-            .filter(|&face| repeated_vertex(self.triangles[face as usize]).is_some())
-            .collect();
-        let Some(&first) = faces.first() else {
-            return Ok(());
-        };
-        let sources = faces.iter().map(|&face| self.provenance.face_source[face as usize]);
-        if !self.repair.drop_degenerate {
-            let vertex = repeated_vertex(self.triangles[first as usize]).unwrap_or_default();
-            return Err(BuildError::RepeatedVertex {
-                face: self.provenance.face_source[first as usize],
-                vertex: self.provenance.vertex_source[vertex as usize],
-                faces: sources.collect(),
-            });
-        }
-        self.report.dropped_degenerate.extend(sources);
-        self.remove_triangles(&faces);
-        Ok(())
-    }
-
-    /// Removes triangles, given in ascending order.
-    fn remove_triangles(&mut self, faces: &[u32]) {
-        let mut is_removed = vec![false; self.triangles.len()];
-        faces.iter().for_each(|&face| is_removed[face as usize] = true);
-        let mut retain = is_removed.iter();
-        self.triangles.to_mut().retain(|_| retain.next() == Some(&false));
-        let mut retain = is_removed.iter();
-        self.provenance.face_source.retain(|_| retain.next() == Some(&false));
-        let mut retain = is_removed.iter();
-        self.provenance.corner_source.retain(|_| retain.next() == Some(&false));
-    }
-
-    /// Drops vertices that no triangle uses, if that is wanted.
-    fn drop_unreferenced(&mut self) {
-        if !self.repair.drop_unreferenced {
-            return;
-        }
-        let mut is_unused = vec![true; self.vertex_count()];
-        for &vertex in self.triangles.as_flattened() {
-            is_unused[vertex as usize] = false;
-        }
-        let unused = is_unused.iter().zip(&self.provenance.vertex_source);
-        let sources = unused.filter_map(|(&unused, &source)| unused.then_some(source));
-        self.report.dropped_vertices = sources.collect();
-        if self.report.dropped_vertices.is_empty() {
-            return;
-        }
-        let renumbered = self.remove_vertices(&is_unused);
-        for vertex in self.triangles.to_mut().as_flattened_mut() {
-            *vertex = renumbered[*vertex as usize];
-        }
-    }
-
-    /// The half-edge structure, if the triangles form an oriented 2-manifold without duplicates.
-    fn pair(&self) -> Option<Topology> {
-        let topology = Topology::from_triangles(self.vertex_count(), &self.triangles).ok()?;
-        // The only duplicates that a manifold can hold are the two faces of a pillow: they share
-        // all edges, so the neighbours across two of them are the same face.
-        let neighbour = |h: crate::HalfEdgeId| topology.face(h.twin());
-        let is_pillow = |face: crate::FaceId| {
-            let h = topology.half_edge_of_face(face);
-            let across = neighbour(h);
-            across.is_some() && across == neighbour(topology.next(h))
-        };
-        let has_pillow = topology.faces().any(is_pillow);
-        (!has_pillow).then_some(topology)
-    }
-
-    fn finish(mut self, topology: Topology) -> Result<Built, BuildError> {
-        let positions: Vec<DVec3> = self
-            .provenance
-            .vertex_source
-            .iter()
-            .map(|&v| self.soup.positions()[v as usize])
-            .collect();
-        self.report.vertices_out = positions.len();
-        self.report.faces_out = self.triangles.len();
-        let sources = self.triangles.iter().zip(&self.provenance.face_source);
-        self.report.zero_area_faces = sources
-            .filter(|(triangle, _)| has_zero_area(triangle.map(|v| positions[v as usize])))
-            .map(|(_, &source)| source)
-            .collect();
-        let mesh = TriMesh::new(topology, positions)?;
-        Ok(Built { mesh, report: self.report, provenance: self.provenance })
-    }
-}
-
-/// The vertex that a triangle uses twice, if it does.
-pub(crate) fn repeated_vertex([a, b, c]: [u32; 3]) -> Option<u32> {
-    if a == b || a == c { Some(a) } else { (b == c).then_some(b) }
-}
-
-/// Whether the cross product of two sides is exactly zero.
-pub(crate) fn has_zero_area([a, b, c]: [DVec3; 3]) -> bool {
-    (b - a).cross(c - a) == DVec3::ZERO
 }

@@ -53,6 +53,8 @@ use crate::topology::Topology;
 
 /// Which rules give the value at the middle of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct ButterflyOptions {
     /// w, the tension: 0 gives the edge's middle, 1/16 the highest order.
     pub tension: f64,
@@ -68,6 +70,8 @@ impl Default for ButterflyOptions {
 
 /// The rule at interior vertices that do not have six edges.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum IrregularRule {
     /// The modified scheme of Zorin, Schröder and Sweldens 1996: smooth there too.
     #[default]
@@ -78,6 +82,7 @@ pub enum IrregularRule {
 
 /// Why a mesh cannot be subdivided.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ButterflyError {
     /// The tension is infinite or not a number.
     #[error("the tension is {0}, but it must be finite; 1/16 is the usual one")]
@@ -102,6 +107,7 @@ pub enum ButterflyError {
 
 /// The vertices of the eight-point mask round an interior edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Butterfly {
     /// a and b, the ends of the edge in the direction of its half-edge `2e`.
     pub ends: [VertexId; 2],

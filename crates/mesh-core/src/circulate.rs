@@ -82,6 +82,22 @@ impl Topology {
         BoundaryLoop { topology: self, first: exterior, coming: Some(exterior) }
     }
 
+    /// The boundary loops, each as its half-edges, which have the hole to their left. They begin at
+    /// the half-edges that [`boundary_loops`](Self::boundary_loops) lists.
+    ///
+    /// ```
+    /// # use mesh_core::Topology;
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let square = Topology::from_triangles(4, &[[0, 1, 2], [0, 2, 3]])?;
+    /// let lengths: Vec<usize> = square.boundaries().map(Iterator::count).collect();
+    /// assert_eq!(lengths, [4]);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn boundaries(&self) -> impl Iterator<Item = BoundaryLoop<'_>> {
+        self.boundary_loops().into_iter().map(|start| self.boundary_loop(start))
+    }
+
     /// One exterior half-edge of every boundary loop, that with the smallest index.
     #[must_use]
     pub fn boundary_loops(&self) -> Vec<HalfEdgeId> {

@@ -1,15 +1,21 @@
 //! Closing the gaps that edits leave, and saying where everything went.
 
-use crate::attribute::RemapOf;
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::topology::{HalfEdge, Topology};
 
 /// Old handles to new ones after [`Topology::compact`]. The order of elements is kept.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Remap {
     vertices: Vec<Option<VertexId>>,
     edges: Vec<Option<EdgeId>>,
     faces: Vec<Option<FaceId>>,
+}
+
+/// Where the elements of one kind went; implemented by [`Remap`] for every handle type.
+pub trait RemapOf<H> {
+    /// The new handle of an element, `None` when it was removed.
+    fn new_handle(&self, old: H) -> Option<H>;
 }
 
 impl RemapOf<VertexId> for Remap {
@@ -40,7 +46,7 @@ impl RemapOf<FaceId> for Remap {
 impl Topology {
     /// Closes the gaps of removed elements. Elements keep their order; the result tells their new
     /// handles, so that caller-owned data can follow
-    /// ([`AttributeMap::compact`](crate::AttributeMap::compact)).
+    /// (`AttributeMap::compact`).
     pub fn compact(&mut self) -> Remap {
         let remap = Remap {
             vertices: renumber(self.vertex_capacity(), |v| self.contains_vertex(v)),
@@ -62,7 +68,7 @@ impl Topology {
         self.half_edges = half_edges;
         self.vertex_half_edge = of_vertex;
         self.face_half_edge = of_face;
-        self.revision += 1;
+        self.revision.advance();
         remap
     }
 }

@@ -6,6 +6,7 @@ use crate::topology::Topology;
 
 /// The connected components of a mesh; made by [`Topology::components`].
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Components {
     /// The component of each vertex, counted from 0; `None` for isolated and removed vertices.
     pub of_vertex: VertexMap<Option<u32>>,

@@ -14,6 +14,8 @@ use crate::soup::PolygonSoup;
 /// everything derived) is that of the *proper* triangles: three distinct vertices, all of them in
 /// the soup. Duplicates are proper and count like any other triangle.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 #[non_exhaustive]
 pub struct Diagnosis {
     /// Vertices, in use or not.

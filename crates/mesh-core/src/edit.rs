@@ -13,53 +13,26 @@
 //! # }
 //! ```
 //!
-//! A token stands for the mesh as it was checked. Any edit in between makes it stale, and applying
-//! a stale token panics: that is a mistake in the program, never a matter of input.
+//! A token stands for the mesh as it was checked. Any edit in between makes it stale, and it is not
+//! for any other mesh: applying such a token panics, since that is a mistake in the program, never a
+//! matter of input. A copy of a mesh counts as the same mesh until one of the two is edited; so a
+//! flip may be checked on a mesh and tried out on its clone.
+//!
+//! [`TriMesh::fill_holes`](crate::TriMesh::fill_holes) closes holes whole.
 
 // A token is used up by the edit it allows.
 #![allow(clippy::needless_pass_by_value)]
 
 mod collapse;
+mod face;
 mod flip;
+mod links;
+mod ring;
 mod split;
 
 pub use collapse::{CollapseRefusal, Collapsed, LegalCollapse};
+pub use face::{AddedFace, FaceRefusal, LegalFace, LegalRemoval, RemovalRefusal, RemovedFace};
 pub use flip::{FlipRefusal, LegalFlip};
+pub use links::NoRoom;
+pub(crate) use ring::Ring;
 pub use split::{EdgeSplit, FaceSplit, LegalEdgeSplit, LegalFaceSplit, SplitRefusal};
-
-use crate::handle::{HalfEdgeId, VertexId};
-use crate::topology::Topology;
-
-/// What the edits share.
-impl Topology {
-    /// Refuses a token that was made before another edit, and counts this one.
-    fn advance_revision(&mut self, checked: u64) {
-        assert_eq!(checked, self.revision, "the mesh was edited after this edit was checked");
-        self.revision += 1;
-    }
-
-    /// Restores the rule that a boundary vertex stores its exterior half-edge, given any half-edge
-    /// that starts at the vertex.
-    fn anchor_vertex(&mut self, vertex: VertexId, outgoing: HalfEdgeId) {
-        self.vertex_half_edge[vertex.index()] = Some(outgoing);
-        let exterior = self.outgoing(vertex).find(|&h| self.is_exterior(h));
-        if exterior.is_some() {
-            self.vertex_half_edge[vertex.index()] = exterior;
-        }
-    }
-
-    /// Makes `half_edge` follow `previous`.
-    #[inline]
-    fn link(&mut self, previous: HalfEdgeId, half_edge: HalfEdgeId) {
-        self.half_edges[previous.index()].next = half_edge;
-    }
-
-    /// Makes three half-edges the circuit of the first one's face.
-    fn circuit(&mut self, [first, second, third]: [HalfEdgeId; 3]) {
-        self.link(first, second);
-        self.link(second, third);
-        self.link(third, first);
-        self.half_edges[second.index()].face = self.face(first);
-        self.half_edges[third.index()].face = self.face(first);
-    }
-}

@@ -8,21 +8,30 @@ use crate::mesh::TriMesh;
 
 /// A complete binary tree of bounding boxes, to find the faces near a place.
 ///
-/// An edit gives faces other corners: [`FaceTree::update`] computes their leaves and the boxes above
-/// again. Edits are local, so the tree stays about as good as it was. Faces that were removed are
-/// passed over; when most of them were, a new tree is quicker.
+/// An edit gives faces other corners, and makes and removes faces: [`FaceTree::update`] puts new
+/// faces where the boxes grow least, and computes the boxes of all that it is given again. Edits are
+/// local, so the tree stays about as good as it was. Faces that were removed are passed over; when
+/// most of them were, or most are new, a new tree is quicker. Compacting the mesh renumbers the faces
+/// and asks for a new tree.
 #[derive(Clone, Debug)]
 pub struct FaceTree {
     /// The boxes, the root first; the children of box i are 2i + 1 and 2i + 2.
     boxes: Vec<BoundingBox>,
     /// The faces, leaf after leaf.
     faces: Vec<FaceId>,
-    /// The leaf of each face, by face index.
+    /// The leaf of each face, by face index; [`NONE`] for faces that are not in the tree.
     leaf_of_face: Vec<u32>,
+    /// The face that was added to each leaf last; empty as long as none was.
+    added_to_leaf: Vec<Option<FaceId>>,
+    /// By face index, the face that was added to the same leaf before it.
+    added_before: Vec<Option<FaceId>>,
     leaves: usize,
 }
 
 const FACES_PER_LEAF: usize = 4;
+
+/// No leaf.
+const NONE: u32 = u32::MAX;
 
 const EMPTY: BoundingBox = BoundingBox { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
@@ -36,7 +45,9 @@ impl FaceTree {
         arrange(mesh, &mut faces, leaves);
         let mut tree = Self {
             boxes: vec![EMPTY; 2 * leaves - 1],
-            leaf_of_face: vec![0; topology.face_capacity()],
+            leaf_of_face: vec![NONE; topology.face_capacity()],
+            added_to_leaf: Vec::new(),
+            added_before: Vec::new(),
             faces,
             leaves,
         };
@@ -68,16 +79,29 @@ impl FaceTree {
         start..end
     }
 
-    fn leaf_box(&self, mesh: &TriMesh, leaf: usize) -> BoundingBox {
-        let faces = self.faces[self.range(leaf)].iter();
-        let live = faces.filter(|&&f| mesh.topology().contains_face(f));
-        live.map(|&f| BoundingBox::of_triangle(mesh.triangle(f))).fold(EMPTY, union)
+    /// The faces of a leaf, removed ones included.
+    fn faces_of_leaf(&self, leaf: usize) -> impl Iterator<Item = FaceId> + '_ {
+        let last = self.added_to_leaf.get(leaf).copied().flatten();
+        let before = |face: &FaceId| self.added_before.get(face.index()).copied().flatten();
+        let added = core::iter::successors(last, before);
+        self.faces[self.range(leaf)].iter().copied().chain(added)
     }
 
-    /// Follows an edit: these faces have new corners, or are gone.
+    fn leaf_box(&self, mesh: &TriMesh, leaf: usize) -> BoundingBox {
+        let live = self.faces_of_leaf(leaf).filter(|&f| mesh.topology().contains_face(f));
+        live.map(|f| BoundingBox::of_triangle(mesh.triangle(f))).fold(EMPTY, union)
+    }
+
+    /// Follows an edit: these faces have new corners, are new, or are gone. Faces that were never in
+    /// the mesh are passed over.
     pub fn update(&mut self, mesh: &TriMesh, faces: impl IntoIterator<Item = FaceId>) {
         for face in faces {
-            let leaf = self.leaf_of_face[face.index()] as usize;
+            let known = self.leaf_of_face.get(face.index()).copied().filter(|&leaf| leaf != NONE);
+            let leaf = match known {
+                Some(leaf) => leaf as usize,
+                None if mesh.topology().contains_face(face) => self.add(mesh, face),
+                None => continue,
+            };
             let mut node = self.leaves - 1 + leaf;
             self.boxes[node] = self.leaf_box(mesh, leaf);
             while node > 0 {
@@ -89,6 +113,30 @@ impl FaceTree {
                 self.boxes[node] = both;
             }
         }
+    }
+
+    /// Adds a face to the leaf that is reached by the boxes that grow least, and returns the leaf.
+    fn add(&mut self, mesh: &TriMesh, face: FaceId) -> usize {
+        let bounds = BoundingBox::of_triangle(mesh.triangle(face));
+        let growth = |b: BoundingBox| size(union(b, bounds)) - size(b);
+        let mut node = 0;
+        while node < self.leaves - 1 {
+            let [low, high] = [2 * node + 1, 2 * node + 2];
+            let is_higher = growth(self.boxes[high]) < growth(self.boxes[low]);
+            node = if is_higher { high } else { low };
+        }
+        let leaf = node + 1 - self.leaves;
+        let count = face.index() + 1;
+        if self.leaf_of_face.len() < count {
+            self.leaf_of_face.resize(count, NONE);
+        }
+        if self.added_before.len() < count {
+            self.added_before.resize(count, None);
+        }
+        self.added_to_leaf.resize(self.leaves, None);
+        self.leaf_of_face[face.index()] = leaf as u32;
+        self.added_before[face.index()] = self.added_to_leaf[leaf].replace(face);
+        leaf
     }
 
     /// The first face with a property among those whose leaves meet `bounds`: all faces that meet
@@ -109,9 +157,10 @@ impl FaceTree {
                 continue;
             }
             if node >= self.leaves - 1 {
-                let mut faces = self.faces[self.range(node + 1 - self.leaves)].iter();
-                if let Some(&face) = faces.find(|&&f| mesh.topology().contains_face(f) && has(f)) {
-                    return Some(face);
+                let mut faces = self.faces_of_leaf(node + 1 - self.leaves);
+                let found = faces.find(|&f| mesh.topology().contains_face(f) && has(f));
+                if found.is_some() {
+                    return found;
                 }
             } else {
                 open[count] = 2 * node + 2;
@@ -147,4 +196,9 @@ fn union(a: BoundingBox, b: BoundingBox) -> BoundingBox {
 
 fn meet(a: BoundingBox, b: BoundingBox) -> bool {
     a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
+}
+
+/// The sum of the edge lengths; 0 for the empty box.
+fn size(b: BoundingBox) -> f64 {
+    b.extent().max(DVec3::ZERO).element_sum()
 }

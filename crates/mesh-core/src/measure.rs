@@ -2,14 +2,16 @@
 
 use glam::DVec3;
 
+use crate::attribute::EdgeMap;
 use crate::build::Triangulator;
-use crate::handle::{FaceId, Handle};
+use crate::handle::{EdgeId, FaceId, Handle};
 use crate::mesh::TriMesh;
 use crate::parallel;
 use crate::soup::PolygonSoup;
 
 /// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BoundingBox {
     /// The corner with the smallest coordinates.
     pub min: DVec3,
@@ -103,6 +105,46 @@ impl TriMesh {
         self.sum_over_faces(tetrahedron)
     }
 
+    /// The positions of an edge's two vertices, in the direction of its half-edge `2e`.
+    #[inline]
+    #[must_use]
+    pub fn segment(&self, edge: EdgeId) -> [DVec3; 2] {
+        self.topology().edge_vertices(edge).map(|v| self.position(v))
+    }
+
+    /// The length of an edge.
+    #[inline]
+    #[must_use]
+    pub fn edge_length(&self, edge: EdgeId) -> f64 {
+        let [from, to] = self.segment(edge);
+        from.distance(to)
+    }
+
+    /// The lengths of all edges; 0 for removed ones.
+    #[must_use]
+    pub fn edge_lengths(&self) -> EdgeMap<f64> {
+        EdgeMap::from_vec(parallel::collect(self.topology().edge_capacity(), |index| {
+            let edge = EdgeId::from_index(index);
+            if self.topology().contains_edge(edge) { self.edge_length(edge) } else { 0.0 }
+        }))
+    }
+
+    /// The mean length of the edges; `None` when there are none.
+    #[must_use]
+    pub fn mean_edge_length(&self) -> Option<f64> {
+        let lengths = self.edge_lengths();
+        let sum = parallel::sum(lengths.len(), |index| lengths.as_slice()[index]);
+        let edges = self.topology().edge_count();
+        (edges > 0).then(|| sum / edges as f64)
+    }
+
+    /// The mean of a face's three vertices: its centre of gravity.
+    #[inline]
+    #[must_use]
+    pub fn face_centroid(&self, face: FaceId) -> DVec3 {
+        self.triangle(face).into_iter().sum::<DVec3>() / 3.0
+    }
+
     fn sum_over_faces(&self, value: impl Fn(FaceId) -> f64 + Sync) -> f64 {
         parallel::sum(self.topology().face_capacity(), |index| {
             let face = FaceId::from_index(index);
@@ -113,6 +155,7 @@ impl TriMesh {
 
 /// The sizes of a polygon soup, in model units; made by [`PolygonSoup::measure`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SoupMeasures {
     /// The smallest box round the faces; `None` without faces.
     pub bounds: Option<BoundingBox>,

@@ -1,14 +1,17 @@
 //! A triangle mesh with positions: the half-edge structure and one point per vertex.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
-use crate::attribute::RemapOf;
-use crate::compact::Remap;
+use crate::compact::{Remap, RemapOf};
 use crate::edit::{
-    Collapsed, EdgeSplit, FaceSplit, LegalCollapse, LegalEdgeSplit, LegalFaceSplit, LegalFlip,
+    AddedFace, Collapsed, EdgeSplit, FaceSplit, LegalCollapse, LegalEdgeSplit, LegalFace,
+    LegalFaceSplit, LegalFlip, LegalRemoval, NoRoom, RemovedFace, Ring,
 };
 use crate::handle::{FaceId, VertexId};
 use crate::pairing::TopologyError;
+use crate::position::{Position, VertexIndex};
 use crate::soup::PolygonSoup;
 use crate::topology::Topology;
 
@@ -52,6 +55,14 @@ pub enum MeshError {
         /// How many corners it has.
         corners: usize,
     },
+    /// The length of a flat array is not a multiple of three.
+    #[error("there are {count} {what}, which is not a multiple of three")]
+    NotInThrees {
+        /// What the array holds.
+        what: &'static str,
+        /// How long it is.
+        count: usize,
+    },
     /// There are not as many positions as vertices.
     #[error("there are {positions} positions for {vertices} vertices; give one for each")]
     PositionCount {
@@ -65,17 +76,47 @@ pub enum MeshError {
 impl TriMesh {
     /// A mesh from positions and index triples that already form an oriented 2-manifold.
     ///
+    /// [Positions](Position) may be of `f32` or `f64`, indices of any [integer type](VertexIndex).
     /// Use [`crate::build()`] for polygons, for input that may need repairs, and for errors that
     /// list every offence.
     ///
     /// # Errors
     /// A coordinate is not finite, or the triangles do not form an oriented 2-manifold.
-    pub fn from_triangles<P: Copy + Into<DVec3>>(
+    pub fn from_triangles<P: Position, I: VertexIndex>(
         positions: &[P],
-        triangles: &[[u32; 3]],
+        triangles: &[[I; 3]],
     ) -> Result<Self, MeshError> {
-        let topology = Topology::from_triangles(positions.len(), triangles)?;
-        Self::new(topology, positions.iter().map(|&p| p.into()).collect())
+        let triangles: Cow<'_, [[u32; 3]]> = I::triangles(triangles);
+        let topology = Topology::from_triangles(positions.len(), &triangles)?;
+        Self::new(topology, positions.iter().map(|p| p.to_dvec3()).collect())
+    }
+
+    /// A mesh from flat arrays: three coordinates to a vertex, three indices to a triangle;
+    /// otherwise as [`TriMesh::from_triangles`].
+    ///
+    /// ```
+    /// use mesh_core::TriMesh;
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let mesh = TriMesh::from_flat(&[0_f32, 0., 0., 1., 0., 0., 0., 1., 0.], &[0_usize, 1, 2])?;
+    /// assert_eq!(mesh.area(), 0.5);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As there, or the length of an array is not a multiple of three.
+    pub fn from_flat<C: Copy + Into<f64>, I: VertexIndex>(
+        coordinates: &[C],
+        indices: &[I],
+    ) -> Result<Self, MeshError> {
+        let (positions, []) = coordinates.as_chunks::<3>() else {
+            return Err(MeshError::NotInThrees { what: "coordinates", count: coordinates.len() });
+        };
+        let (triangles, []) = indices.as_chunks::<3>() else {
+            return Err(MeshError::NotInThrees { what: "indices", count: indices.len() });
+        };
+        let positions: Vec<[f64; 3]> = positions.iter().map(|p| p.map(Into::into)).collect();
+        Self::from_triangles(&positions, triangles)
     }
 
     /// A mesh from a soup of triangles that already form an oriented 2-manifold; otherwise as
@@ -106,6 +147,39 @@ impl TriMesh {
             Some(vertex) => Err(MeshError::NotFinite { vertex, position: positions[vertex] }),
             None => Ok(Self { topology, positions }),
         }
+    }
+
+    /// The triangles as a soup: what a file or [`crate::build()`] takes. Removed elements are left
+    /// out, and everything else keeps its order: vertex `i` of the soup is the `i`-th of
+    /// [`Topology::vertices`], face `j` the `j`-th of [`Topology::faces`], with its corners in the
+    /// order of [`Topology::face_vertices`]. Isolated vertices stay.
+    ///
+    /// ```
+    /// use mesh_core::{TriMesh, shapes::polyhedra};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let mut mesh = TriMesh::from_soup(&polyhedra::octahedron())?;
+    /// let half_edge = mesh.topology().half_edges().next().ok_or("no half-edge")?;
+    /// let collapse = mesh.topology().check_collapse(half_edge)?;
+    /// mesh.collapse(collapse, [0.0; 3].into());
+    /// let soup = mesh.to_soup();
+    /// assert_eq!((soup.vertex_count(), soup.face_count()), (5, 6));
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn to_soup(&self) -> PolygonSoup {
+        let topology = &self.topology;
+        if topology.is_compact() {
+            return PolygonSoup::of_triangles(self.positions.clone(), topology.triangles());
+        }
+        let mut new_index = topology.vertex_map(0);
+        let mut positions = Vec::with_capacity(topology.vertex_count());
+        for vertex in topology.vertices() {
+            new_index[vertex] = positions.len() as u32;
+            positions.push(self.position(vertex));
+        }
+        let triangle = |face| topology.face_vertices(face).map(|v| new_index[v]);
+        PolygonSoup::of_triangles(positions, topology.faces().map(triangle))
     }
 
     /// The topology and the positions.
@@ -183,6 +257,52 @@ impl TriMesh {
         self.topology.split_face(split)
     }
 
+    /// Adds an isolated vertex at this position, which must be finite.
+    ///
+    /// # Errors
+    /// Indices run out.
+    pub fn add_vertex(&mut self, position: impl Position) -> Result<VertexId, NoRoom> {
+        let vertex = self.topology.add_vertex()?;
+        self.positions.push(position.to_dvec3());
+        Ok(vertex)
+    }
+
+    /// Adds a face; see [`Topology::check_add_face`].
+    ///
+    /// # Panics
+    /// When the mesh was edited after the face was checked.
+    pub fn add_face(&mut self, face: LegalFace) -> AddedFace {
+        self.topology.add_face(face)
+    }
+
+    /// Removes a face; see [`Topology::check_remove_face`].
+    ///
+    /// # Panics
+    /// When the mesh was edited after the removal was checked.
+    pub fn remove_face(&mut self, removal: LegalRemoval) -> RemovedFace {
+        self.topology.remove_face(removal)
+    }
+
+    /// Removes all vertices without edges, and returns how many there were.
+    pub fn remove_isolated_vertices(&mut self) -> usize {
+        self.topology.remove_isolated_vertices()
+    }
+
+    /// Cuts a vertex off the ring round a hole; see [`Topology::cut_off`].
+    pub(crate) fn cut_off(&mut self, ring: &mut Ring, place: u32) -> FaceId {
+        self.topology.cut_off(ring, place)
+    }
+
+    /// Closes the ring round a hole with a new vertex; see [`Topology::close_with_fan`].
+    pub(crate) fn close_with_fan(
+        &mut self,
+        ring: &mut Ring,
+        position: DVec3,
+    ) -> (VertexId, Vec<FaceId>) {
+        self.positions.push(position);
+        self.topology.close_with_fan(ring)
+    }
+
     /// Closes the gaps of removed elements; see [`Topology::compact`].
     pub fn compact(&mut self) -> Remap {
         let remap = self.topology.compact();
@@ -198,5 +318,12 @@ impl TriMesh {
     #[must_use]
     pub fn heap_bytes(&self) -> usize {
         self.topology.heap_bytes() + size_of::<DVec3>() * self.positions.capacity()
+    }
+}
+
+/// As [`TriMesh::to_soup`].
+impl From<&TriMesh> for PolygonSoup {
+    fn from(mesh: &TriMesh) -> Self {
+        mesh.to_soup()
     }
 }

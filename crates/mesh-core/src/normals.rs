@@ -35,7 +35,9 @@ impl TriMesh {
         }))
     }
 
-    /// The interior angle of a face at the origin of one of its half-edges, in radians.
+    /// The interior angle of a face at the origin of one of its half-edges, in radians; 0 where a
+    /// side has no length. An exterior half-edge has no face: the angle is that between it and the
+    /// way to the end of the next one.
     #[inline]
     #[must_use]
     pub fn corner_angle(&self, half_edge: HalfEdgeId) -> f64 {

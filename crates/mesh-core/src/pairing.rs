@@ -4,6 +4,7 @@
 //! through one scratch slot per vertex, so the whole build is linear and hashes nothing.
 
 use crate::handle::{FaceId, HalfEdgeId, Handle, VertexId};
+use crate::revision::Revision;
 use crate::topology::{HalfEdge, Topology};
 
 /// Why triangles do not form a half-edge mesh; the first offence that was met.
@@ -258,7 +259,7 @@ fn link_faces(vertex_count: usize, triangles: &[[u32; 3]], sides: &Sides) -> Top
         live_vertices: vertex_count,
         live_edges: sides.edge_count,
         live_faces: triangles.len(),
-        revision: 0,
+        revision: Revision::new(),
     };
     for (face, (triangle, sides)) in
         triangles.iter().zip(sides.half_edge.chunks_exact(3)).enumerate()

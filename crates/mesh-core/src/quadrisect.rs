@@ -18,6 +18,7 @@
 
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::pairing::TopologyError;
+use crate::revision::Revision;
 use crate::topology::{HalfEdge, Topology};
 
 /// Where the elements of a one-to-four split come from; made by [`Topology::quadrisect`].
@@ -27,6 +28,7 @@ use crate::topology::{HalfEdge, Topology};
 /// and 2e + 1; face `f` becomes the faces 4f to 4f + 3, the last one in the middle, and gets the
 /// inner edges 2E + 3f to 2E + 3f + 2. Removed elements leave removed children.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Quadrisection {
     vertices: usize,
     edges: usize,
@@ -35,6 +37,7 @@ pub struct Quadrisection {
 
 /// What a vertex of the split mesh was before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum VertexOrigin {
     /// The same vertex.
     Vertex(VertexId),
@@ -44,6 +47,7 @@ pub enum VertexOrigin {
 
 /// What an edge of the split mesh was before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum EdgeOrigin {
     /// Half of this edge.
     Edge(EdgeId),
@@ -143,7 +147,7 @@ impl Topology {
             live_vertices: self.live_vertices + self.live_edges,
             live_edges: 2 * self.live_edges + 3 * self.live_faces,
             live_faces: 4 * self.live_faces,
-            revision: 0,
+            revision: Revision::new(),
         };
         let start = |h: HalfEdgeId| if h == HalfEdgeId::REMOVED { h } else { first_half(h) };
         fine.vertex_half_edge.extend(self.vertex_half_edge.iter().map(|h| h.map(start)));

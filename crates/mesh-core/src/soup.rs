@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::position::{Position, VertexIndex};
+
 /// A polygon soup: vertex positions, and faces of three or more corners that index them.
 ///
 /// This is what readers produce and what [`crate::build()`] turns into a half-edge mesh. Faces lie
@@ -26,6 +28,29 @@ pub struct PolygonSoup {
 )]
 pub struct TooManyCorners;
 
+/// Why arrays are not a soup; see [`PolygonSoup::from_parts`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SoupError {
+    /// A face ends before it starts.
+    #[error("face {face} ends before it starts")]
+    FaceEndsEarly {
+        /// The face.
+        face: usize,
+    },
+    /// The last face does not end at the last corner.
+    #[error("the last face ends at corner {end}, but there are {corners} corners")]
+    CornerCount {
+        /// Where the last face ends.
+        end: u32,
+        /// How many corners there are.
+        corners: usize,
+    },
+    /// More corners than a `u32` can count.
+    #[error(transparent)]
+    TooManyCorners(#[from] TooManyCorners),
+}
+
 impl PolygonSoup {
     /// An empty soup.
     #[must_use]
@@ -43,37 +68,73 @@ impl PolygonSoup {
         }
     }
 
-    /// A soup of triangles.
+    /// A soup of triangles. [Positions](Position) may be of `f32` or `f64`, indices of any
+    /// [integer type](VertexIndex).
     ///
     /// # Errors
     /// [`TooManyCorners`] when three times the number of triangles exceeds 32-bit indices.
-    pub fn from_triangles<P: Copy + Into<DVec3>>(
+    pub fn from_triangles<P: Position, I: VertexIndex>(
         positions: &[P],
-        triangles: &[[u32; 3]],
+        triangles: &[[I; 3]],
     ) -> Result<Self, TooManyCorners> {
         let mut soup = Self::with_capacity(positions.len(), triangles.len(), 3 * triangles.len());
-        soup.positions.extend(positions.iter().map(|&p| p.into()));
+        soup.positions.extend(positions.iter().map(|p| p.to_dvec3()));
         for triangle in triangles {
             soup.push_face(triangle)?;
         }
         Ok(soup)
     }
 
+    /// A soup of triangles that are known to be few enough.
+    pub(crate) fn of_triangles(
+        positions: Vec<DVec3>,
+        triangles: impl Iterator<Item = [u32; 3]>,
+    ) -> Self {
+        let corners = triangles.collect::<Vec<_>>().into_flattened();
+        let face_ends = (1..=corners.len() as u32 / 3).map(|face| 3 * face).collect();
+        Self { positions, corners, face_ends }
+    }
+
+    /// A soup from its parts: the positions, the vertex index of every corner, face after face, and
+    /// for each face one past its last corner, as [`PolygonSoup::corners`] and
+    /// [`PolygonSoup::face_ends`] tell them.
+    ///
+    /// # Errors
+    /// [`SoupError`] when the ends do not ascend to the number of corners.
+    pub fn from_parts(
+        positions: Vec<DVec3>,
+        corners: Vec<u32>,
+        face_ends: Vec<u32>,
+    ) -> Result<Self, SoupError> {
+        if corners.len() >= (u32::MAX - 1) as usize {
+            return Err(SoupError::TooManyCorners(TooManyCorners));
+        }
+        let starts = core::iter::once(&0).chain(&face_ends);
+        if let Some(face) = starts.zip(&face_ends).position(|(start, end)| start > end) {
+            return Err(SoupError::FaceEndsEarly { face });
+        }
+        let end = face_ends.last().copied().unwrap_or(0);
+        if end as usize != corners.len() {
+            return Err(SoupError::CornerCount { end, corners: corners.len() });
+        }
+        Ok(Self { positions, corners, face_ends })
+    }
+
     /// Appends a vertex; its index is the number of vertices before the call.
-    pub fn push_vertex(&mut self, position: impl Into<DVec3>) {
-        self.positions.push(position.into());
+    pub fn push_vertex(&mut self, position: impl Position) {
+        self.positions.push(position.to_dvec3());
     }
 
     /// Appends a face with these vertex indices, counter-clockwise seen from outside.
     ///
     /// # Errors
     /// [`TooManyCorners`] when the number of corners would exceed 32-bit indices.
-    pub fn push_face(&mut self, vertices: &[u32]) -> Result<(), TooManyCorners> {
+    pub fn push_face<I: VertexIndex>(&mut self, vertices: &[I]) -> Result<(), TooManyCorners> {
         let end = self.corners.len() + vertices.len();
         if end >= (u32::MAX - 1) as usize {
             return Err(TooManyCorners);
         }
-        self.corners.extend_from_slice(vertices);
+        self.corners.extend(vertices.iter().map(|&vertex| vertex.to_u32()));
         self.face_ends.push(end as u32);
         Ok(())
     }
@@ -93,6 +154,12 @@ impl PolygonSoup {
     #[must_use]
     pub fn corners(&self) -> &[u32] {
         &self.corners
+    }
+
+    /// For each face, one past its last corner.
+    #[must_use]
+    pub fn face_ends(&self) -> &[u32] {
+        &self.face_ends
     }
 
     /// The number of vertices, referenced by a face or not.

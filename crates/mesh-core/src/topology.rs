@@ -29,6 +29,7 @@
 //! and iterators skip them; [`Topology::compact`] closes the gaps and says where everything went.
 
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+use crate::revision::Revision;
 
 /// The connectivity of a triangle mesh; see the [module documentation](self).
 #[derive(Clone, Debug)]
@@ -42,7 +43,7 @@ pub struct Topology {
     pub(crate) live_edges: usize,
     pub(crate) live_faces: usize,
     /// Counts edits, so that a token of a check cannot outlive the state that was checked.
-    pub(crate) revision: u64,
+    pub(crate) revision: Revision,
 }
 
 /// What is stored of a half-edge: together, since whoever turns round a vertex or a face needs all
@@ -278,6 +279,20 @@ impl Topology {
         edge.half_edges().map(|h| self.face(h))
     }
 
+    /// The three edges of a face: that from its first vertex to its second, and so on.
+    #[inline]
+    #[must_use]
+    pub fn face_edges(&self, face: FaceId) -> [EdgeId; 3] {
+        self.face_half_edges(face).map(HalfEdgeId::edge)
+    }
+
+    /// The faces beyond the three [edges](Self::face_edges) of a face, `None` beyond the boundary.
+    #[inline]
+    #[must_use]
+    pub fn face_neighbours(&self, face: FaceId) -> [Option<FaceId>; 3] {
+        self.face_half_edges(face).map(|h| self.face(h.twin()))
+    }
+
     /// Whether the edge has a face on one side only.
     #[inline]
     #[must_use]
@@ -310,11 +325,29 @@ impl Topology {
         self.outgoing(vertex).count()
     }
 
-    /// The half-edge from one vertex to another, if an edge joins them. Takes as many steps as
-    /// `from` has edges.
+    /// The half-edge from one vertex to another, if an edge joins them. Takes as many steps as the
+    /// end with fewer edges has, give or take a few.
     #[must_use]
     pub fn find_half_edge(&self, from: VertexId, to: VertexId) -> Option<HalfEdgeId> {
-        self.outgoing(from).find(|&h| self.target(h) == to)
+        /// Most vertices have fewer edges than that.
+        const FEW: usize = 16;
+        let mut leaving = self.outgoing(from);
+        let near = leaving.by_ref().take(FEW).find(|&h| self.target(h) == to);
+        if near.is_some() {
+            return near;
+        }
+        // The rest in step with the half-edges of the other end.
+        let mut entering = self.outgoing(to);
+        loop {
+            let h = leaving.next()?;
+            if self.target(h) == to {
+                return Some(h);
+            }
+            let back = entering.next()?;
+            if self.target(back) == from {
+                return Some(back.twin());
+            }
+        }
     }
 
     /// The triangles as vertex indices, face after face: what a file or a renderer takes.

@@ -1,7 +1,7 @@
 //! Checking every invariant of the half-edge structure.
 
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
-use crate::topology::Topology;
+use crate::topology::{HalfEdge, Topology};
 
 /// A broken invariant of [`Topology`] and where it is broken. The numbers refer to the list in the
 /// [module documentation](crate::topology) of the half-edge structure.
@@ -70,7 +70,9 @@ impl Topology {
     }
 
     fn validate_counts(&self) -> Result<(), BrokenInvariant> {
-        let paired = self.half_edges.len().is_multiple_of(2);
+        let is_removed = |h: &HalfEdge| h.next == HalfEdgeId::REMOVED;
+        let (pairs, rest) = self.half_edges.as_chunks::<2>();
+        let paired = rest.is_empty() && pairs.iter().all(|[h, t]| is_removed(h) == is_removed(t));
         let counted = self.vertices().count() == self.live_vertices
             && self.edges().count() == self.live_edges
             && self.faces().count() == self.live_faces;

@@ -1,5 +1,6 @@
 //! What can go wrong while reading and writing, and where.
 
+use crate::text::{brief, printable};
 use crate::{Format, ModelError};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -26,7 +27,8 @@ impl ReadError {
         match &self.kind {
             ReadErrorKind::Malformed { at, .. }
             | ReadErrorKind::Unsupported { at, .. }
-            | ReadErrorKind::MissingResource { at, .. } => Some(at),
+            | ReadErrorKind::MissingResource { at, .. }
+            | ReadErrorKind::Memory { at, .. } => Some(at),
             _ => None,
         }
     }
@@ -39,10 +41,17 @@ impl From<ReadErrorKind> for ReadError {
 }
 
 fn prefix(path: Option<&Path>) -> String {
-    path.map(|path| format!("{}: ", path.display())).unwrap_or_default()
+    path.map(|path| format!("{}: ", shown(path))).unwrap_or_default()
+}
+
+/// A path as it may be shown: names of files are made by others too.
+fn shown(path: &Path) -> String {
+    printable(&path.display().to_string()).into_owned()
 }
 
 /// What is wrong with a file.
+///
+/// The texts in the fields may be those of the file; what `Display` makes of them is printable.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadErrorKind {
@@ -63,7 +72,7 @@ pub enum ReadErrorKind {
     )]
     FormatDisabled(Format),
     /// The content breaks the rules of its format.
-    #[error("{at}: expected {expected}, found {found}")]
+    #[error("{at}: expected {}, found {}", brief(expected), brief(found))]
     Malformed {
         /// Where.
         at: Location,
@@ -73,7 +82,7 @@ pub enum ReadErrorKind {
         found: String,
     },
     /// The content is legal, but uses something that this crate does not read.
-    #[error("{at}: {what} is not supported; {cure}")]
+    #[error("{at}: {} is not supported; {cure}", brief(what))]
     Unsupported {
         /// Where.
         at: Location,
@@ -83,7 +92,7 @@ pub enum ReadErrorKind {
         cure: &'static str,
     },
     /// A file that this one refers to cannot be read.
-    #[error("{at}: cannot read the file it refers to, {uri:?}: {reason}")]
+    #[error("{at}: cannot read the file it refers to, \"{}\": {}", brief(uri), brief(reason))]
     MissingResource {
         /// Where the reference is.
         at: Location,
@@ -92,9 +101,40 @@ pub enum ReadErrorKind {
         /// Why it cannot be read.
         reason: String,
     },
+    /// The content takes more memory than a file of its size may: a scene that draws the same
+    /// meshes very often, or a file that is made to use up memory.
+    #[error(
+        "{at}: the content needs {} MiB of memory, more than the {} MiB that a file of this size may take; allow it with --max-memory {}MiB",
+        mebibytes(*needed), mebibytes(*limit), mebibytes(*needed)
+    )]
+    Memory {
+        /// Where the limit is passed.
+        at: Location,
+        /// The bytes needed up to there; for a glTF scene, those of the whole scene.
+        needed: u64,
+        /// The bytes that may be taken.
+        limit: u64,
+    },
+    /// The content has neither a vertex nor a face.
+    #[error(
+        "the file has no vertex and no face{}; if it may be empty, allow it with --allow-empty",
+        because(notes)
+    )]
+    Empty {
+        /// What the reader passed over.
+        notes: Vec<String>,
+    },
     /// The mesh is larger than 32-bit indices can address.
     #[error(transparent)]
     TooManyCorners(#[from] mesh_core::soup::TooManyCorners),
+}
+
+fn mebibytes(bytes: u64) -> u64 {
+    bytes.div_ceil(1 << 20)
+}
+
+fn because(notes: &[String]) -> String {
+    notes.first().map(|note| format!(" ({})", brief(note))).unwrap_or_default()
 }
 
 impl ReadErrorKind {
@@ -123,20 +163,9 @@ impl fmt::Display for Location {
         match self {
             Self::Line(line) => write!(f, "line {line}"),
             Self::Byte(byte) => write!(f, "byte {byte}"),
-            Self::Json(path) => f.write_str(path),
+            Self::Json(path) => f.write_str(&brief(path)),
         }
     }
-}
-
-/// A few words of the file for an error message, shortened and made printable.
-pub(crate) fn quote(bytes: &[u8]) -> String {
-    const LONGEST: usize = 40;
-    if bytes.is_empty() {
-        return "nothing".to_owned();
-    }
-    let shown = &bytes[..bytes.len().min(LONGEST)];
-    let dots = if bytes.len() > LONGEST { "..." } else { "" };
-    format!("\"{}{dots}\"", shown.escape_ascii())
 }
 
 /// Why a model could not be written. The target is then as it was before.
@@ -152,12 +181,12 @@ pub enum WriteError {
         source: std::io::Error,
     },
     /// The target exists and is write-protected.
-    #[error("{}: the file is read-only; make it writable or choose another target", .0.display())]
+    #[error("{}: the file is read-only; make it writable or choose another target", shown(.0))]
     ReadOnly(PathBuf),
     /// The extension is not that of a known format.
     #[error(
         "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or name the format",
-        .0.display()
+        shown(.0)
     )]
     UnknownExtension(PathBuf),
     /// The format is known, but this build of the crate leaves it out.

@@ -123,7 +123,7 @@ pub(crate) fn is_binary_stl(head: &[u8], size: Option<u64>) -> bool {
 
 /// The first word of every line that is not empty or a comment.
 fn first_words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
-    text.split(|&byte| byte == b'\n').filter_map(|line| {
+    text.split(|&byte| byte == b'\n' || byte == b'\r').filter_map(|line| {
         let line = line.trim_ascii();
         let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
         line.first().is_some_and(|&byte| byte != b'#').then(|| &line[..end])

@@ -1,6 +1,8 @@
 //! A window that slides over a stream, and knows where in the file it is.
 
-use crate::error::{Location, ReadErrorKind, quote};
+use crate::budget::Budget;
+use crate::error::{Location, ReadErrorKind};
+use crate::text::quote;
 use std::io::Read;
 use std::ops::Range;
 
@@ -8,8 +10,8 @@ use std::ops::Range;
 const WINDOW: usize = 1 << 16;
 /// No line of a text file may be longer; what is longer is no text.
 const LONGEST_LINE: usize = 1 << 24;
-/// Entries reserved ahead when the length of the stream is unknown.
-const BLIND_RESERVE: u64 = 1 << 16;
+/// Bytes of the stream for which room is reserved ahead when its length is unknown.
+const BLIND_RESERVE: u64 = 1 << 20;
 
 /// A stream read line by line or byte by byte, never held as a whole.
 pub(crate) struct Input<'a> {
@@ -23,6 +25,9 @@ pub(crate) struct Input<'a> {
     line: u64,
     /// The length of the file, when known.
     size: Option<u64>,
+    /// Whether the first line ended in a carriage return alone.
+    bare_returns: bool,
+    budget: Budget,
 }
 
 /// A line of text without its line break.
@@ -34,8 +39,37 @@ pub(crate) struct Line<'a> {
 }
 
 impl<'a> Input<'a> {
-    pub(crate) fn new(source: &'a mut dyn Read, size: Option<u64>) -> Self {
-        Self { source, window: Vec::new(), start: 0, offset: 0, line: 0, size }
+    pub(crate) fn new(source: &'a mut dyn Read, size: Option<u64>, budget: Budget) -> Self {
+        let (window, bare_returns) = (Vec::new(), false);
+        Self { source, window, start: 0, offset: 0, line: 0, size, bare_returns, budget }
+    }
+
+    /// Takes note of memory that the model needs, before it is taken; an error when that is more
+    /// than the length of the file justifies.
+    pub(crate) fn spend(
+        &mut self,
+        bytes: u64,
+        at: impl FnOnce() -> Location,
+    ) -> Result<(), ReadErrorKind> {
+        let there = self.offset + (self.window.len() - self.start) as u64;
+        self.budget.spend(bytes, self.size.unwrap_or(0).max(there), at)
+    }
+
+    /// As [`Input::spend`], for the line last returned.
+    pub(crate) fn spend_on_line(&mut self, bytes: u64) -> Result<(), ReadErrorKind> {
+        let line = self.line_number();
+        self.spend(bytes, || Location::Line(line))
+    }
+
+    /// Counts a file that the content refers to.
+    #[cfg(any(feature = "obj", feature = "gltf"))]
+    pub(crate) fn add_file(&mut self, bytes: u64) {
+        self.budget.add_file(bytes);
+    }
+
+    /// How many bytes are left, when that is known.
+    pub(crate) fn rest_known(&self) -> Option<u64> {
+        Some(self.size?.saturating_sub(self.offset))
     }
 
     /// How many bytes have been consumed.
@@ -91,7 +125,7 @@ impl<'a> Input<'a> {
         Ok(read > 0)
     }
 
-    /// The next line, without `\n`, `\r\n` or a byte-order mark; nothing at the end.
+    /// The next line, without `\n`, `\r\n`, `\r` or a byte-order mark; nothing at the end.
     pub(crate) fn line(&mut self) -> Result<Option<Line<'_>>, ReadErrorKind> {
         Ok(self.advance_line()?.map(|range| Line { number: self.line, text: &self.window[range] }))
     }
@@ -114,10 +148,24 @@ impl<'a> Input<'a> {
     /// Consumes a line; where in the window it is.
     fn advance_line(&mut self) -> Result<Option<Range<usize>>, ReadErrorKind> {
         let mut searched = 0;
-        let length = loop {
+        let (length, ending) = loop {
             let window = &self.window[self.start..];
-            if let Some(found) = window[searched..].iter().position(|&byte| byte == b'\n') {
-                break searched + found;
+            let is_break = |&byte: &u8| byte == b'\n' || byte == b'\r';
+            if let Some(found) = window[searched..].iter().position(is_break) {
+                let length = searched + found;
+                match (window[length], window.get(length + 1)) {
+                    (b'\n', _) => break (length, 1),
+                    // Binary data may follow a header with such lines.
+                    (_, Some(b'\n')) if self.bare_returns => break (length, 1),
+                    (_, Some(b'\n')) => break (length, 2),
+                    (_, Some(_)) => break (length, 1),
+                    // Whether a line feed follows is not known yet.
+                    (_, None) => searched = length,
+                }
+                if !self.fetch()? {
+                    break (length, 1);
+                }
+                continue;
             }
             searched = window.len();
             if searched > LONGEST_LINE {
@@ -128,20 +176,19 @@ impl<'a> Input<'a> {
                 ));
             }
             if !self.fetch()? {
-                break searched;
+                break (searched, 0);
             }
         };
-        if length == 0 && self.start == self.window.len() {
+        if length == 0 && ending == 0 {
             return Ok(None);
         }
         let mut range = self.start..self.start + length;
+        let bare_return = ending == 1 && self.window[range.end] == b'\r';
+        self.bare_returns |= self.line == 0 && bare_return;
         self.line += 1;
-        self.consume(length + 1);
+        self.consume(length + ending);
         if self.line == 1 && self.window[range.clone()].starts_with(b"\xEF\xBB\xBF") {
             range.start += 3;
-        }
-        if self.window[range.clone()].last() == Some(&b'\r') {
-            range.end -= 1;
         }
         Ok(Some(range))
     }
@@ -195,7 +242,9 @@ impl<'a> Input<'a> {
         at: Location,
         what: &str,
     ) -> Result<usize, ReadErrorKind> {
-        let Some(size) = self.size else { return Ok(count.min(BLIND_RESERVE) as usize) };
+        let Some(size) = self.size else {
+            return Ok(count.min(BLIND_RESERVE / bytes.max(16)) as usize);
+        };
         // A file that grows while it is read may be further than its size.
         let rest = size.saturating_sub(self.offset);
         // The last line of a text may lack its line break.

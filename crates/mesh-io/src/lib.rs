@@ -27,29 +27,39 @@
 //! | OFF | exact (text) | normals, colours | n-gons, colours | UVs | |
 //! | glTF | 32 bits and an offset | colours, scalars | triangles | UVs, normals | materials, textures |
 //!
-//! A reader never holds the file as a whole, save for the buffers of glTF, and never reserves
-//! memory that the length of the file does not justify.
+//! Files of strangers are safe to read. A reader never holds the file as a whole, save for the
+//! buffers of glTF; a file takes no more than 64 MiB and 60 bytes for each of its bytes, or what
+//! [`ReadOptions::max_memory`] says; it makes no other file be read than those below its own folder
+//! ([`External`]); and messages show nothing of it that a terminal would obey ([`printable`]).
 
 mod atomic;
+mod budget;
 mod decimal;
 mod error;
+mod external;
 mod format;
 #[cfg(feature = "gltf")]
 mod gltf;
 mod input;
 mod model;
+mod notes;
+#[cfg(feature = "obj")]
+mod numbering;
 #[cfg(feature = "obj")]
 mod obj;
 mod off;
 mod ply;
 mod read;
 mod stl;
+mod text;
 mod write;
 
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
+pub use external::External;
 pub use format::Format;
 pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
 pub use read::{ReadOptions, read, read_from, read_with};
+pub use text::printable;
 #[cfg(feature = "gltf")]
 pub use write::write_levels;
 pub use write::{Encoding, Precision, WriteOptions, WriteReport, replace_file, write, write_to};

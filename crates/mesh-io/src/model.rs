@@ -1,5 +1,6 @@
 //! What a mesh file holds, in one shape for all formats.
 
+use crate::text::brief;
 use glam::DVec3;
 use mesh_core::PolygonSoup;
 
@@ -41,7 +42,8 @@ pub struct Model {
     pub images: Vec<Image>,
     /// The material libraries that an OBJ file names.
     pub material_libraries: Vec<String>,
-    /// What the reader passed over, in words: for people, not for programs.
+    /// What the reader passed over, in words: for people, not for programs. No more than a hundred,
+    /// and [printable](crate::printable).
     pub notes: Vec<String>,
 }
 
@@ -127,7 +129,8 @@ pub struct Image {
 pub enum ImageData {
     /// Embedded: the bytes of an encoded image file.
     Bytes(Vec<u8>),
-    /// In a file, named relative to the file that refers to it.
+    /// In a file, named relative to the file that refers to it: a path with `/` between its parts, as
+    /// it is, not percent-encoded. What has a scheme (`https://`) is as the file gives it.
     Uri(String),
 }
 
@@ -136,7 +139,7 @@ pub enum ImageData {
 #[non_exhaustive]
 pub enum ModelError {
     /// An attribute is longer or shorter than what it describes.
-    #[error("{attribute} has {found} entries, but the model has {expected} {of}")]
+    #[error("{} has {found} entries, but the model has {expected} {of}", brief(attribute))]
     Length {
         /// The attribute.
         attribute: String,

@@ -1,7 +1,10 @@
 //! Reading a file of any format.
 
-use crate::error::{ReadError, ReadErrorKind, quote};
+use crate::budget::Budget;
+use crate::error::{ReadError, ReadErrorKind};
+use crate::external::{External, Files};
 use crate::input::Input;
+use crate::text::quote;
 use crate::{Format, Model};
 use std::fs::File;
 use std::io::Read;
@@ -11,16 +14,30 @@ use std::path::{Path, PathBuf};
 const HEAD: usize = 4096;
 
 /// How to read.
+///
+/// The defaults are safe for files of strangers.
 #[derive(Clone, Debug, Default)]
 pub struct ReadOptions {
     /// The format; found out from the content, then the extension, when absent.
     pub format: Option<Format>,
-    /// The folder that file names in the content (material libraries, buffers) are relative to;
-    /// without it, files that the content names are not read. [`read`] takes the file's folder.
+    /// The folder that names of files in the content (material libraries, buffers) are relative to.
+    /// [`read`] and [`read_with`] take the folder of the file when absent. A stream has none: without
+    /// this, [`read_from`] reads nothing but the stream, whatever `external` says.
     pub folder: Option<PathBuf>,
+    /// Which of the files that the content names are read.
+    pub external: External,
     /// The length of the stream in bytes. When known, headers that promise more than that are
     /// refused at once, and binary STL that starts with `solid` is recognised by its length.
+    /// [`read`] and [`read_with`] take the length of the file when absent.
     pub size: Option<u64>,
+    /// The most memory in bytes that the content may take while it is read: the model, and what the
+    /// reader needs beside it, estimated from above. When absent, 64 MiB and 60 bytes for each byte
+    /// of the file and of the files that it refers to. That is enough for all but scenes that draw
+    /// the same meshes very often, and far below what a small file can ask for.
+    pub max_memory: Option<u64>,
+    /// Whether content without any vertex and face is a model without any; else it is an error
+    /// ([`ReadErrorKind::Empty`]), since it mostly is the content of something else.
+    pub allow_empty: bool,
 }
 
 /// Reads a mesh file.
@@ -50,7 +67,8 @@ pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Model,
     open().map_err(|error| error.at_path(path))
 }
 
-/// Reads a mesh from a stream, which need not be buffered.
+/// Reads a mesh from a stream, which need not be buffered. Files that the content names are not read,
+/// unless the options name the folder that they are in.
 ///
 /// # Errors
 /// As [`read`]; the error has no path.
@@ -63,7 +81,7 @@ fn read_stream(
     options: &ReadOptions,
     path: Option<&Path>,
 ) -> Result<Model, ReadError> {
-    let mut input = Input::new(reader, options.size);
+    let mut input = Input::new(reader, options.size, Budget::new(options.max_memory));
     let head = input.peek(HEAD)?;
     // A stream that ends within the head has told its length.
     let size = options.size.or_else(|| (head.len() < HEAD).then_some(head.len() as u64));
@@ -71,20 +89,24 @@ fn read_stream(
         let found = quote(&head[..head.len().min(16)]);
         return Err(ReadErrorKind::UnknownFormat { found }.into());
     };
-    let folder = options.folder.as_deref();
+    let files = Files { folder: options.folder.as_deref(), external: options.external };
     let model = match format {
         Format::Ply => crate::ply::read(&mut input),
         Format::Stl => crate::stl::read(&mut input, size),
         Format::Off => crate::off::read(&mut input),
         #[cfg(feature = "obj")]
-        Format::Obj => crate::obj::read(&mut input, folder),
+        Format::Obj => crate::obj::read(&mut input, &files),
         #[cfg(feature = "gltf")]
-        Format::Gltf | Format::Glb => crate::gltf::read(&mut input, folder),
+        Format::Gltf | Format::Glb => crate::gltf::read(&mut input, &files),
         #[cfg(not(all(feature = "obj", feature = "gltf")))]
         format => {
-            let _ = folder;
+            let _ = files;
             Err(ReadErrorKind::FormatDisabled(format))
         }
     }?;
+    let empty = model.soup.vertex_count() == 0 && model.soup.face_count() == 0;
+    if empty && !options.allow_empty {
+        return Err(ReadErrorKind::Empty { notes: model.notes }.into());
+    }
     Ok(model)
 }

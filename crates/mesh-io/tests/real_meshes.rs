@@ -1,7 +1,9 @@
 //! Real meshes of all formats, when they are there.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
-use mesh_io::{Format, Location, Model, WriteOptions, read, write};
+use mesh_io::{
+    Format, Location, Model, ReadErrorKind, ReadOptions, WriteOptions, read, read_with, write,
+};
 use std::path::PathBuf;
 
 fn folder() -> Option<PathBuf> {
@@ -10,6 +12,11 @@ fn folder() -> Option<PathBuf> {
         eprintln!("skipped: set CURVMESH_MODELS");
     }
     folder
+}
+
+/// One of the meshes has nothing in it.
+fn may_be_empty() -> ReadOptions {
+    ReadOptions { allow_empty: true, ..ReadOptions::default() }
 }
 
 /// Vertices (0: not known), triangles after cutting polygons, and faces as stored; scenes expanded.
@@ -81,7 +88,7 @@ fn counts_agree_with_the_published_ones() {
     let Some(folder) = folder() else { return };
     let mut wrong = Vec::new();
     for &(name, vertices, faces, polygons) in COUNTS {
-        let model = match read(folder.join(name)) {
+        let model = match read_with(folder.join(name), &may_be_empty()) {
             Ok(model) => model,
             Err(error) => {
                 wrong.push(error.to_string());
@@ -99,6 +106,13 @@ fn counts_agree_with_the_published_ones() {
 }
 
 #[test]
+fn a_file_without_anything_in_it_is_refused_unless_it_may_be_empty() {
+    let Some(folder) = folder() else { return };
+    let error = read(folder.join("empty.ply")).unwrap_err();
+    assert!(matches!(error.kind, ReadErrorKind::Empty { .. }), "{error}");
+}
+
+#[test]
 fn an_index_out_of_range_is_refused_with_its_line() {
     let Some(folder) = folder() else { return };
     let error = read(folder.join("malformed.obj")).unwrap_err();
@@ -111,7 +125,7 @@ fn every_mesh_survives_every_format() {
     let Some(folder) = folder() else { return };
     let target = tempfile::tempdir().unwrap();
     for &(name, ..) in COUNTS {
-        let model = read(folder.join(name)).unwrap();
+        let model = read_with(folder.join(name), &may_be_empty()).unwrap();
         if model.soup.vertex_count() > 40_000 {
             continue;
         }
@@ -126,7 +140,8 @@ fn every_mesh_survives_every_format() {
                 }
                 Ok(report) => report,
             };
-            let again = read(&path).unwrap_or_else(|error| panic!("{name} as {format}: {error}"));
+            let again = read_with(&path, &may_be_empty())
+                .unwrap_or_else(|error| panic!("{name} as {format}: {error}"));
             assert_eq!(triangles(&again), triangles(&model), "{name} as {format}");
             if !gltf && format != Format::Stl {
                 assert_eq!(again.soup.corners(), model.soup.corners(), "{name} as {format}");

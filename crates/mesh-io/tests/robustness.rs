@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 fn parse(bytes: &[u8], format: Option<Format>) -> Result<Model, mesh_io::ReadError> {
     let size = Some(bytes.len() as u64);
-    read_from(&mut &bytes[..], &ReadOptions { format, size, folder: None })
+    read_from(&mut &bytes[..], &ReadOptions { format, size, ..ReadOptions::default() })
 }
 
 /// A tetrahedron and a quad with every attribute there is.

@@ -38,6 +38,19 @@ pub fn closest_on_triangle(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     best
 }
 
+/// Barycentric coordinates of the point of a triangle that is closest to `point`: none is negative,
+/// and they add up to one. Those of a triangle without area are all a third.
+#[must_use]
+pub fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
+    let at = point + closest_on_triangle(point, triangle);
+    let [a, b, c] = triangle.map(|corner| corner - at);
+    let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
+    let parts = DVec3::new(b.cross(c).dot(normal), c.cross(a).dot(normal), a.cross(b).dot(normal));
+    let parts = parts.max(DVec3::ZERO);
+    let sum = parts.element_sum();
+    if sum > 0.0 { parts / sum } else { DVec3::splat(1.0 / 3.0) }
+}
+
 /// The vector from the origin to the closest point of the segment from `start` along `along`.
 #[inline]
 fn closest_on_segment(start: DVec3, along: DVec3) -> DVec3 {
@@ -77,6 +90,21 @@ mod tests {
             let got = closest_on_triangle(point, &TRIANGLE);
             assert!(got.distance(expected) < 1e-15, "{point}: {got}, not {expected}");
         }
+    }
+
+    #[test]
+    fn the_weights_give_the_closest_point() {
+        let far = [(1.0, 1.0, 2.0), (2.0, -1.0, 0.0), (5.0, 5.5, 0.0), (6.0, -1.0, 3.0)];
+        for point in far.map(|(x, y, z)| DVec3::new(x, y, z)) {
+            let weights = weights_of_closest(point, &TRIANGLE);
+            assert!(weights.min_element() >= 0.0);
+            assert!((weights.element_sum() - 1.0).abs() < 1e-15);
+            let [a, b, c] = TRIANGLE;
+            let found = weights.x * a + weights.y * b + weights.z * c;
+            let expected = point + closest_on_triangle(point, &TRIANGLE);
+            assert!(found.distance(expected) < 1e-14, "{point}: {found}, not {expected}");
+        }
+        assert_eq!(weights_of_closest(DVec3::Z, &[DVec3::X; 3]), DVec3::splat(1.0 / 3.0));
     }
 
     #[test]

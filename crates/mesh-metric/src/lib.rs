@@ -35,7 +35,7 @@ mod signed;
 mod surface;
 mod wide;
 
-pub use closest::closest_on_triangle;
+pub use closest::{closest_on_triangle, weights_of_closest};
 pub use compare::{
     CompareOptions, Comparison, OneSided, Worst, compare, edge_points, vertex_distances,
 };

@@ -17,61 +17,50 @@
 //! [`cut_peaks()`] takes down the largest errors. With [`Options::max_error`], and no attributes, the
 //! coarsest level within it is collapsed further where that does not exceed it.
 //!
+//! The source has four rooms, each above those before it: `collapse` (the loop and its policies),
+//! `attributes`, `finish` (fit, anneal, peaks) and `limit` (the largest error).
+//!
 //! All lengths are in model units. Results are bitwise the same for any number of threads.
 
-mod anneal;
-mod collapse_back;
-mod constraint;
-mod cost;
-mod curve;
-mod driver;
-mod face_lists;
+mod attributes;
+mod collapse;
+mod error;
 mod finish;
-mod fit;
-mod guard;
-mod intersection;
-mod log;
+mod limit;
+mod named;
 mod options;
-mod patch;
-mod peaks;
-mod placement;
-mod quadric;
-mod queue;
-mod record;
-mod rounds;
+mod preset;
 mod simplify;
-mod squeeze;
-mod stop;
-mod symmetric;
-mod tether;
-mod texture_fit;
-mod transfer;
-mod wedges;
-mod within;
 
-pub use anneal::{AnnealOptions, AnnealReport, anneal};
-pub use constraint::{Boundary, Constraints};
-pub use cost::{
-    AttributeDeviation, Collapse, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid,
-    Memoryless, Norm, Reach,
+pub use attributes::attribute_deviation::AttributeDeviation;
+pub use attributes::texture_guard::TextureGuard;
+pub use attributes::transfer::seams::seam_nodes;
+pub use attributes::transfer::{CornerSource, corner_sources};
+pub use attributes::wedges::{CornerAttributes, MAX_CHANNELS};
+pub use collapse::constraint::{Boundary, Constraints};
+pub use collapse::cost::{
+    Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm, Reach,
 };
-pub use curve::Curve;
-pub use driver::{Policies, Progress, Run, Update, collapse_edges};
-pub use fit::{FitConstraints, FitOptions, FitReport, fit};
-pub use guard::{
-    ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusal, Refusals, ShapeGuard,
-    TextureGuard,
-};
-pub use log::{CollapseLog, LogEntry};
-pub use options::{ErrorCheck, Metric, Options, PlacementRule, Preset, UnknownPreset};
-pub use patch::{EdgePatch, PatchFace, Place};
-pub use peaks::{PeakOptions, PeakReport, cut_peaks};
-pub use placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
-pub use quadric::Quadric;
-pub use record::RecordError;
-pub use simplify::{AchievedError, Simplified, SimplifyError, simplify, simplify_observed};
-pub use stop::{Limits, StopReason};
-pub use symmetric::Symmetric3;
-pub use transfer::{CornerSource, corner_sources, seam_nodes};
-pub use wedges::{CornerAttributes, MAX_CHANNELS};
-pub use within::collapses_within;
+pub use collapse::driver::collapse_edges;
+pub use collapse::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
+pub use collapse::log::record::RecordError;
+pub use collapse::log::{CollapseLog, LogEntry};
+pub use collapse::patch::{Collapse, EdgePatch, PatchFace, Place};
+pub use collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
+pub use collapse::policies::{Policies, Update};
+pub use collapse::quadric::Quadric;
+pub use collapse::refusal::{Refusal, Refusals};
+pub use collapse::run::{Progress, Run};
+pub use collapse::stop::{Limits, StopReason};
+pub use collapse::symmetric::Symmetric3;
+pub use error::SimplifyError;
+pub use finish::anneal::{AnnealOptions, AnnealReport, anneal};
+pub use finish::curve::Curve;
+pub use finish::fit::constraints::FitConstraints;
+pub use finish::fit::{FitOptions, FitReport, fit};
+pub use finish::peaks::{PeakOptions, PeakReport, cut_peaks};
+pub use limit::measure::{AchievedError, ErrorCheck};
+pub use limit::within::collapses_within;
+pub use options::{Metric, Options, PlacementRule};
+pub use preset::{Preset, UnknownPreset};
+pub use simplify::{Simplified, simplify, simplify_observed};

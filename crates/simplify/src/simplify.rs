@@ -1,30 +1,30 @@
-//! Simplification from options to result: collapses, error limit, fit.
+//! Simplification from options to result: collapses, finish, error limit.
 
 use core::ops::ControlFlow;
-use std::cell::RefCell;
-use std::rc::Rc;
 
 use glam::DVec3;
-use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
-use mesh_metric::{Surface, SurfaceError};
+use mesh_core::{TriMesh, VertexId, VertexMap};
+use mesh_metric::Surface;
 
-use crate::anneal::AnnealReport;
-use crate::cost::{
-    AttributeDeviation, Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless,
-    Norm,
-};
-use crate::curve::Curve;
-use crate::driver::{Policies, Progress, Run, collapse_edges};
-use crate::finish::{Finished, Finishing, Found, Level};
-use crate::fit::FitReport;
-use crate::guard::{
-    ComponentGuard, Guard, IntersectionGuard, NormalGuard, Refusals, ShapeGuard, TextureGuard,
-};
-use crate::log::CollapseLog;
-use crate::options::{ErrorCheck, Metric, Options, PlacementRule};
-use crate::peaks::PeakReport;
-use crate::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
-use crate::stop::{Limits, StopReason};
+use crate::collapse::constraint::Marks;
+use crate::collapse::level::Level;
+use crate::collapse::log::CollapseLog;
+use crate::collapse::refusal::Refusals;
+use crate::collapse::run::Progress;
+use crate::collapse::stop::{Limits, StopReason};
+use crate::error::SimplifyError;
+use crate::finish::anneal::{AnnealOptions, AnnealReport};
+use crate::finish::collapse_back::CollapseBack;
+use crate::finish::curve::Curve;
+use crate::finish::finishing::{Finished, Finishing, Steps};
+use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::{FitOptions, FitReport};
+use crate::finish::peaks::{PeakOptions, PeakReport};
+use crate::finish::texture_fit::Texture;
+use crate::limit::measure::{AchievedError, ErrorCheck, Measuring};
+use crate::limit::search::Search;
+use crate::named::collapse;
+use crate::options::Options;
 
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
@@ -54,42 +54,6 @@ pub struct Simplified {
     pub anneal: Option<AnnealReport>,
     /// What was done about the largest errors; `None` as for `anneal`.
     pub peaks: Option<PeakReport>,
-}
-
-/// A distance between two surfaces: the larger of the two one-sided Hausdorff distances.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AchievedError {
-    /// It is not smaller than this.
-    pub lower: f64,
-    /// It is proved not to be larger than this; `None` when it was only sampled.
-    pub upper: Option<f64>,
-}
-
-/// Why a mesh cannot be simplified as asked.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SimplifyError {
-    /// An option has a value that makes no sense.
-    #[error("{option} is {value}, but it must be {expected}")]
-    Option {
-        /// The option.
-        option: &'static str,
-        /// Its value.
-        value: f64,
-        /// What it must be.
-        expected: &'static str,
-    },
-    /// A position is infinite or not a number.
-    #[error("{vertex:?} is at {position}, which is not finite; remove it or give it a place")]
-    NotFinite {
-        /// The vertex.
-        vertex: VertexId,
-        /// Its position.
-        position: DVec3,
-    },
-    /// The distance between the surfaces cannot be measured.
-    #[error(transparent)]
-    Surface(#[from] SurfaceError),
 }
 
 /// Simplifies a mesh.
@@ -122,92 +86,70 @@ pub fn simplify_observed(
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
-    check_options(options)?;
+    options.check()?;
     check_positions(mesh)?;
     let mut working = mesh.clone();
-    let mut run = collapse(&mut working, options, &options.limits, observe);
+    let mut run = collapse(&mut working, options, observe);
     let is_cancelled = run.stop == StopReason::Cancelled;
     let is_changed = !is_cancelled && !run.log.is_empty();
     let wants_finish = is_changed && (options.fit.is_some() || options.peaks.is_some());
     let wants_error = options.max_error.is_some() || options.error != ErrorCheck::None;
     let has_faces = mesh.topology().face_count() > 0;
-    let mut level = Level::new(working, &run, run.log.len());
+    let target = options.limits.face_target(mesh.topology().face_count());
+    let mut level = Level::at_end(working, &run);
+    let mut error = None;
     let finished = if has_faces && (wants_finish || wants_error) {
         let original = Surface::new(mesh)?;
-        let finishing = Finishing::new(mesh, &original, options, wants_finish);
-        match options.max_error {
-            None => finishing.finish(&level)?,
-            Some(limit) => match finishing.search(&run, limit)? {
-                Found::All(finished) => finished,
-                Found::Fewer(collapses, finished) => {
-                    let mut working = mesh.clone();
-                    let limits =
-                        Limits { collapses: Some(collapses), time: None, ..options.limits };
-                    run = collapse(&mut working, options, &limits, observe);
-                    let faces = finished.mesh.topology().face_count();
-                    let target = options.limits.face_target(mesh.topology().face_count());
-                    run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
-                    level = Level::new(working, &run, run.log.len());
-                    finished
-                }
-            },
+        let steps = if wants_finish { steps(options, target) } else { Steps::default() };
+        let texture = texture(mesh, options);
+        let finishing = Finishing::new(mesh, &original, &options.constraints, steps, texture);
+        let measuring =
+            Measuring { original: &original, check: options.error, limit: options.max_error };
+        if let Some(limit) = options.max_error {
+            let search = Search {
+                mesh,
+                marks: Marks::new(mesh, &options.constraints),
+                log: &run.log,
+                finishing: &finishing,
+                measuring,
+                limit,
+                squeeze: squeeze(options, target),
+            };
+            let found = search.run()?;
+            if found.collapses < run.log.len() || !found.error.is_within(limit) {
+                run.truncate(found.collapses);
+                let faces = found.finished.mesh.topology().face_count();
+                run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
+            }
+            (level, error) = (found.level, Some(found.error));
+            found.finished
+        } else {
+            let finished = finishing.finish(&level)?;
+            if wants_error {
+                error = Some(measuring.measure(&finished.mesh)?.0);
+            }
+            finished
         }
     } else {
-        Finished::untouched(level.mesh.clone())
+        Finished::untouched(level.mesh.clone(), FitConstraints::default())
     };
-    let became = run.log.representatives(mesh, run.log.len());
-    let follow = |&v: &VertexId| {
-        let v = level.remap.new_handle(v)?;
-        finished.vertex_map.as_ref().map_or(Some(v), |map| map.get(v).copied().flatten())
+    let follow = |&v: &Option<VertexId>| match &finished.vertex_map {
+        Some(map) => v.and_then(|v| map.get(v).copied().flatten()),
+        None => v,
     };
     Ok(Simplified {
-        vertex_map: VertexMap::from_vec(became.as_slice().iter().map(follow).collect()),
+        vertex_map: VertexMap::from_vec(level.became.as_slice().iter().map(follow).collect()),
         boundary_shift: boundary_shift(mesh, &finished.mesh),
         mesh: finished.mesh,
         log: run.log,
         stop: run.stop,
         refusals: run.refusals,
         max_cost: run.max_cost,
-        error: finished.error,
+        error,
         fit: finished.fit,
         anneal: finished.anneal,
         peaks: finished.peaks,
     })
-}
-
-impl AchievedError {
-    /// Whether the distance is known to be at most `limit`, as far as it is known.
-    #[must_use]
-    pub fn is_within(&self, limit: f64) -> bool {
-        self.upper.unwrap_or(self.lower) <= limit
-    }
-}
-
-fn check_options(options: &Options) -> Result<(), SimplifyError> {
-    let check = |option, value: Option<f64>, fits: fn(f64) -> bool, expected| match value {
-        Some(value) if !fits(value) => Err(SimplifyError::Option { option, value, expected }),
-        _ => Ok(()),
-    };
-    let positive = |x: f64| x > 0.0 && x.is_finite();
-    let not_negative = |x: f64| x >= 0.0 && x.is_finite();
-    check("ratio", options.limits.ratio, |x| (0.0..=1.0).contains(&x), "between 0 and 1")?;
-    check("cost limit", options.limits.cost, |x| x >= 0.0, "a number that is not negative")?;
-    check("max_error", options.max_error, positive, "positive and finite")?;
-    check(
-        "curvature_weight",
-        Some(options.curvature_weight),
-        not_negative,
-        "at least 0 and finite",
-    )?;
-    check(
-        "attribute_weight",
-        Some(options.attribute_weight),
-        not_negative,
-        "at least 0 and finite",
-    )?;
-    check("min_cosine", options.min_cosine, |x| (-1.0..=1.0).contains(&x), "between -1 and 1")?;
-    check("min_shape", options.min_shape, |x| (0.0..=1.0).contains(&x), "between 0 and 1")?;
-    check("fit pull", options.fit.map(|f| f.pull), not_negative, "at least 0 and finite")
 }
 
 fn check_positions(mesh: &TriMesh) -> Result<(), SimplifyError> {
@@ -218,85 +160,48 @@ fn check_positions(mesh: &TriMesh) -> Result<(), SimplifyError> {
     }
 }
 
-/// Runs the driver with the policies that the options name.
-pub(crate) fn collapse(
-    mesh: &mut TriMesh,
-    options: &Options,
-    limits: &Limits,
-    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Run {
-    let job = Job { mesh, options, limits, texture: None, observe };
-    match options.metric {
-        Metric::Classic => job.with_factor(GarlandHeckbert::new()),
-        Metric::Marginal => job.with_factor(GarlandHeckbert::marginal()),
-        Metric::Memoryless => job.with_factor(Memoryless),
-        Metric::Hybrid => job.with_factor(Hybrid::default()),
-        Metric::CurvatureL1 => job.with_placement(CurvatureNorm::new(Norm::L1)),
-        Metric::CurvatureL2 => job.with_placement(CurvatureNorm::new(Norm::L2)),
+/// What the options do with a level; at least `target` faces are left, or one fewer.
+fn steps(options: &Options, target: usize) -> Steps {
+    let forbids = options.forbid_intersections;
+    let guarded = |fit: FitOptions| FitOptions {
+        forbid_intersections: fit.forbid_intersections || forbids,
+        ..fit
+    };
+    let anneal = options.anneal.filter(|_| options.fit.is_some());
+    Steps {
+        fit: options.fit.map(guarded),
+        anneal: anneal.map(|anneal| AnnealOptions { fit: guarded(anneal.fit), ..anneal }),
+        peaks: options.peaks.map(|peaks| PeakOptions {
+            min_faces: peaks.min_faces.max(target.saturating_sub(1)),
+            forbid_intersections: peaks.forbid_intersections || forbids,
+            min_component_vertices: options.min_component_vertices,
+            fit: guarded(peaks.fit),
+            ..peaks
+        }),
     }
 }
 
-/// A run whose policies are being chosen.
-struct Job<'a> {
-    mesh: &'a mut TriMesh,
-    options: &'a Options,
-    limits: &'a Limits,
-    /// Set along with a cost that looks at attributes.
-    texture: Option<TextureGuard>,
-    observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+/// The texture that must not fold over, if there is one that counts.
+fn texture<'a>(mesh: &'a TriMesh, options: &'a Options) -> Option<Texture<'a>> {
+    let attributes = options.attributes.as_ref().filter(|a| a.has_texture())?;
+    let seams = options.constraints.features.as_ref()?;
+    (options.attribute_weight > 0.0).then_some(Texture { original: mesh, attributes, seams })
 }
 
-impl Job<'_> {
-    fn with_factor(self, cost: impl Cost + 'static) -> Run {
-        let weight = self.options.curvature_weight;
-        if weight > 0.0 {
-            self.with_attributes(CurvatureFactor::new(cost, weight))
-        } else {
-            self.with_attributes(cost)
-        }
-    }
-
-    fn with_attributes(mut self, cost: impl Cost + 'static) -> Run {
-        let weight = self.options.attribute_weight;
-        let given = self.options.attributes.as_ref().filter(|_| weight > 0.0);
-        let Some(attributes) = given else { return self.with_placement(cost) };
-        let shared = Rc::new(RefCell::new(attributes.clone()));
-        self.texture = Some(TextureGuard::new(Rc::clone(&shared)));
-        self.with_placement(AttributeDeviation::new(Box::new(cost), weight, shared))
-    }
-
-    fn with_placement(self, cost: impl Cost) -> Run {
-        match self.options.placement {
-            PlacementRule::OptimalVolume => self.run(cost, Optimal { keep_volume: true }),
-            PlacementRule::Optimal => self.run(cost, Optimal { keep_volume: false }),
-            PlacementRule::Endpoint => self.run(cost, BestEndpoint),
-            PlacementRule::Midpoint => self.run(cost, Midpoint),
-            PlacementRule::Butterfly => self.run(cost, ButterflyPoint),
-        }
-    }
-
-    fn run(self, cost: impl Cost, placement: impl Placement) -> Run {
-        let Self { mesh, options, limits, texture, observe } = self;
-        let mut guards: Vec<Box<dyn Guard>> = Vec::new();
-        if let Some(min_vertices) = options.min_component_vertices {
-            guards.push(Box::new(ComponentGuard::new(min_vertices)));
-        }
-        if let Some(min_cosine) = options.min_cosine {
-            guards.push(Box::new(NormalGuard { min_cosine }));
-        }
-        if let Some(min_shape) = options.min_shape {
-            guards.push(Box::new(ShapeGuard { min_shape }));
-        }
-        if let Some(guard) = texture {
-            guards.push(Box::new(guard));
-        }
-        // The most expensive check comes last.
-        if options.forbid_intersections {
-            guards.push(Box::new(IntersectionGuard::default()));
-        }
-        let policies = Policies { cost, placement, guards, update: options.update };
-        collapse_edges(mesh, policies, &options.constraints, limits, observe)
-    }
+/// Whether and how a mesh within the limit is collapsed further. What is left of other limits would
+/// not be known, and attributes would be passed over.
+fn squeeze(options: &Options, target: usize) -> Option<CollapseBack<'static>> {
+    let Options { limits, attributes, attribute_weight, .. } = options;
+    let is_bare = attributes.is_none() || *attribute_weight == 0.0;
+    let Limits { vertices, cost, collapses, time, .. } = *limits;
+    let is_free = (vertices, cost, collapses, time) == (None, None, None, None);
+    (options.squeeze && is_free && is_bare).then_some(CollapseBack {
+        faces: target,
+        locked: &[],
+        boundary: options.constraints.boundary,
+        forbid_intersections: options.forbid_intersections,
+        min_component_vertices: options.min_component_vertices,
+    })
 }
 
 /// The largest distance of a boundary vertex of one mesh to the boundary of another.

@@ -4,10 +4,19 @@ use core::ops::ControlFlow;
 
 use mesh_core::{FaceId, FaceMap, Handle, TriMesh, parallel};
 
-use super::{CoverOptions, CoverProgress, Seeds};
+use super::options::{CoverOptions, Seeds};
 use crate::curvature::CurvatureEstimator;
 use crate::fit::PatchFit;
 use crate::size::{OptionError, PatchSizer, SizeOptions, SizedPatch, StopReason};
+
+/// How far the search for candidates is, which takes nearly all of the time of a cover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CoverProgress {
+    /// Faces that some candidate covers, or that were tried as a seed.
+    pub settled: usize,
+    /// All faces of the mesh. The search ends when all are settled.
+    pub faces: usize,
+}
 
 /// A patch that may become part of the cover.
 #[derive(Clone, Copy, Debug)]

@@ -3,7 +3,7 @@
 use dcurv::dihedral_angle;
 use glam::DVec3;
 
-use super::edge_sum::EdgeTerm;
+use super::edge_term::EdgeTerm;
 
 /// `F2 = sum over vertices of |Hbar|`, with `|Hbar| = 1/4 sum of |e| |beta|` (DHKL01 sec. 3).
 ///

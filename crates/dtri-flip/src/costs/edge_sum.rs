@@ -5,17 +5,13 @@ use core::iter::zip;
 use glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, parallel};
 
+use super::edge_term::EdgeTerm;
 use super::hinges::{Hinges, Quads};
 use crate::cost::{Change, FlipCost, Reach};
 use crate::quad::Quad;
 
-/// The term of one edge, from `a`, `b`, the left apex and the right apex.
-pub(crate) trait EdgeTerm: Sync + Sized {
-    /// The power of a length that a term has as its unit.
-    const LENGTH_EXPONENT: i32;
-
-    fn term(&self, a: DVec3, b: DVec3, left: DVec3, right: DVec3) -> f64;
-
+/// The terms of the edges of a mesh, and what a flip does to them.
+pub(crate) trait EdgeSum: EdgeTerm {
     /// The terms of up to `N` edges as they are; 0 for edges that are not between two triangles.
     #[inline]
     fn terms_of<const N: usize>(
@@ -80,7 +76,7 @@ pub(crate) trait EdgeTerm: Sync + Sized {
         [turned, side(bc, b, c, d), side(ca, c, a, d), side(ad, a, d, c), side(db, d, b, c)]
     }
 
-    /// [`EdgeTerm::terms_after`] of up to [`QUADS`] quadrilaterals side by side.
+    /// [`EdgeSum::terms_after`] of up to [`QUADS`] quadrilaterals side by side.
     #[inline]
     fn all_terms_after(&self, mesh: &TriMesh, quads: &[Option<Quad>]) -> [[f64; QUADS]; 5] {
         let mut block = Quads::<QUADS>::new();
@@ -96,6 +92,8 @@ pub(crate) trait EdgeTerm: Sync + Sized {
         block.terms_after(self)
     }
 }
+
+impl<T: EdgeTerm> EdgeSum for T {}
 
 /// How many quadrilaterals are evaluated side by side: a flip affects 12 others that share an edge
 /// with a face of its own, and itself.

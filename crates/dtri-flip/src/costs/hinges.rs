@@ -9,7 +9,7 @@ use core::iter::zip;
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 
-use super::edge_sum::EdgeTerm;
+use super::edge_term::EdgeTerm;
 
 /// The points that the terms of `N` edges depend on; all zero where none were set.
 pub(crate) struct Hinges<const N: usize> {

@@ -2,6 +2,7 @@
 
 mod abs_mean;
 mod edge_sum;
+mod edge_term;
 mod face_cost;
 mod hinges;
 mod vertex_cost;

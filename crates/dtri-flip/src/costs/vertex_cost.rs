@@ -7,7 +7,7 @@ use dcurv::{VertexArea, corner_angle, corner_area, vertex_curvature};
 use mesh_core::{EdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use super::abs_mean::AbsMean;
-use super::edge_sum::{EdgeTerm, QUADS, edges};
+use super::edge_sum::{EdgeSum, QUADS, edges};
 use crate::cost::{Change, FlipCost, Reach};
 use crate::fold::twice_vector_area;
 use crate::quad::Quad;

@@ -3,7 +3,7 @@
 use dcurv::intersection_angle;
 use glam::DVec3;
 
-use super::edge_sum::EdgeTerm;
+use super::edge_term::EdgeTerm;
 
 /// The Willmore energy `W = sum over vertices of (sum of beta(e) - 2 pi)` itself (BAR06 sec. 2),
 /// up to a constant: twice the sum of `beta(e)` over all edges between two triangles.

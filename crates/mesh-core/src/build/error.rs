@@ -1,6 +1,6 @@
 //! Why a polygon soup cannot become a mesh.
 
-use crate::build::{Sample, VertexPair};
+use crate::build::sample::{Sample, VertexPair};
 use crate::mesh::MeshError;
 
 /// Why [`crate::build()`] refused a polygon soup: what is wrong, where, and what would cure it.

@@ -1,10 +1,12 @@
 //! Making an oriented 2-manifold of triangles, or telling why they are none.
 
 use crate::build::cut::{Fans, cut_apart};
+use crate::build::draft::Draft;
 use crate::build::duplicates::find_duplicates;
 use crate::build::edges::{EdgeTable, edge_ends, same_direction};
+use crate::build::error::BuildError;
 use crate::build::orient::{Orientation, orient};
-use crate::build::{BuildError, Draft, Sample, VertexPair};
+use crate::build::sample::{Sample, VertexPair};
 
 impl Draft<'_> {
     /// Drops duplicates, orients and cuts, as far as that is allowed; what is left over is an error.

@@ -2,6 +2,7 @@
 
 /// Which vertices count as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Weld {
     /// Vertices stay as they are, even where positions coincide.
     #[default]
@@ -18,6 +19,8 @@ pub enum Weld {
 /// Whatever a repair does is in the [`BuildReport`](crate::build::BuildReport). Two things are
 /// never repaired: coordinates that are not finite, and meshes too large for 32-bit indices.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Repair {
     /// Which vertices to merge, before anything else is looked at.

@@ -2,10 +2,12 @@
 
 use core::fmt;
 
-use crate::build::{Sample, VertexPair};
+use crate::build::sample::{Sample, VertexPair};
 
 /// What [`crate::build()`] did. Faces and vertices are those of the soup, counted from zero.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 #[non_exhaustive]
 pub struct BuildReport {
     /// Vertices of the soup.

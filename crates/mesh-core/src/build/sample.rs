@@ -34,6 +34,12 @@ impl<T> Sample<T> {
         self.count == 0
     }
 
+    /// The sample of `count` elements that begin with these, as many as a sample of them keeps.
+    #[cfg(feature = "serde")]
+    pub(crate) fn from_parts(first: Vec<T>, count: usize) -> Option<Self> {
+        (first.len() == count.min(Self::CAPACITY)).then_some(Self { first, count })
+    }
+
     pub(crate) fn push(&mut self, element: T) {
         if self.first.len() < Self::CAPACITY {
             self.first.push(element);
@@ -81,6 +87,7 @@ impl<T: fmt::Display> fmt::Display for Sample<T> {
 
 /// An edge of a polygon soup, named by its two vertices with the smaller index first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VertexPair(pub u32, pub u32);
 
 impl fmt::Display for VertexPair {

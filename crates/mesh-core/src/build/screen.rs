@@ -1,6 +1,9 @@
 //! What is refused before anything is built: sizes, indices and coordinates.
 
-use crate::build::{BuildError, BuildReport, Repair, Sample};
+use crate::build::error::BuildError;
+use crate::build::repair::Repair;
+use crate::build::report::BuildReport;
+use crate::build::sample::Sample;
 use crate::handle::{HalfEdgeId, Handle, VertexId};
 use crate::soup::PolygonSoup;
 

@@ -27,6 +27,8 @@ pub struct Triangulator {
 
 /// How well a polygon could be cut into triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Triangulation {
     /// The triangles cover the polygon, seen along its normal, without overlap.
     Proper,

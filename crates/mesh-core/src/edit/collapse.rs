@@ -16,6 +16,7 @@
 //! with each of them the edge at `a`: `bc` takes the place of `ca`, and `db` that of `ad`.
 
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
+use crate::revision::State;
 use crate::topology::Topology;
 
 /// Why an edge cannot be collapsed.
@@ -48,7 +49,7 @@ pub struct LegalCollapse {
     half_edge: HalfEdgeId,
     removed: VertexId,
     kept: VertexId,
-    revision: u64,
+    state: State,
 }
 
 impl LegalCollapse {
@@ -73,6 +74,7 @@ impl LegalCollapse {
 
 /// What a collapse did, for everything that is keyed by element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Collapsed {
     /// The vertex that is gone.
     pub removed_vertex: VertexId,
@@ -92,7 +94,7 @@ impl Topology {
     /// The link condition, in the form that includes boundaries: the two ends have no common
     /// neighbours but the apexes of the edge's faces, an interior edge does not join two boundary
     /// vertices, and neither a lone triangle nor a tetrahedron is collapsed. Takes as many steps
-    /// as the product of the two valences.
+    /// as the end with fewer edges has neighbours, times the edges that these have.
     ///
     /// # Errors
     /// The reason why the collapse would not leave a mesh.
@@ -103,11 +105,7 @@ impl Topology {
         let twin = half_edge.twin();
         let (removed, kept) = (self.origin(half_edge), self.target(half_edge));
         let apexes = [self.apex(half_edge), self.apex(twin)];
-        let shared = self
-            .one_ring(removed)
-            .filter(|&v| !apexes.contains(&Some(v)))
-            .find(|&v| self.one_ring(kept).any(|w| w == v));
-        if let Some(vertex) = shared {
+        if let Some(vertex) = self.shared_neighbour(removed, kept, apexes) {
             return Err(CollapseRefusal::LinkCondition(vertex));
         }
         if let [Some(c), Some(d)] = apexes {
@@ -116,7 +114,7 @@ impl Topology {
             }
             // The link condition between edges: `c` and `d` joined by an edge of a face at each
             // end. With no other common neighbours that is the tetrahedron.
-            if self.valence(removed) == 3 && self.valence(kept) == 3 {
+            if self.has_valence_three(half_edge) && self.has_valence_three(twin) {
                 let closes = |v: VertexId| !self.is_boundary_vertex(v);
                 if closes(removed) && closes(kept) && self.find_half_edge(c, d).is_some() {
                     return Err(CollapseRefusal::Tetrahedron);
@@ -131,7 +129,32 @@ impl Topology {
                 return Err(CollapseRefusal::LastFace(face));
             }
         }
-        Ok(LegalCollapse { half_edge, removed, kept, revision: self.revision })
+        Ok(LegalCollapse { half_edge, removed, kept, state: self.revision.state() })
+    }
+
+    /// A common neighbour of two vertices other than the apexes: the first round the one with fewer
+    /// edges.
+    fn shared_neighbour(
+        &self,
+        a: VertexId,
+        b: VertexId,
+        apexes: [Option<VertexId>; 2],
+    ) -> Option<VertexId> {
+        let (few, many) = if self.has_fewer_edges(b, a) { (b, a) } else { (a, b) };
+        let mut others = self.one_ring(few).filter(|&v| v != many && !apexes.contains(&Some(v)));
+        others.find(|&v| self.find_half_edge(v, many).is_some())
+    }
+
+    /// Whether `a` has fewer edges than `b`, in as many steps as that takes.
+    fn has_fewer_edges(&self, a: VertexId, b: VertexId) -> bool {
+        let (mut a, mut b) = (self.outgoing(a), self.outgoing(b));
+        loop {
+            match (a.next(), b.next()) {
+                (_, None) => return false,
+                (None, Some(_)) => return true,
+                _ => {}
+            }
+        }
     }
 
     /// Merges the origin of a half-edge into its target and removes the edge and its faces.
@@ -141,18 +164,22 @@ impl Topology {
     /// # Panics
     /// When the mesh was edited after the collapse was checked.
     pub fn collapse(&mut self, collapse: LegalCollapse) -> Collapsed {
-        self.advance_revision(collapse.revision);
+        self.advance(collapse.state);
         let LegalCollapse { half_edge: h, removed: a, kept: b, .. } = collapse;
         let removed_faces = [self.face(h), self.face(h.twin())];
+        let anchors = [a, b].map(|v| self.vertex_half_edge[v.index()]);
         self.redirect(a, b);
         let left = self.close_left_of(h);
         let right = self.close_right_of(h.twin());
         let outgoing = left.map(|(_, bc)| bc).or(right.map(|(_, db)| db.twin()));
-        self.remove_edge(h.edge());
+        self.remove_edge(h);
         self.vertex_half_edge[a.index()] = Some(HalfEdgeId::REMOVED);
         self.live_vertices -= 1;
         if let Some(outgoing) = outgoing {
-            self.anchor_vertex(b, outgoing);
+            // An exterior half-edge that starts at `b` now started at `a` or `b` before, or took
+            // the place of one that did.
+            let merged = [left.map(|(_, bc)| bc), right.map(|(_, db)| db.twin())];
+            self.anchor_vertex(b, outgoing, anchors.into_iter().chain(merged).flatten());
         }
         Collapsed {
             removed_vertex: a,
@@ -227,7 +254,7 @@ impl Topology {
         if *slot == Some(gone) {
             *slot = Some(stand_in);
         }
-        self.remove_edge(gone.edge());
+        self.remove_edge(gone);
         self.face_half_edge[face.index()] = HalfEdgeId::REMOVED;
         self.live_faces -= 1;
     }
@@ -236,12 +263,5 @@ impl Topology {
     fn unlink(&mut self, exterior: HalfEdgeId) {
         let previous = self.previous(exterior);
         self.link(previous, self.next(exterior));
-    }
-
-    fn remove_edge(&mut self, edge: EdgeId) {
-        for h in edge.half_edges() {
-            self.half_edges[h.index()].next = HalfEdgeId::REMOVED;
-        }
-        self.live_edges -= 1;
     }
 }

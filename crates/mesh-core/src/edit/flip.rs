@@ -1,6 +1,7 @@
 //! Edge flip: the common edge of two triangles becomes the other diagonal of their quadrilateral.
 
 use crate::handle::{EdgeId, HalfEdgeId, VertexId};
+use crate::revision::State;
 use crate::topology::Topology;
 
 /// Why an edge cannot be flipped.
@@ -27,7 +28,7 @@ pub enum FlipRefusal {
 pub struct LegalFlip {
     half_edge: HalfEdgeId,
     corners: [VertexId; 4],
-    revision: u64,
+    state: State,
 }
 
 impl LegalFlip {
@@ -48,7 +49,7 @@ impl LegalFlip {
 impl Topology {
     /// Checks whether an edge may be flipped.
     ///
-    /// Takes as many steps as the vertices of the quadrilateral have edges.
+    /// Takes as many steps as the apex with fewer edges has.
     ///
     /// # Errors
     /// The reason why the flip would not leave a mesh.
@@ -72,7 +73,7 @@ impl Topology {
         if let Some(diagonal) = self.find_half_edge(c, d) {
             return Err(FlipRefusal::DiagonalExists(diagonal.edge()));
         }
-        Ok(LegalFlip { half_edge: h, corners: [a, b, c, d], revision: self.revision })
+        Ok(LegalFlip { half_edge: h, corners: [a, b, c, d], state: self.revision.state() })
     }
 
     /// Flips an edge. All handles stay valid: the edge keeps its handle and so do the two faces.
@@ -84,7 +85,7 @@ impl Topology {
     /// # Panics
     /// When the mesh was edited after the flip was checked.
     pub fn flip(&mut self, flip: LegalFlip) {
-        self.advance_revision(flip.revision);
+        self.advance(flip.state);
         let [a, b, c, d] = flip.corners;
         let h = flip.half_edge;
         if (a < b) == (d < c) {
@@ -96,7 +97,8 @@ impl Topology {
         debug_assert!([c, d].contains(&self.target(h)));
     }
 
-    fn has_valence_three(&self, outgoing: HalfEdgeId) -> bool {
+    /// Whether the origin of a half-edge has three edges.
+    pub(super) fn has_valence_three(&self, outgoing: HalfEdgeId) -> bool {
         let turn = |h: HalfEdgeId| self.next(h.twin());
         let third = turn(turn(outgoing));
         third != outgoing && turn(third) == outgoing

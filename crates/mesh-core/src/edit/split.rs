@@ -1,7 +1,10 @@
 //! Splits: a new vertex on an edge or inside a face.
 
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
-use crate::topology::{HalfEdge, Topology};
+use crate::edit::links::NoRoom;
+use crate::handle::VertexId;
+use crate::handle::{EdgeId, FaceId, HalfEdgeId};
+use crate::revision::State;
+use crate::topology::Topology;
 
 /// Why an edge or a face cannot be split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
@@ -14,8 +17,8 @@ pub enum SplitRefusal {
     #[error("{0:?} is not in the mesh")]
     FaceNotInMesh(FaceId),
     /// The arrays are as long as 32-bit indices allow; compacting may make room.
-    #[error("the mesh has as many elements as 32-bit indices can address; compact it first")]
-    NoRoom,
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
 }
 
 /// An edge split that has been checked; see [`Topology::check_split_edge`].
@@ -23,7 +26,7 @@ pub enum SplitRefusal {
 #[must_use = "a checked split does nothing until it is applied"]
 pub struct LegalEdgeSplit {
     edge: EdgeId,
-    revision: u64,
+    state: State,
 }
 
 /// A face split that has been checked; see [`Topology::check_split_face`].
@@ -31,11 +34,12 @@ pub struct LegalEdgeSplit {
 #[must_use = "a checked split does nothing until it is applied"]
 pub struct LegalFaceSplit {
     face: FaceId,
-    revision: u64,
+    state: State,
 }
 
 /// What an edge split made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EdgeSplit {
     /// The new vertex.
     pub vertex: VertexId,
@@ -50,6 +54,7 @@ pub struct EdgeSplit {
 
 /// What a face split made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FaceSplit {
     /// The new vertex.
     pub vertex: VertexId,
@@ -68,8 +73,8 @@ impl Topology {
         if !self.contains_edge(edge) {
             return Err(SplitRefusal::EdgeNotInMesh(edge));
         }
-        self.check_room()?;
-        Ok(LegalEdgeSplit { edge, revision: self.revision })
+        self.check_room(1, 3, 2)?;
+        Ok(LegalEdgeSplit { edge, state: self.revision.state() })
     }
 
     /// Checks whether a face may be split.
@@ -80,8 +85,8 @@ impl Topology {
         if !self.contains_face(face) {
             return Err(SplitRefusal::FaceNotInMesh(face));
         }
-        self.check_room()?;
-        Ok(LegalFaceSplit { face, revision: self.revision })
+        self.check_room(1, 3, 2)?;
+        Ok(LegalFaceSplit { face, state: self.revision.state() })
     }
 
     /// Puts a new vertex on an edge and joins it to the apexes of the edge's faces.
@@ -92,9 +97,10 @@ impl Topology {
     /// # Panics
     /// When the mesh was edited after the split was checked.
     pub fn split_edge(&mut self, split: LegalEdgeSplit) -> EdgeSplit {
-        self.advance_revision(split.revision);
+        self.advance(split.state);
         let h = split.edge.half_edge();
         let end = self.target(h);
+        let anchor = self.vertex_half_edge[end.index()];
         let before_twin = self.previous(h.twin());
         let vertex = self.push_vertex();
         // The new half of the edge, from the new vertex to the old end.
@@ -113,8 +119,9 @@ impl Topology {
         // Both faces are quadrilaterals now, until a spoke cuts each in two.
         let left = self.cut_quadrilateral(far, h, far).unzip();
         let right = self.cut_quadrilateral(h.twin(), far.twin(), far.twin()).unzip();
-        self.anchor_vertex(end, far.twin());
-        self.anchor_vertex(vertex, far);
+        // What left the end outwards still does, unless it was the edge that is split.
+        self.anchor_vertex(end, far.twin(), anchor);
+        self.anchor_vertex(vertex, far, [h.twin()]);
         EdgeSplit { vertex, half_edge: far, faces: [left.1, right.1], spokes: [left.0, right.0] }
     }
 
@@ -123,7 +130,7 @@ impl Topology {
     /// # Panics
     /// When the mesh was edited after the split was checked.
     pub fn split_face(&mut self, split: LegalFaceSplit) -> FaceSplit {
-        self.advance_revision(split.revision);
+        self.advance(split.state);
         let sides = self.face_half_edges(split.face);
         let corners = self.face_vertices(split.face);
         let vertex = self.push_vertex();
@@ -162,38 +169,5 @@ impl Topology {
             self.face_half_edge[old_face.index()] = if on_old { spoke } else { spoke.twin() };
         }
         Some((spoke.edge(), new_face))
-    }
-
-    /// A split adds at most one vertex, three edges and two faces.
-    fn check_room(&self) -> Result<(), SplitRefusal> {
-        let room = self.vertex_capacity() + 1 < VertexId::LIMIT
-            && self.half_edge_capacity() + 6 < HalfEdgeId::LIMIT
-            && self.face_capacity() + 2 < FaceId::LIMIT;
-        if room { Ok(()) } else { Err(SplitRefusal::NoRoom) }
-    }
-
-    fn push_vertex(&mut self) -> VertexId {
-        let vertex = VertexId::from_index(self.vertex_capacity());
-        self.vertex_half_edge.push(None);
-        self.live_vertices += 1;
-        vertex
-    }
-
-    /// A new edge; the half-edge returned runs from `from` to `to`. Not linked to anything yet.
-    fn push_edge(&mut self, from: VertexId, to: VertexId) -> HalfEdgeId {
-        let h = HalfEdgeId::from_index(self.half_edge_capacity());
-        self.half_edges.extend([
-            HalfEdge { next: h, target: to, face: None },
-            HalfEdge { next: h.twin(), target: from, face: None },
-        ]);
-        self.live_edges += 1;
-        h
-    }
-
-    fn push_face(&mut self, half_edge: HalfEdgeId) -> FaceId {
-        let face = FaceId::from_index(self.face_capacity());
-        self.face_half_edge.push(half_edge);
-        self.live_faces += 1;
-        face
     }
 }

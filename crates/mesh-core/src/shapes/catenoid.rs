@@ -4,7 +4,7 @@ use super::analytic::{AnalyticSurface, PrincipalCurvatures};
 use super::cylinder::{RowPhase, revolve};
 use super::error::{ShapeError, positive};
 use super::irregular::Irregular;
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use glam::DVec3;
 
 /// The catenoid around the z axis, between z = -`half_height` and z = `half_height`: the points

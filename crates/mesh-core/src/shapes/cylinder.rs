@@ -4,7 +4,7 @@ use super::analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
 use super::error::{ShapeError, at_least, fits, positive};
 use super::irregular::Irregular;
 use super::lattice::{Axis, Diagonal, Lattice};
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use core::f64::consts::{PI, TAU};
 use glam::DVec3;
 

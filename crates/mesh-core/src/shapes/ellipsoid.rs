@@ -4,7 +4,7 @@ use super::analytic::{AnalyticSurface, PrincipalCurvatures};
 use super::error::{ShapeError, positive};
 use super::irregular::Irregular;
 use super::sphere::Sphere;
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use glam::{DMat3, DVec3};
 
 /// The ellipsoid (x/a)² + (y/b)² + (z/c)² = 1.

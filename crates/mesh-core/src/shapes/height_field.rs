@@ -4,7 +4,7 @@ use super::analytic::{AnalyticSurface, PrincipalCurvatures};
 use super::error::{ShapeError, at_least, positive};
 use super::irregular::Irregular;
 use super::lattice::{Axis, Diagonal, Lattice};
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use core::f64::consts::TAU;
 use glam::{DMat3, DVec3};
 

@@ -2,7 +2,7 @@
 
 use super::error::ShapeError;
 use super::polyhedra::{CUBE_CORNERS, CUBE_SIDES, triangles};
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use glam::DVec3;
 
 /// The cube [-1, 1]³ with a vertex at each face's centre, pulled in by `inset`; each face is a

@@ -2,7 +2,7 @@
 
 use super::error::{ShapeError, fits};
 use super::irregular::Irregular;
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use glam::DVec3;
 
 /// Which diagonal halves the cell a, b, c, d.

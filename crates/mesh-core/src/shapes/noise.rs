@@ -1,8 +1,9 @@
 //! Normal noise on the vertices of a mesh.
 
 use super::splitmix::SplitMix64;
-use crate::PolygonSoup;
 use glam::DVec3;
+
+use crate::soup::PolygonSoup;
 
 /// The mean length of the edges, each counted once however many faces share it; zero without
 /// faces.

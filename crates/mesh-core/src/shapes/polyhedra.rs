@@ -1,6 +1,6 @@
 //! The smallest closed meshes.
 
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use glam::DVec3;
 
 /// The regular tetrahedron on four corners of the cube [-1, 1]³.

@@ -1,7 +1,8 @@
 //! Random flips, to start an optimisation from a bad triangulation.
 
 use super::splitmix::SplitMix64;
-use crate::{EdgeId, Handle, TriMesh};
+use crate::handle::{EdgeId, Handle};
+use crate::mesh::TriMesh;
 
 /// Tries per flip before [`scramble`] gives up.
 const TRIES: usize = 1000;

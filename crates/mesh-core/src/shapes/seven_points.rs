@@ -5,7 +5,7 @@
 //! read in print; these are the ones for which that holds.)
 
 use super::polyhedra::triangles;
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use glam::DVec3;
 
 const POINTS: [DVec3; 7] = [

@@ -5,7 +5,7 @@ use super::error::{ShapeError, at_least, fits, positive};
 use super::irregular::Irregular;
 use super::noise::mean_edge_length;
 use super::polyhedra::{ICOSAHEDRON_FACES, icosahedron_corners};
-use crate::PolygonSoup;
+use crate::soup::PolygonSoup;
 use core::f64::consts::{PI, TAU};
 use glam::DVec3;
 use std::collections::HashMap;

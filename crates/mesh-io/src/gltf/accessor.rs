@@ -1,17 +1,26 @@
 //! The values of accessors, with every index checked.
 
+use super::schema::{Accessor, Root, Shape, SparsePart};
 use crate::error::{Location, ReadErrorKind};
-use gltf::json::accessor::{Accessor, ComponentType, Type};
-use gltf::json::validation::Checked;
-use gltf::json::{Index, Root, buffer::View};
-
-/// Values that no buffer backs may be this many, beside one per byte of the buffers.
-const FREE_ZEROS: u64 = 1 << 20;
+use std::rc::Rc;
 
 /// A document with the bytes of its buffers.
 pub(super) struct Document {
     pub root: Root,
-    pub buffers: Vec<Vec<u8>>,
+    pub buffers: Vec<Bytes>,
+}
+
+/// The bytes of a buffer: the first so many of a file, which buffers may share.
+#[derive(Clone, Default)]
+pub(super) struct Bytes {
+    pub all: Rc<Vec<u8>>,
+    pub length: usize,
+}
+
+impl Bytes {
+    fn get(&self) -> &[u8] {
+        self.all.get(..self.length).unwrap_or_default()
+    }
 }
 
 /// Where the values of an accessor are.
@@ -20,183 +29,181 @@ struct Source<'d> {
     stride: usize,
 }
 
+impl Source<'_> {
+    fn value(&self, index: usize, length: usize) -> &[u8] {
+        let start = index * self.stride;
+        self.bytes.get(start..start + length).unwrap_or_default()
+    }
+}
+
+/// The type of a component.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
 pub(super) fn at(path: &str) -> Location {
     Location::Json(path.to_owned())
 }
 
 /// The error for an index that leads nowhere.
-pub(super) fn no_such(path: &str, what: &str, index: usize, count: usize) -> ReadErrorKind {
+pub(super) fn no_such(path: &str, what: &str, index: u32, count: usize) -> ReadErrorKind {
     ReadErrorKind::malformed(at(path), format!("one of {count} {what}"), index.to_string())
 }
 
+/// The item of an index.
+pub(super) fn item<'d, T>(
+    all: &'d [T],
+    index: u32,
+    what: &str,
+    path: &str,
+) -> Result<&'d T, ReadErrorKind> {
+    all.get(index as usize).ok_or_else(|| no_such(path, what, index, all.len()))
+}
+
+/// The values of an accessor, known to be there.
+pub(super) struct Values<'d> {
+    /// What asks for them, for errors.
+    path: &'d str,
+    count: usize,
+    /// The bytes of a value.
+    length: usize,
+    kind: Kind,
+    normalized: bool,
+    /// Nothing where all are zero.
+    source: Option<Source<'d>>,
+    sparse: Option<SparseValues<'d>>,
+}
+
+/// Values that take the place of others.
+struct SparseValues<'d> {
+    count: usize,
+    kind: Kind,
+    indices: Source<'d>,
+    values: Source<'d>,
+}
+
 impl Document {
-    /// The number of bytes in all buffers.
-    pub(super) fn bytes(&self) -> u64 {
-        self.buffers.iter().map(|buffer| buffer.len() as u64).sum()
+    pub(super) fn accessor(&self, index: u32, path: &str) -> Result<&Accessor, ReadErrorKind> {
+        item(&self.root.accessors, index, "accessors", path)
     }
 
-    pub(super) fn accessor(
-        &self,
-        index: Index<Accessor>,
-        path: &str,
-    ) -> Result<&Accessor, ReadErrorKind> {
-        let all = &self.root.accessors;
-        all.get(index.value()).ok_or_else(|| no_such(path, "accessors", index.value(), all.len()))
+    /// The number of values of an accessor.
+    pub(super) fn count(&self, index: u32, path: &str) -> Result<u64, ReadErrorKind> {
+        Ok(self.accessor(index, path)?.count)
     }
 
     /// The bytes of a view, and the distance of its values when given.
     pub(super) fn view(
         &self,
-        index: Index<View>,
+        index: u32,
         path: &str,
     ) -> Result<(&[u8], Option<usize>), ReadErrorKind> {
-        let all = &self.root.buffer_views;
-        let view = all
-            .get(index.value())
-            .ok_or_else(|| no_such(path, "buffer views", index.value(), all.len()))?;
-        let buffer = self
-            .buffers
-            .get(view.buffer.value())
-            .ok_or_else(|| no_such(path, "buffers", view.buffer.value(), self.buffers.len()))?;
-        let start = view.byte_offset.unwrap_or_default().0;
+        let view = item(&self.root.buffer_views, index, "buffer views", path)?;
+        let buffer = item(&self.buffers, view.buffer, "buffers", path)?.get();
+        let here = || format!("bufferViews[{index}]");
+        if let Some(extension) = view.extensions.meshopt()
+            && buffer.is_empty()
+        {
+            return Err(ReadErrorKind::Unsupported {
+                at: at(&here()),
+                what: format!("the extension {extension} without other data"),
+                cure: "export the file without it",
+            });
+        }
+        let start = view.byte_offset;
         let bytes = usize::try_from(start)
             .ok()
-            .zip(usize::try_from(start.saturating_add(view.byte_length.0)).ok())
+            .zip(usize::try_from(start.saturating_add(view.byte_length)).ok())
             .and_then(|(start, end)| buffer.get(start..end));
         let bytes = bytes.ok_or_else(|| {
             let expected = format!("a view within the {} bytes of its buffer", buffer.len());
-            let found = format!("{} bytes from {start}", view.byte_length.0);
-            ReadErrorKind::malformed(
-                at(&format!("bufferViews[{}]", index.value())),
-                expected,
-                found,
-            )
+            let found = format!("{} bytes from {start}", view.byte_length);
+            ReadErrorKind::malformed(at(&here()), expected, found)
         })?;
-        Ok((bytes, view.byte_stride.map(|stride| stride.0)))
+        Ok((bytes, view.byte_stride.map(|stride| stride as usize)))
     }
 
-    /// The values of an accessor of `N` components as numbers, normalised if it says so; `fill`
-    /// stands for components that the accessor lacks.
-    pub(super) fn floats<const N: usize>(
-        &self,
-        index: Index<Accessor>,
-        path: &str,
+    /// The number of components of the values of an accessor.
+    pub(super) fn width(&self, index: u32, path: &str) -> Result<usize, ReadErrorKind> {
+        Ok(width(self.accessor(index, path)?.shape))
+    }
+
+    /// The values of an accessor of so many components.
+    ///
+    /// Takes no longer for many values than for few: those of a mesh are asked for before it is
+    /// known whether there is memory for it.
+    pub(super) fn values<'d>(
+        &'d self,
+        index: u32,
+        path: &'d str,
         widths: std::ops::RangeInclusive<usize>,
-        fill: f32,
-    ) -> Result<Vec<[f32; N]>, ReadErrorKind> {
+    ) -> Result<Values<'d>, ReadErrorKind> {
         let accessor = self.accessor(index, path)?;
-        let (kind, width) = layout(accessor, path)?;
+        let (kind, width) = (kind(accessor.component_type, path)?, width(accessor.shape));
         if !widths.contains(&width) {
+            let expected = format!("{} to {} components", widths.start(), widths.end());
             let found = format!("{width} components");
-            return Err(ReadErrorKind::malformed(
-                at(path),
-                format!("{} to {} components", widths.start(), widths.end()),
-                found,
-            ));
+            return Err(ReadErrorKind::malformed(at(path), expected, found));
         }
-        let mut values = Vec::new();
-        self.each(accessor, path, |index, bytes| {
-            let mut value = [fill; N];
-            for (component, bytes) in value.iter_mut().zip(bytes.chunks_exact(size(kind))) {
-                *component = decode(bytes, kind, accessor.normalized) as f32;
+        let length = width * size(kind);
+        let count = usize::try_from(accessor.count)
+            .map_err(|_| ReadErrorKind::from(mesh_core::soup::TooManyCorners))?;
+        let source = accessor
+            .buffer_view
+            .map(|view| self.source(view, accessor.byte_offset, count, length, path))
+            .transpose()?;
+        let sparse = accessor.sparse.as_ref().map(|sparse| {
+            if sparse.count > accessor.count {
+                let expected = format!("no more than {count} sparse values");
+                return Err(ReadErrorKind::malformed(at(path), expected, sparse.count.to_string()));
             }
-            match values.get_mut(index) {
-                Some(slot) => *slot = value,
-                None => values.push(value),
-            }
-        })?;
-        Ok(values)
+            let (from, to): (&SparsePart, &SparsePart) = (&sparse.indices, &sparse.values);
+            let kind = self::kind(from.component_type, path)?;
+            let sparse_count = sparse.count as usize;
+            let of = |part: &SparsePart, length| {
+                self.source(part.buffer_view, part.byte_offset, sparse_count, length, path)
+            };
+            let (indices, values) = (of(from, size(kind))?, of(to, length)?);
+            Ok(SparseValues { count: sparse_count, kind, indices, values })
+        });
+        let sparse = sparse.transpose()?;
+        Ok(Values { path, count, length, kind, normalized: accessor.normalized, source, sparse })
     }
 
     /// The values of an accessor of indices.
-    pub(super) fn indices(
-        &self,
-        index: Index<Accessor>,
-        path: &str,
-    ) -> Result<Vec<u32>, ReadErrorKind> {
-        let accessor = self.accessor(index, path)?;
-        let (kind, width) = layout(accessor, path)?;
-        let integer = matches!(kind, ComponentType::U8 | ComponentType::U16 | ComponentType::U32);
-        if width != 1 || !integer {
-            return Err(ReadErrorKind::malformed(
-                at(path),
-                "unsigned integers",
-                format!("{kind:?}"),
-            ));
+    pub(super) fn indices(&self, index: u32, path: &str) -> Result<Vec<u32>, ReadErrorKind> {
+        let values = self.values(index, path, 1..=1)?;
+        if !matches!(values.kind, Kind::U8 | Kind::U16 | Kind::U32) {
+            let found = format!("{:?}", values.kind);
+            return Err(ReadErrorKind::malformed(at(path), "unsigned integers", found));
         }
-        let mut values = Vec::new();
-        self.each(accessor, path, |index, bytes| {
-            let value = decode(bytes, kind, false) as u32;
-            match values.get_mut(index) {
-                Some(slot) => *slot = value,
-                None => values.push(value),
+        let mut indices = vec![0; values.count];
+        values.each_bytes(|index, bytes| {
+            if let Some(slot) = indices.get_mut(index) {
+                *slot = decode(bytes, values.kind, false) as u32;
             }
         })?;
-        Ok(values)
-    }
-
-    /// Calls `put` with the bytes of every value in order, then with those that a sparse accessor
-    /// replaces.
-    fn each(
-        &self,
-        accessor: &Accessor,
-        path: &str,
-        mut put: impl FnMut(usize, &[u8]),
-    ) -> Result<(), ReadErrorKind> {
-        let (kind, width) = layout(accessor, path)?;
-        let length = width * size(kind);
-        let count = accessor.count.0;
-        if let Some(view) = accessor.buffer_view {
-            let offset = accessor.byte_offset.unwrap_or_default().0;
-            let source = self.source(view, offset, count, length, path)?;
-            for index in 0..count as usize {
-                let start = index * source.stride;
-                put(index, source.bytes.get(start..start + length).unwrap_or_default());
-            }
-        } else {
-            let limit = FREE_ZEROS + self.bytes();
-            if count > limit {
-                let expected = format!("no more than {limit} values without a buffer view");
-                return Err(ReadErrorKind::malformed(at(path), expected, count.to_string()));
-            }
-            let zeros = [0; 64];
-            for index in 0..count as usize {
-                put(index, zeros.get(..length).unwrap_or_default());
-            }
-        }
-        let Some(sparse) = &accessor.sparse else { return Ok(()) };
-        let Checked::Valid(index_kind) = sparse.indices.component_type else {
-            return Err(ReadErrorKind::malformed(at(path), "a type of sparse indices", "another"));
-        };
-        let (sparse_count, width) = (sparse.count.0, size(index_kind.0));
-        let (from, to) = (&sparse.indices, &sparse.values);
-        let indices =
-            self.source(from.buffer_view, from.byte_offset.0, sparse_count, width, path)?;
-        let values = self.source(to.buffer_view, to.byte_offset.0, sparse_count, length, path)?;
-        for place in 0..sparse_count as usize {
-            let bytes = &indices.bytes[place * indices.stride..][..width];
-            let index = decode(bytes, index_kind.0, false) as u64;
-            if index >= count {
-                let expected = format!("sparse indices below {count}");
-                return Err(ReadErrorKind::malformed(at(path), expected, index.to_string()));
-            }
-            put(index as usize, &values.bytes[place * values.stride..][..length]);
-        }
-        Ok(())
+        Ok(indices)
     }
 
     /// The bytes of `count` values of `length` bytes each, known to be there.
     fn source(
         &self,
-        view: Index<View>,
+        view: u32,
         offset: u64,
-        count: u64,
+        count: usize,
         length: usize,
         path: &str,
     ) -> Result<Source<'_>, ReadErrorKind> {
         let (bytes, stride) = self.view(view, path)?;
         let stride = stride.unwrap_or(length);
-        let span = count.saturating_sub(1).saturating_mul(stride as u64);
+        let span = (count as u64).saturating_sub(1).saturating_mul(stride as u64);
         let end = offset.saturating_add(span).saturating_add(length as u64);
         if stride < length || (count > 0 && end > bytes.len() as u64) {
             let expected =
@@ -209,43 +216,112 @@ impl Document {
     }
 }
 
-/// The type and number of the components of a value.
-fn layout(accessor: &Accessor, path: &str) -> Result<(ComponentType, usize), ReadErrorKind> {
-    let (Checked::Valid(kind), Checked::Valid(shape)) = (accessor.component_type, accessor.type_)
-    else {
-        return Err(ReadErrorKind::malformed(at(path), "a known type of values", "another"));
-    };
-    let width = match shape {
-        Type::Scalar => 1,
-        Type::Vec2 => 2,
-        Type::Vec3 => 3,
-        Type::Vec4 | Type::Mat2 => 4,
-        Type::Mat3 => 9,
-        Type::Mat4 => 16,
-    };
-    Ok((kind.0, width))
+impl Values<'_> {
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Whether no buffer says anything about the values.
+    pub(super) fn is_nothing(&self) -> bool {
+        self.source.is_none() && self.sparse.is_none() && self.count > 0
+    }
+
+    /// Calls `put` with the place and the components of every value, normalised if the accessor says
+    /// so; `fill` stands for components that it lacks.
+    pub(super) fn each<const N: usize>(
+        &self,
+        fill: f32,
+        mut put: impl FnMut(usize, [f32; N]),
+    ) -> Result<(), ReadErrorKind> {
+        self.each_bytes(|index, bytes| {
+            let mut value = [fill; N];
+            for (component, bytes) in value.iter_mut().zip(bytes.chunks_exact(size(self.kind))) {
+                *component = decode(bytes, self.kind, self.normalized) as f32;
+            }
+            put(index, value);
+        })
+    }
+
+    pub(super) fn to_vec<const N: usize>(&self, fill: f32) -> Result<Vec<[f32; N]>, ReadErrorKind> {
+        let mut values = vec![[fill; N]; self.count];
+        self.each(fill, |index, value| {
+            if let Some(slot) = values.get_mut(index) {
+                *slot = value;
+            }
+        })?;
+        Ok(values)
+    }
+
+    /// Calls `put` with the bytes of every value in order, then with those that take the place of
+    /// others.
+    fn each_bytes(&self, mut put: impl FnMut(usize, &[u8])) -> Result<(), ReadErrorKind> {
+        let zeros = [0; 64];
+        for index in 0..self.count {
+            put(
+                index,
+                match &self.source {
+                    Some(source) => source.value(index, self.length),
+                    None => zeros.get(..self.length).unwrap_or_default(),
+                },
+            );
+        }
+        let Some(sparse) = &self.sparse else { return Ok(()) };
+        for place in 0..sparse.count {
+            let index = sparse.indices.value(place, size(sparse.kind));
+            let index = decode(index, sparse.kind, false);
+            if !(index >= 0.0 && index < self.count as f64) {
+                let expected = format!("sparse indices below {}", self.count);
+                let (at, found) = (at(self.path), index.to_string());
+                return Err(ReadErrorKind::malformed(at, expected, found));
+            }
+            put(index as usize, sparse.values.value(place, self.length));
+        }
+        Ok(())
+    }
 }
 
-fn size(kind: ComponentType) -> usize {
+fn kind(component_type: u32, path: &str) -> Result<Kind, ReadErrorKind> {
+    Ok(match component_type {
+        5120 => Kind::I8,
+        5121 => Kind::U8,
+        5122 => Kind::I16,
+        5123 => Kind::U16,
+        5125 => Kind::U32,
+        5126 => Kind::F32,
+        other => {
+            let expected = "a component type from 5120 to 5126";
+            return Err(ReadErrorKind::malformed(at(path), expected, other.to_string()));
+        }
+    })
+}
+
+fn width(shape: Shape) -> usize {
+    match shape {
+        Shape::Scalar => 1,
+        Shape::Vec2 => 2,
+        Shape::Vec3 => 3,
+        Shape::Vec4 | Shape::Mat2 => 4,
+        Shape::Mat3 => 9,
+        Shape::Mat4 => 16,
+    }
+}
+
+fn size(kind: Kind) -> usize {
     match kind {
-        ComponentType::I8 | ComponentType::U8 => 1,
-        ComponentType::I16 | ComponentType::U16 => 2,
-        ComponentType::U32 | ComponentType::F32 => 4,
+        Kind::I8 | Kind::U8 => 1,
+        Kind::I16 | Kind::U16 => 2,
+        Kind::U32 | Kind::F32 => 4,
     }
 }
 
 /// A component; normalised integers become -1 to 1 or 0 to 1.
-fn decode(bytes: &[u8], kind: ComponentType, normalized: bool) -> f64 {
+fn decode(bytes: &[u8], kind: Kind, normalized: bool) -> f64 {
     let (value, full) = match (kind, bytes) {
-        (ComponentType::I8, &[b]) => (f64::from(b as i8), f64::from(i8::MAX)),
-        (ComponentType::U8, &[b]) => (f64::from(b), f64::from(u8::MAX)),
-        (ComponentType::I16, &[a, b]) => {
-            (f64::from(i16::from_le_bytes([a, b])), f64::from(i16::MAX))
-        }
-        (ComponentType::U16, &[a, b]) => {
-            (f64::from(u16::from_le_bytes([a, b])), f64::from(u16::MAX))
-        }
-        (ComponentType::U32, &[a, b, c, d]) => {
+        (Kind::I8, &[b]) => (f64::from(b as i8), f64::from(i8::MAX)),
+        (Kind::U8, &[b]) => (f64::from(b), f64::from(u8::MAX)),
+        (Kind::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])), f64::from(i16::MAX)),
+        (Kind::U16, &[a, b]) => (f64::from(u16::from_le_bytes([a, b])), f64::from(u16::MAX)),
+        (Kind::U32, &[a, b, c, d]) => {
             (f64::from(u32::from_le_bytes([a, b, c, d])), f64::from(u32::MAX))
         }
         (_, &[a, b, c, d]) => return f64::from(f32::from_le_bytes([a, b, c, d])),

@@ -1,13 +1,18 @@
 //! The binary container, and the buffers of a document.
 
-use crate::error::{Location, ReadErrorKind, quote};
+use super::accessor::Bytes;
+use super::schema::Root;
+use crate::error::{Location, ReadErrorKind};
+use crate::external::{Files, open};
 use crate::input::Input;
+use crate::text::quote;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use gltf::json::Root;
-use std::fs::File;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::io::Read;
-use std::path::Path;
+use std::path::PathBuf;
+use std::rc::Rc;
 
 /// The JSON text and the binary chunk.
 pub(super) fn read(input: &mut Input<'_>) -> Result<(Vec<u8>, Option<Vec<u8>>), ReadErrorKind> {
@@ -50,30 +55,125 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<(Vec<u8>, Option<Vec<u8>>), 
 pub(super) fn buffers(
     root: &Root,
     mut binary: Option<Vec<u8>>,
-    folder: Option<&Path>,
-) -> Result<Vec<Vec<u8>>, ReadErrorKind> {
-    let load = |(index, buffer): (usize, &gltf::json::Buffer)| {
-        let at = Location::Json(format!("buffers[{index}]"));
-        let length = buffer.byte_length.0;
-        let mut bytes = match &buffer.uri {
-            Some(uri) => resource(uri, length, folder, &at)?,
-            None if index == 0 => binary.take().unwrap_or_default(),
-            None => Vec::new(),
+    files: &Files<'_>,
+    input: &mut Input<'_>,
+) -> Result<Vec<Bytes>, ReadErrorKind> {
+    let mut others = Others::find(root, files)?;
+    let load = |(index, buffer): (usize, &super::schema::Buffer)| {
+        let at = place(index);
+        let all = match &buffer.uri {
+            Some(uri) => match data_uri(uri) {
+                Some((_, bytes)) => {
+                    let bytes = bytes
+                        .map_err(|why| ReadErrorKind::malformed(at.clone(), "base64 data", why))?;
+                    input.spend(bytes.len() as u64, || at.clone())?;
+                    Rc::new(bytes)
+                }
+                None => others.bytes(uri, input, &at)?,
+            },
+            None if index == 0 => Rc::new(binary.take().unwrap_or_default()),
+            None => Rc::default(),
         };
-        if (bytes.len() as u64) < length {
-            let found = format!("{} bytes", bytes.len());
-            return Err(ReadErrorKind::malformed(at, format!("{length} bytes"), found));
+        // A buffer that stands for compressed data need not be there until it is used.
+        if all.is_empty() && buffer.extensions.meshopt().is_some() {
+            return Ok(Bytes::default());
+        }
+        if (all.len() as u64) < buffer.byte_length {
+            let (expected, found) = (buffer.byte_length, all.len());
+            let (expected, found) = (format!("{expected} bytes"), format!("{found} bytes"));
+            return Err(ReadErrorKind::malformed(at, expected, found));
         }
         // The binary chunk is padded.
-        bytes.truncate(length as usize);
-        Ok(bytes)
+        Ok(Bytes { all, length: buffer.byte_length as usize })
     };
     root.buffers.iter().enumerate().map(load).collect()
 }
 
+fn place(buffer: usize) -> Location {
+    Location::Json(format!("buffers[{buffer}]"))
+}
+
+/// The files that buffers are in, each read once, and no further than any buffer reaches.
+struct Others<'d> {
+    /// Which of the files a name in the document means.
+    names: HashMap<&'d str, usize>,
+    files: Vec<OtherFile>,
+}
+
+struct OtherFile {
+    path: PathBuf,
+    length: u64,
+    bytes: Option<Rc<Vec<u8>>>,
+}
+
+impl<'d> Others<'d> {
+    fn find(root: &'d Root, files: &Files<'_>) -> Result<Self, ReadErrorKind> {
+        let mut all = Self { names: HashMap::new(), files: Vec::new() };
+        let mut places: HashMap<PathBuf, usize> = HashMap::new();
+        for (index, buffer) in root.buffers.iter().enumerate() {
+            let Some(uri) = buffer.uri.as_deref().filter(|uri| data_uri_parts(uri).is_none())
+            else {
+                continue;
+            };
+            let file = match all.names.entry(uri) {
+                Entry::Occupied(known) => *known.get(),
+                Entry::Vacant(new) => {
+                    // What the name means is decided before anything is asked about it.
+                    let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
+                    let path = files
+                        .resolve(&name)
+                        .map_err(|reason| missing(uri, reason, &place(index)))?;
+                    let place = *places.entry(path.clone()).or_insert_with(|| {
+                        all.files.push(OtherFile { path, length: 0, bytes: None });
+                        all.files.len() - 1
+                    });
+                    *new.insert(place)
+                }
+            };
+            if let Some(file) = all.files.get_mut(file) {
+                file.length = file.length.max(buffer.byte_length);
+            }
+        }
+        Ok(all)
+    }
+
+    fn bytes(
+        &mut self,
+        uri: &str,
+        input: &mut Input<'_>,
+        at: &Location,
+    ) -> Result<Rc<Vec<u8>>, ReadErrorKind> {
+        let file = self.names.get(uri).and_then(|&file| self.files.get_mut(file));
+        let Some(OtherFile { path, length, bytes }) = file else { return Ok(Rc::default()) };
+        if let Some(bytes) = bytes {
+            return Ok(Rc::clone(bytes));
+        }
+        let (file, size) = open(path).map_err(|reason| missing(uri, reason, at))?;
+        let wanted = size.min(*length);
+        input.add_file(wanted);
+        input.spend(wanted, || at.clone())?;
+        let mut all = Vec::with_capacity(wanted as usize);
+        let read = file.take(wanted).read_to_end(&mut all);
+        read.map_err(|error| missing(uri, error.to_string(), at))?;
+        let all = Rc::new(all);
+        *bytes = Some(Rc::clone(&all));
+        Ok(all)
+    }
+}
+
+fn missing(uri: &str, reason: String, at: &Location) -> ReadErrorKind {
+    let uri = uri.chars().take(200).collect();
+    ReadErrorKind::MissingResource { at: at.clone(), uri, reason }
+}
+
+/// What is before and after the comma of a data URI.
+fn data_uri_parts(uri: &str) -> Option<(&str, &str)> {
+    uri.strip_prefix("data:")?.split_once(',')
+}
+
 /// The bytes of a data URI, if this is one with a known encoding, and its media type.
 pub(super) fn data_uri(uri: &str) -> Option<(String, Result<Vec<u8>, String>)> {
-    let (head, data) = uri.strip_prefix("data:")?.split_once(',')?;
+    let (head, data) = data_uri_parts(uri)?;
     match head.strip_suffix(";base64") {
         Some(media_type) => {
             let bytes = STANDARD.decode(data.as_bytes()).map_err(|error| error.to_string());
@@ -84,33 +184,4 @@ pub(super) fn data_uri(uri: &str) -> Option<(String, Result<Vec<u8>, String>)> {
             Some((head.to_owned(), Ok(bytes)))
         }
     }
-}
-
-fn resource(
-    uri: &str,
-    length: u64,
-    folder: Option<&Path>,
-    at: &Location,
-) -> Result<Vec<u8>, ReadErrorKind> {
-    if let Some((_, bytes)) = data_uri(uri) {
-        return bytes.map_err(|why| ReadErrorKind::malformed(at.clone(), "base64 data", why));
-    }
-    let missing = |reason: String| ReadErrorKind::MissingResource {
-        at: at.clone(),
-        uri: uri.chars().take(200).collect(),
-        reason,
-    };
-    let folder = folder.ok_or_else(|| missing("the folder is not known".to_owned()))?;
-    if uri.contains(':') || uri.starts_with('/') {
-        return Err(missing("it is not relative to the folder of the document".to_owned()));
-    }
-    let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-    let file =
-        File::open(folder.join(name.as_ref())).map_err(|error| missing(error.to_string()))?;
-    if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-        return Err(missing("it is not a file".to_owned()));
-    }
-    let mut bytes = Vec::new();
-    file.take(length).read_to_end(&mut bytes).map_err(|error| missing(error.to_string()))?;
-    Ok(bytes)
 }

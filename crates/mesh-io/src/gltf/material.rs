@@ -1,68 +1,167 @@
 //! Materials and images.
 
-use super::accessor::Document;
+use super::accessor::{Document, at};
 use super::container::data_uri;
+use super::schema::{self, AlphaMode, TextureInfo};
+use crate::error::ReadErrorKind;
+use crate::input::Input;
+use crate::notes::Notes;
 use crate::{Alpha, Image, ImageData, Material, Model};
-use gltf::json::material::AlphaMode;
-use gltf::json::validation::Checked;
+use percent_encoding::percent_decode_str;
+use std::collections::HashMap;
 
-/// Takes the materials and images of a document; what cannot be read of them is noted.
-pub(super) fn read(document: &Document, model: &mut Model) {
-    let root = &document.root;
-    for (index, image) in root.images.iter().enumerate() {
-        let media_type = image.mime_type.as_ref().map(|kind| kind.0.clone()).unwrap_or_default();
+/// Takes the materials and images of a document; what cannot be read of them is noted. Returns, for
+/// every material, the texture that its texture coordinates are for.
+pub(super) fn read(
+    document: &Document,
+    model: &mut Model,
+    notes: &mut Notes,
+    input: &mut Input<'_>,
+) -> Result<Vec<Option<TextureInfo>>, ReadErrorKind> {
+    let images = read_images(document, model, notes, input)?;
+    let materials = &document.root.materials;
+    let each = (size_of::<Material>() + size_of::<Option<TextureInfo>>() + 16) as u64;
+    input.spend(each * materials.len() as u64, || at("materials"))?;
+    model.materials.reserve_exact(materials.len());
+    let mut textures = Vec::with_capacity(materials.len());
+    for (index, material) in materials.iter().enumerate() {
+        let (material, texture) = read_material(document, material, &images, index, notes);
+        model.materials.push(material);
+        textures.push(texture);
+    }
+    Ok(textures)
+}
+
+/// Takes the images; where in the model each image of the document is. The bytes of a buffer are one
+/// image, however many images of the document they are.
+fn read_images(
+    document: &Document,
+    model: &mut Model,
+    notes: &mut Notes,
+    input: &mut Input<'_>,
+) -> Result<Vec<u32>, ReadErrorKind> {
+    let images = &document.root.images;
+    input.spend(2 * (size_of::<Image>() + 64) as u64 * images.len() as u64, || at("images"))?;
+    let mut places = Vec::with_capacity(images.len());
+    let mut known = HashMap::new();
+    model.images.reserve_exact(images.len());
+    for (index, image) in images.iter().enumerate() {
+        let path = format!("images[{index}]");
+        let here = model.images.len() as u32;
+        let text = |text: &Option<Box<str>>| text.as_deref().unwrap_or_default().to_owned();
         let (media_type, data) = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => match data_uri(uri) {
                 Some((kind, Ok(bytes))) => (kind, ImageData::Bytes(bytes)),
                 Some((kind, Err(why))) => {
-                    model.notes.push(format!("images[{index}]: {why}"));
+                    notes.add(format!("{path}: {why}"));
                     (kind, ImageData::Bytes(Vec::new()))
                 }
-                None => (media_type, ImageData::Uri(uri.clone())),
+                None => (text(&image.mime_type), ImageData::Uri(plain_name(uri))),
             },
             (None, view) => {
-                let path = format!("images[{index}].bufferView");
-                let bytes = view.and_then(|view| document.view(view, &path).ok());
-                if bytes.is_none() {
-                    model.notes.push(format!("{path}: the image is not there"));
-                }
-                let bytes = bytes.map(|(bytes, _)| bytes.to_vec()).unwrap_or_default();
-                (media_type, ImageData::Bytes(bytes))
+                let path = format!("{path}.bufferView");
+                let bytes = view.and_then(|view| Some((view, document.view(view, &path).ok()?.0)));
+                let bytes = match bytes {
+                    Some((view, bytes)) => {
+                        let place = document
+                            .root
+                            .buffer_views
+                            .get(view as usize)
+                            .map(|view| (view.buffer, view.byte_offset, view.byte_length));
+                        let place = *known.entry(place).or_insert(here);
+                        if place != here {
+                            places.push(place);
+                            continue;
+                        }
+                        input.spend(bytes.len() as u64, || at(&path))?;
+                        bytes.to_vec()
+                    }
+                    None => {
+                        notes.add(format!("{path}: the image is not there"));
+                        Vec::new()
+                    }
+                };
+                (text(&image.mime_type), ImageData::Bytes(bytes))
             }
         };
-        let name = image.name.clone().unwrap_or_default();
-        model.images.push(Image { name, media_type, data });
+        places.push(here);
+        model.images.push(Image { name: text(&image.name), media_type, data });
     }
-    for (index, material) in root.materials.iter().enumerate() {
-        let pbr = &material.pbr_metallic_roughness;
-        let image = pbr
-            .base_color_texture
-            .as_ref()
-            .and_then(|info| root.textures.get(info.index.value()))
-            .map(|texture| texture.source.value())
-            .filter(|&image| image < root.images.len());
-        if material.normal_texture.is_some()
-            || material.occlusion_texture.is_some()
-            || material.emissive_texture.is_some()
-            || pbr.metallic_roughness_texture.is_some()
-        {
-            model.notes.push(format!("materials[{index}]: only the base colour texture is kept"));
+    Ok(places)
+}
+
+/// The name of a file, which a document holds percent-encoded. An address of the net stays one.
+fn plain_name(uri: &str) -> String {
+    if uri.contains("://") {
+        return uri.to_owned();
+    }
+    percent_decode_str(uri).decode_utf8_lossy().replace('\\', "/")
+}
+
+fn read_material(
+    document: &Document,
+    material: &schema::Material,
+    images: &[u32],
+    index: usize,
+    notes: &mut Notes,
+) -> (Material, Option<TextureInfo>) {
+    let path = format!("materials[{index}]");
+    let default = schema::Pbr::default();
+    let pbr = material.pbr_metallic_roughness.as_deref().unwrap_or(&default);
+    let (mut color, mut texture) = (pbr.base_color_factor, pbr.base_color_texture.clone());
+    if let Some(other) = &material.extensions.specular_glossiness {
+        notes.add(format!(
+            "{path}: only the diffuse colour and texture are kept of its specular-glossiness"
+        ));
+        // Written beside it for readers that do not know the extension, the other model wins.
+        if material.pbr_metallic_roughness.is_none() {
+            (color, texture) = (other.diffuse_factor, other.diffuse_texture.clone());
         }
-        model.materials.push(Material {
-            name: material.name.clone().unwrap_or_default(),
-            base_color: pbr.base_color_factor.0,
-            base_color_image: image.map(|image| image as u32),
-            metallic: pbr.metallic_factor.0,
-            roughness: pbr.roughness_factor.0,
-            emissive: material.emissive_factor.0,
-            double_sided: material.double_sided,
-            alpha: match material.alpha_mode {
-                Checked::Valid(AlphaMode::Mask) => {
-                    Alpha::Mask(material.alpha_cutoff.map_or(0.5, |cutoff| cutoff.0))
-                }
-                Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
-                _ => Alpha::Opaque,
-            },
+    }
+    if material.normal_texture
+        || material.occlusion_texture
+        || material.emissive_texture
+        || pbr.metallic_roughness_texture
+    {
+        notes.add(format!("{path}: only the base colour texture is kept"));
+    }
+    let image = texture.as_ref().and_then(|info| image_of(document, info, images, notes));
+    let read = Material {
+        name: material.name.as_deref().unwrap_or_default().to_owned(),
+        base_color: color,
+        base_color_image: image,
+        metallic: pbr.metallic_factor,
+        roughness: pbr.roughness_factor,
+        emissive: material.emissive_factor,
+        double_sided: material.double_sided,
+        alpha: match material.alpha_mode {
+            AlphaMode::Mask => Alpha::Mask(material.alpha_cutoff.unwrap_or(0.5)),
+            AlphaMode::Blend => Alpha::Blend,
+            AlphaMode::Opaque => Alpha::Opaque,
+        },
+    };
+    (read, texture)
+}
+
+/// The image of a texture in a format that every reader knows, or a note that there is none.
+fn image_of(
+    document: &Document,
+    info: &TextureInfo,
+    images: &[u32],
+    notes: &mut Notes,
+) -> Option<u32> {
+    let path = format!("textures[{}]", info.index);
+    let Some(texture) = document.root.textures.get(info.index as usize) else {
+        notes.add(format!("{path}: there is no such texture"));
+        return None;
+    };
+    let image = texture.source.and_then(|source| images.get(source as usize).copied());
+    if image.is_none() {
+        notes.add(match (&texture.extensions.webp, &texture.extensions.basis) {
+            (true, _) => format!("{path}: left out, since it is there as WebP only"),
+            (_, true) => format!("{path}: left out, since it is there as Basis (KTX2) only"),
+            _ => format!("{path}: left out, since it has no image"),
         });
     }
+    image
 }

@@ -1,14 +1,17 @@
 //! glTF 2.0, as JSON or in its binary container.
 //!
-//! The `gltf` crate deserialises the document. Its own validation and its accessor iterators
-//! panic on indices and counts out of range, so that documents are taken apart here with every
-//! index checked where it is followed.
+//! What is read of a document is in [`schema`]; every index is checked where it is followed. The
+//! whole scene is planned before any of it is read, so that its size is known. Writing takes the
+//! types of the `gltf` crate, which know how documents look, but not those of its accessors, which
+//! panic on indices and counts out of range.
 
 mod accessor;
 mod container;
 mod material;
+mod plan;
 mod read;
 mod scene;
+mod schema;
 mod write;
 
 pub(crate) use read::read;

@@ -1,309 +1,310 @@
 //! Reading glTF.
 
 use super::accessor::{Document, at, no_such};
-use super::scene::{Instance, instances};
+use super::plan::{FAN, MeshPlan, Part, Plan, STRIP, VertexSet, path_of};
+use super::scene::{Placed, each_placed, transforms};
+use super::schema::{LARGEST, Mesh, Root, TextureTransform};
 use super::{container, material};
+use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
+use crate::external::Files;
 use crate::input::Input;
+use crate::notes::Notes;
+use crate::text::quote;
 use crate::{Group, Model, Scalars};
-use glam::{DMat3, DVec3};
-use gltf::json::mesh::{Mode, Primitive, Semantic};
-use gltf::json::validation::Checked;
-use gltf::json::{Index, Root, accessor::Accessor};
-use std::path::Path;
+use glam::{DMat3, DMat4, DVec3};
+use mesh_core::PolygonSoup;
+use mesh_core::soup::TooManyCorners;
 
-/// A scene may grow to this many values, and some more per byte of the file, by instancing.
-const MOST_VALUES: u64 = 1 << 20;
-const MOST_VALUES_PER_BYTE: u64 = 64;
-
-pub(crate) fn read(input: &mut Input<'_>, folder: Option<&Path>) -> Result<Model, ReadErrorKind> {
+pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
     let (json, binary) = container::read(input)?;
-    let root: Root = gltf::json::deserialize::from_slice(&json).map_err(|error| {
+    // The lists of the document grow; strings are in it once more.
+    let braces = json.iter().filter(|&&byte| byte == b'{').count() as u64;
+    input.spend(3 * json.len() as u64 + GROWING * LARGEST * braces, || at("the document"))?;
+    let root: Root = serde_json::from_slice(&json).map_err(|error| {
         let at = Location::Line(error.line() as u64);
         ReadErrorKind::malformed(at, "a glTF document", error.to_string())
     })?;
     drop(json);
     check_extensions(&root)?;
-    let buffers = container::buffers(&root, binary, folder)?;
-    let mut reader = Reader {
-        budget: MOST_VALUES + MOST_VALUES_PER_BYTE * input.offset(),
-        document: Document { root, buffers },
-        model: Model::default(),
-    };
-    material::read(&reader.document, &mut reader.model);
-    for instance in instances(&reader.document.root)? {
-        reader.instance(&instance)?;
+    let buffers = container::buffers(&root, binary, files, input)?;
+    let document = Document { root, buffers };
+    let mut notes = Notes::default();
+    let mut model = Model::default();
+    let textures = material::read(&document, &mut model, &mut notes, input)?;
+    let plan = Plan::of(&document, &textures, &mut notes)?;
+    input.spend(plan.bytes(), || at("the scene"))?;
+    if !document.root.animations.is_empty() {
+        notes.add("ignored the animations");
     }
-    Ok(reader.finish())
+    let mut reader = Reader::new(&document, &plan, model)?;
+    each_placed(&document.root, |placed| reader.place(placed))?;
+    let mut model = reader.finish();
+    model.notes = notes.finish();
+    Ok(model)
 }
 
 /// Extensions that change nothing but the looks, or that are read here.
 fn check_extensions(root: &Root) -> Result<(), ReadErrorKind> {
-    let harmless = |name: &str| {
-        name.starts_with("KHR_materials_")
-            || ["KHR_mesh_quantization", "KHR_texture_transform", "KHR_lights_punctual"]
-                .contains(&name)
-    };
-    match root.extensions_required.iter().position(|name| !harmless(name)) {
+    const HARMLESS: [&str; 6] = [
+        "KHR_mesh_quantization",
+        "KHR_texture_transform",
+        "KHR_lights_punctual",
+        "EXT_mesh_gpu_instancing",
+        "EXT_texture_webp",
+        "KHR_texture_basisu",
+    ];
+    let required = root.extensions_required.iter().enumerate();
+    let harmless = |name: &str| name.starts_with("KHR_materials_") || HARMLESS.contains(&name);
+    match required.into_iter().find(|(_, name)| !harmless(name)) {
         None => Ok(()),
-        Some(index) => Err(ReadErrorKind::Unsupported {
+        Some((index, name)) => Err(ReadErrorKind::Unsupported {
             at: at(&format!("extensionsRequired[{index}]")),
-            what: format!("the extension {}", root.extensions_required[index]),
+            what: format!("the extension {}", quote(name.as_bytes())),
             cure: "export the file without it",
         }),
     }
 }
 
-struct Reader {
-    document: Document,
+/// Fills the model, whose size the plan has told.
+struct Reader<'d> {
+    document: &'d Document,
+    plan: &'d Plan,
     model: Model,
-    /// How many more vertices and corners may be read.
-    budget: u64,
+    /// Of the size that they will have; full up to `vertex`.
+    positions: Vec<DVec3>,
+    vertex: usize,
 }
 
-/// The accessors of the vertices of a primitive, and where they are in the model.
-struct Vertices {
-    attributes: Vec<(Checked<Semantic>, usize)>,
-    base: u32,
-    count: usize,
-    normals: Option<Vec<[f32; 3]>>,
-    uvs: Option<Vec<[f32; 2]>>,
-}
+impl<'d> Reader<'d> {
+    fn new(
+        document: &'d Document,
+        plan: &'d Plan,
+        mut model: Model,
+    ) -> Result<Self, ReadErrorKind> {
+        let too_many = |_| TooManyCorners;
+        let vertices = u32::try_from(plan.vertices).map_err(too_many)? as usize;
+        let faces = u32::try_from(plan.faces.saturating_mul(3)).map_err(too_many)? as usize / 3;
+        let corners = 3 * faces;
+        model.soup = PolygonSoup::with_capacity(0, faces, corners);
+        model.vertex_colors = plan.has_colors.then(|| vec![[1.0; 4]; vertices]);
+        let scalars =
+            |name: &String| Scalars { name: name.clone(), values: vec![f64::NAN; vertices] };
+        model.vertex_scalars = plan.scalars.names().iter().map(scalars).collect();
+        model.corner_normals = plan.has_normals.then(|| Vec::with_capacity(corners));
+        model.corner_uvs = plan.has_uvs.then(|| Vec::with_capacity(corners));
+        model.face_materials = plan.has_materials.then(|| Vec::with_capacity(faces));
+        model.face_groups = (vertices > 0).then(|| Vec::with_capacity(faces));
+        Ok(Self { document, plan, model, positions: vec![DVec3::ZERO; vertices], vertex: 0 })
+    }
 
-impl Reader {
-    fn instance(&mut self, instance: &Instance) -> Result<(), ReadErrorKind> {
-        let meshes = &self.document.root.meshes;
-        let mesh = meshes.get(instance.mesh).ok_or_else(|| {
-            no_such(
-                &format!("nodes[{}].mesh", instance.node),
-                "meshes",
-                instance.mesh,
-                meshes.len(),
-            )
-        })?;
-        let primitives = mesh.primitives.clone();
-        let node = &self.document.root.nodes[instance.node];
-        let name = node.name.as_ref().or(mesh.name.as_ref()).cloned().unwrap_or_default();
-        let group = self.model.groups.len() as u32;
-        self.model.groups.push(Group { object: name, name: String::new() });
-        if node.skin.is_some() || primitives.iter().any(|p| p.targets.is_some()) {
-            self.model.notes.push(format!("meshes[{}]: read in its rest pose", instance.mesh));
+    fn place(&mut self, placed: &Placed<'_>) -> Result<(), ReadErrorKind> {
+        let (index, plan) = (placed.mesh as usize, self.plan);
+        let root = &self.document.root;
+        let (Some(mesh), Some(Some(mesh_plan))) = (root.meshes.get(index), plan.meshes.get(index))
+        else {
+            return Ok(());
+        };
+        if mesh_plan.sets.is_empty() {
+            return Ok(());
         }
-        // Primitives of one mesh that share their vertices share them in the model too.
-        let mut shared: Vec<Vertices> = Vec::new();
-        for (index, primitive) in primitives.iter().enumerate() {
-            let path = format!("meshes[{}].primitives[{index}]", instance.mesh);
-            let triangles = matches!(
-                primitive.mode,
-                Checked::Valid(Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)
-            );
-            if !triangles {
-                self.model.notes.push(format!("{path}: skipped points or lines"));
-                continue;
-            }
-            let key: Vec<_> =
-                primitive.attributes.iter().map(|(k, v)| (k.clone(), v.value())).collect();
-            let place = match shared.iter().position(|vertices| vertices.attributes == key) {
-                Some(place) => place,
-                None => {
-                    shared.push(self.vertices(primitive, key, instance, &path)?);
-                    shared.len() - 1
-                }
-            };
-            self.faces(primitive, &shared[place], instance, group, &path)?;
+        let transforms = transforms(self.document, placed)?;
+        if transforms.is_empty() {
+            return Ok(());
+        }
+        let name = placed.node.name.as_ref().or(mesh.name.as_ref());
+        let object = name.map(ToString::to_string).unwrap_or_default();
+        self.model.groups.push(Group { object, name: String::new() });
+        let document = self.document;
+        let uvs: Result<Vec<_>, ReadErrorKind> = mesh_plan
+            .uvs
+            .iter()
+            .map(|&uvs| document.values(uvs, "TEXCOORD", 2..=2)?.to_vec::<2>(0.0))
+            .collect();
+        let uvs = uvs?;
+        let instance = Instance { placed, mesh, plan: mesh_plan, uvs: &uvs };
+        transforms.iter().try_for_each(|transform| self.instance(&instance, transform))
+    }
+
+    fn instance(
+        &mut self,
+        instance: &Instance<'_>,
+        transform: &DMat4,
+    ) -> Result<(), ReadErrorKind> {
+        let Instance { placed, plan, .. } = instance;
+        let mut bases = Vec::with_capacity(plan.sets.len());
+        let mut normals = Vec::with_capacity(plan.sets.len());
+        for set in &plan.sets {
+            let path = path_of(placed.mesh, set.primitive);
+            bases.push(self.vertex as u32);
+            normals.push(self.vertices(set, transform, &path)?);
+        }
+        for part in &plan.parts {
+            let path = path_of(placed.mesh, part.primitive);
+            let normals = normals.get(part.set).and_then(Option::as_deref);
+            let base = bases.get(part.set).copied().unwrap_or_default();
+            self.faces(instance, part, transform, base, normals, &path)?;
         }
         Ok(())
     }
 
-    fn spend(&mut self, values: u64, path: &str) -> Result<(), ReadErrorKind> {
-        self.budget = self.budget.checked_sub(values).ok_or_else(|| {
-            let expected = "a scene that does not grow out of proportion by instancing";
-            ReadErrorKind::malformed(at(path), expected, format!("{values} more values"))
-        })?;
-        Ok(())
-    }
-
+    /// Takes the vertices of a primitive; their normals.
     fn vertices(
         &mut self,
-        primitive: &Primitive,
-        attributes: Vec<(Checked<Semantic>, usize)>,
-        instance: &Instance,
+        set: &VertexSet,
+        transform: &DMat4,
         path: &str,
-    ) -> Result<Vertices, ReadErrorKind> {
-        let document = &self.document;
-        let get = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).copied();
-        let position_path = format!("{path}.attributes.POSITION");
-        let position = get(Semantic::Positions).ok_or_else(|| {
-            ReadErrorKind::malformed(at(&position_path), "an accessor", "nothing")
+    ) -> Result<Option<Vec<[f32; 3]>>, ReadErrorKind> {
+        let document = self.document;
+        let range = self.vertex..self.vertex + set.count;
+        self.vertex = range.end;
+        let positions = self.positions.get_mut(range.clone()).unwrap_or_default();
+        document.values(set.positions, path, 3..=3)?.each(0.0, |index, p: [f32; 3]| {
+            if let Some(position) = positions.get_mut(index) {
+                *position = transform.transform_point3(DVec3::from(p.map(f64::from)));
+            }
         })?;
-        let count = document.accessor(position, &position_path)?.count.0;
-        self.spend(count, path)?;
-        let document = &self.document;
-        let positions = document.floats::<3>(position, &position_path, 3..=3, 0.0)?;
-        let same_count = |index: Index<Accessor>, name: &str| {
-            let path = format!("{path}.attributes.{name}");
-            let found = document.accessor(index, &path)?.count.0;
-            if found == count {
-                return Ok(path);
-            }
-            Err(ReadErrorKind::malformed(at(&path), format!("{count} values"), found.to_string()))
-        };
-        let mut normals = None;
-        if let Some(index) = get(Semantic::Normals) {
-            let path = same_count(index, "NORMAL")?;
-            let mut values = document.floats::<3>(index, &path, 3..=3, 0.0)?;
-            rotate_normals(&mut values, instance);
-            normals = Some(values);
-        }
-        let mut uvs = None;
-        if let Some(index) = get(Semantic::TexCoords(0)) {
-            let path = same_count(index, "TEXCOORD_0")?;
-            let mut values = document.floats::<2>(index, &path, 2..=2, 0.0)?;
-            // The origin is at the upper left.
-            values.iter_mut().for_each(|uv| uv[1] = 1.0 - uv[1]);
-            uvs = Some(values);
-        }
-        let mut colors = None;
-        if let Some(index) = get(Semantic::Colors(0)) {
-            let path = same_count(index, "COLOR_0")?;
-            colors = Some(document.floats::<4>(index, &path, 3..=4, 1.0)?);
-        }
-        let mut scalars = Vec::new();
-        for (semantic, &index) in &primitive.attributes {
-            if let Checked::Valid(Semantic::Extras(name)) = semantic {
-                let path = same_count(index, name)?;
-                if let Ok(values) = document.floats::<1>(index, &path, 1..=1, 0.0) {
-                    let values = values.iter().map(|&[value]| f64::from(value)).collect();
-                    scalars.push(Scalars { name: name.to_lowercase(), values });
+        if let (Some(accessor), Some(colors)) = (set.colors, &mut self.model.vertex_colors) {
+            let colors = colors.get_mut(range.clone()).unwrap_or_default();
+            document.values(accessor, path, 3..=4)?.each(1.0, |index, color: [f32; 4]| {
+                if let Some(slot) = colors.get_mut(index) {
+                    *slot = color;
                 }
-            }
+            })?;
         }
-        let base = self.model.soup.vertex_count();
-        self.append_vertices(&positions, instance, colors, scalars);
-        let base = u32::try_from(base).map_err(|_| mesh_core::soup::TooManyCorners)?;
-        Ok(Vertices { attributes, base, count: positions.len(), normals, uvs })
-    }
-
-    fn append_vertices(
-        &mut self,
-        positions: &[[f32; 3]],
-        instance: &Instance,
-        colors: Option<Vec<[f32; 4]>>,
-        scalars: Vec<Scalars>,
-    ) {
-        let before = self.model.soup.vertex_count();
-        self.model.soup.positions_mut().extend(
-            positions
-                .iter()
-                .map(|p| instance.transform.transform_point3(DVec3::from(p.map(f64::from)))),
-        );
-        let after = self.model.soup.vertex_count();
-        extend_padded(&mut self.model.vertex_colors, colors, before, after, [1.0; 4]);
-        for Scalars { name, values } in scalars {
-            if !self.model.vertex_scalars.iter().any(|s| s.name == name) {
-                self.model.vertex_scalars.push(Scalars { name: name.clone(), values: vec![] });
-            }
-            if let Some(s) = self.model.vertex_scalars.iter_mut().find(|s| s.name == name) {
-                s.values.resize(before, f64::NAN);
-                s.values.extend(values);
-            }
+        for &(column, accessor) in &set.scalars {
+            let column = self.model.vertex_scalars.get_mut(column as usize);
+            let column = column.and_then(|scalars| scalars.values.get_mut(range.clone()));
+            let column = column.unwrap_or_default();
+            document.values(accessor, path, 1..=1)?.each(0.0, |index, [value]: [f32; 1]| {
+                if let Some(slot) = column.get_mut(index) {
+                    *slot = f64::from(value);
+                }
+            })?;
         }
-        for s in &mut self.model.vertex_scalars {
-            s.values.resize(after, f64::NAN);
-        }
+        let Some(accessor) = set.normals else { return Ok(None) };
+        let mut normals = document.values(accessor, path, 3..=3)?.to_vec(0.0)?;
+        rotate_normals(&mut normals, transform);
+        Ok(Some(normals))
     }
 
     fn faces(
         &mut self,
-        primitive: &Primitive,
-        vertices: &Vertices,
-        instance: &Instance,
-        group: u32,
+        instance: &Instance<'_>,
+        part: &Part,
+        transform: &DMat4,
+        base: u32,
+        normals: Option<&[[f32; 3]]>,
         path: &str,
     ) -> Result<(), ReadErrorKind> {
+        let Some(primitive) = instance.mesh.primitives.get(part.primitive) else { return Ok(()) };
+        let count = instance.plan.sets.get(part.set).map_or(0, |set| set.count);
         let path = format!("{path}.indices");
         let indices = match primitive.indices {
-            Some(index) => {
-                self.spend(self.document.accessor(index, &path)?.count.0, &path)?;
-                self.document.indices(index, &path)?
-            }
-            None => (0..vertices.count as u32).collect(),
+            Some(index) => self.document.indices(index, &path)?,
+            None => (0..count as u32).collect(),
         };
-        if let Some(&index) = indices.iter().find(|&&index| index as usize >= vertices.count) {
-            return Err(no_such(&path, "vertices", index as usize, vertices.count));
+        if let Some(&index) = indices.iter().find(|&&index| index as usize >= count) {
+            return Err(no_such(&path, "vertices", index, count));
         }
-        if let Some(material) = primitive.material
-            && material.value() >= self.model.materials.len()
-        {
-            let count = self.model.materials.len();
-            return Err(no_such(
-                &path.replace("indices", "material"),
-                "materials",
-                material.value(),
-                count,
-            ));
-        }
-        let mirrored = DMat3::from_mat4(instance.transform).determinant() < 0.0;
-        let first_face = self.model.soup.face_count();
-        let first_corner = self.model.soup.corners().len();
-        let mut corners = Vec::with_capacity(indices.len());
-        let mut push = |mut triangle: [u32; 3]| {
+        let uvs = part.uvs.as_ref().and_then(|(place, transform)| {
+            Some((instance.uvs.get(*place)?.as_slice(), UvTransform::new(transform)))
+        });
+        let mirrored = DMat3::from_mat4(*transform).determinant() < 0.0;
+        let group = (self.model.groups.len() as u32).wrapping_sub(1);
+        let material = primitive.material.unwrap_or(Model::NONE);
+        let Model { soup, corner_uvs, corner_normals, face_groups, face_materials, .. } =
+            &mut self.model;
+        let mut push = |mut triangle: [u32; 3]| -> Result<(), TooManyCorners> {
             if mirrored {
                 triangle.swap(1, 2);
             }
-            corners.extend_from_slice(&triangle);
-            self.model.soup.push_face(&triangle.map(|index| vertices.base + index))
+            soup.push_face(&triangle.map(|index| base + index))?;
+            if let Some(all) = corner_uvs {
+                all.extend(triangle.map(|vertex| match &uvs {
+                    Some((uvs, transform)) => transform.apply(uvs[vertex as usize]),
+                    None => [f32::NAN; 2],
+                }));
+            }
+            if let Some(all) = corner_normals {
+                all.extend(triangle.map(|vertex| match normals {
+                    Some(normals) => normals[vertex as usize],
+                    None => [f32::NAN; 3],
+                }));
+            }
+            if let Some(all) = face_groups {
+                all.push(group);
+            }
+            if let Some(all) = face_materials {
+                all.push(material);
+            }
+            Ok(())
         };
         match primitive.mode {
-            Checked::Valid(Mode::TriangleStrip) => {
+            STRIP => {
                 for (place, &[a, b, c]) in indices.array_windows::<3>().enumerate() {
                     push(if place % 2 == 0 { [a, b, c] } else { [b, a, c] })?;
                 }
             }
-            Checked::Valid(Mode::TriangleFan) => {
+            FAN => {
                 for pair in indices.get(1..).unwrap_or_default().array_windows::<2>() {
                     push([indices[0], pair[0], pair[1]])?;
                 }
             }
             _ => indices.as_chunks::<3>().0.iter().try_for_each(|&triangle| push(triangle))?,
         }
-        let last_corner = self.model.soup.corners().len();
-        let pick = |index: &u32| *index as usize;
-        let uvs = vertices.uvs.as_ref().map(|uvs| corners.iter().map(|c| uvs[pick(c)]).collect());
-        extend_padded(&mut self.model.corner_uvs, uvs, first_corner, last_corner, [f32::NAN; 2]);
-        let normals =
-            vertices.normals.as_ref().map(|all| corners.iter().map(|c| all[pick(c)]).collect());
-        extend_padded(
-            &mut self.model.corner_normals,
-            normals,
-            first_corner,
-            last_corner,
-            [f32::NAN; 3],
-        );
-        let last_face = self.model.soup.face_count();
-        let material = primitive.material.map(|m| vec![m.value() as u32; last_face - first_face]);
-        extend_padded(&mut self.model.face_materials, material, first_face, last_face, Model::NONE);
-        self.model.face_groups.get_or_insert_default().resize(last_face, group);
         Ok(())
     }
 
     fn finish(mut self) -> Model {
+        *self.model.soup.positions_mut() = self.positions;
         let named = |group: &Group| !group.object.is_empty();
         if self.model.groups.len() <= 1 && !self.model.groups.iter().any(named) {
             self.model.groups.clear();
             self.model.face_groups = None;
         }
-        if !self.document.root.animations.is_empty() {
-            self.model.notes.push("ignored the animations".to_owned());
-        }
         self.model
+    }
+}
+
+/// A mesh where a node puts it.
+struct Instance<'d> {
+    placed: &'d Placed<'d>,
+    mesh: &'d Mesh,
+    plan: &'d MeshPlan,
+    /// The texture coordinates of the mesh.
+    uvs: &'d [Vec<[f32; 2]>],
+}
+
+/// Where a texture coordinate of the file is in a picture whose origin is at the lower left.
+struct UvTransform {
+    u: [f32; 3],
+    v: [f32; 3],
+}
+
+impl UvTransform {
+    /// Scaled, turned counter-clockwise as seen in the picture, and moved, as the extension
+    /// `KHR_texture_transform` says; its example shows which way is counter-clockwise.
+    fn new(transform: &TextureTransform) -> Self {
+        let TextureTransform { offset, rotation, scale, .. } = *transform;
+        let (sin, cos) = rotation.sin_cos();
+        Self {
+            u: [cos * scale[0], sin * scale[1], offset[0]],
+            v: [-sin * scale[0], cos * scale[1], offset[1]],
+        }
+    }
+
+    fn apply(&self, [u, v]: [f32; 2]) -> [f32; 2] {
+        let of = |[a, b, c]: [f32; 3]| a * u + b * v + c;
+        // In the file, the origin is at the upper left.
+        [of(self.u), 1.0 - of(self.v)]
     }
 }
 
 /// Normals follow the inverse transpose of the transform: the matrix of its cofactors does, and
 /// exists for singular ones too.
-fn rotate_normals(normals: &mut [[f32; 3]], instance: &Instance) {
-    let m = DMat3::from_mat4(instance.transform);
+fn rotate_normals(normals: &mut [[f32; 3]], transform: &DMat4) {
+    let m = DMat3::from_mat4(*transform);
     if m == DMat3::IDENTITY {
         return;
     }
@@ -315,24 +316,5 @@ fn rotate_normals(normals: &mut [[f32; 3]], instance: &Instance) {
     for normal in normals {
         let turned = cofactors * DVec3::from(normal.map(f64::from));
         *normal = turned.normalize_or_zero().as_vec3().to_array();
-    }
-}
-
-/// Appends values for the entries from `before` to `after`; where there are none, `fill` stands
-/// for them once any part of the model has some.
-fn extend_padded<T: Copy>(
-    all: &mut Option<Vec<T>>,
-    values: Option<Vec<T>>,
-    before: usize,
-    after: usize,
-    fill: T,
-) {
-    if let Some(values) = values {
-        let all = all.get_or_insert_default();
-        all.resize(before, fill);
-        all.extend(values);
-    }
-    if let Some(all) = all {
-        all.resize(after, fill);
     }
 }

@@ -1,84 +1,158 @@
 //! The nodes of a scene and where they put their meshes.
 
-use super::accessor::{at, no_such};
+use super::accessor::{Document, at, no_such};
+use super::schema::{Node, Root};
 use crate::error::ReadErrorKind;
 use glam::{DMat4, DQuat, DVec3};
-use gltf::json::{Root, scene::Node};
 
 /// Nodes nested deeper than this are refused.
 const DEEPEST: usize = 1000;
 
 /// A mesh, put somewhere by a node.
-pub(super) struct Instance {
-    pub node: usize,
-    pub mesh: usize,
+pub(super) struct Placed<'d> {
+    pub index: usize,
+    pub node: &'d Node,
+    pub mesh: u32,
     pub transform: DMat4,
 }
 
-/// All meshes of the default scene (or of the only one, or of all nodes that are no children),
-/// each as often as it is used. The nodes must form a forest.
-pub(super) fn instances(root: &Root) -> Result<Vec<Instance>, ReadErrorKind> {
-    let nodes = &root.nodes;
-    let mut stack: Vec<(usize, usize, DMat4)> =
-        roots(root)?.into_iter().rev().map(|node| (node, 1, DMat4::IDENTITY)).collect();
-    let mut seen = vec![false; nodes.len()];
-    let mut instances = Vec::new();
-    while let Some((index, depth, parent)) = stack.pop() {
-        let path = format!("nodes[{index}]");
-        let node = nodes.get(index).ok_or_else(|| no_such("nodes", "nodes", index, nodes.len()))?;
-        if std::mem::replace(&mut seen[index], true) {
+/// Calls `visit` for all meshes of the default scene (or of the only one, or of all nodes that are no
+/// children), each as often as a node names it. The nodes must form a forest.
+pub(super) fn each_placed<'d>(
+    root: &'d Root,
+    mut visit: impl FnMut(&Placed<'d>) -> Result<(), ReadErrorKind>,
+) -> Result<(), ReadErrorKind> {
+    let mut seen = vec![false; root.nodes.len()];
+    // The nodes from the root down: their transform, and those of their children that are left.
+    let mut stack: Vec<(DMat4, std::slice::Iter<'_, u32>)> = Vec::new();
+    let tops = tops(root)?;
+    stack.push((DMat4::IDENTITY, tops.iter()));
+    while let Some((parent, children)) = stack.last_mut() {
+        let Some(&index) = children.next() else {
+            stack.pop();
+            continue;
+        };
+        let parent = *parent;
+        let (count, place) = (root.nodes.len(), index as usize);
+        let node = root.nodes.get(place).ok_or_else(|| no_such("nodes", "nodes", index, count))?;
+        if std::mem::replace(&mut seen[place], true) {
             let expected = "every node to be the child of one node at most";
-            return Err(ReadErrorKind::malformed(
-                at(&path),
-                expected,
-                "a cycle or a second parent",
-            ));
+            let found = "a cycle or a second parent";
+            return Err(ReadErrorKind::malformed(at(&format!("nodes[{index}]")), expected, found));
         }
-        if depth > DEEPEST {
+        if stack.len() > DEEPEST {
             let expected = format!("nodes nested no deeper than {DEEPEST}");
+            let path = format!("nodes[{index}]");
             return Err(ReadErrorKind::malformed(at(&path), expected, "deeper ones"));
         }
         let transform = parent * local(node);
         if let Some(mesh) = node.mesh {
-            instances.push(Instance { node: index, mesh: mesh.value(), transform });
+            visit(&Placed { index: place, node, mesh, transform })?;
         }
-        let children = node.children.as_deref().unwrap_or_default();
-        stack.extend(children.iter().rev().map(|child| (child.value(), depth + 1, transform)));
+        stack.push((transform, node.children.iter()));
     }
-    Ok(instances)
+    Ok(())
 }
 
-fn roots(root: &Root) -> Result<Vec<usize>, ReadErrorKind> {
-    let scene = root.scene.map_or(0, |scene| scene.value());
-    if let Some(scene) = root.scenes.get(scene) {
-        return Ok(scene.nodes.iter().map(gltf::json::Index::value).collect());
+fn tops(root: &Root) -> Result<Vec<u32>, ReadErrorKind> {
+    let scene = root.scene.unwrap_or(0);
+    if let Some(scene) = root.scenes.get(scene as usize) {
+        return Ok(scene.nodes.clone());
     }
     if root.scene.is_some() {
         return Err(no_such("scene", "scenes", scene, root.scenes.len()));
     }
     let mut is_child = vec![false; root.nodes.len()];
-    for child in root.nodes.iter().flat_map(|node| node.children.iter().flatten()) {
-        if let Some(is_child) = is_child.get_mut(child.value()) {
+    for &child in root.nodes.iter().flat_map(|node| node.children.iter()) {
+        if let Some(is_child) = is_child.get_mut(child as usize) {
             *is_child = true;
         }
     }
-    Ok((0..root.nodes.len()).filter(|&node| !is_child[node]).collect())
+    Ok((0..root.nodes.len() as u32).filter(|&node| !is_child[node as usize]).collect())
 }
 
 fn local(node: &Node) -> DMat4 {
-    if let Some(matrix) = node.matrix {
-        return DMat4::from_cols_array(&matrix.map(f64::from));
+    match &node.matrix {
+        Some(matrix) => DMat4::from_cols_array(&matrix.map(f64::from)),
+        None => placement(node.translation, node.rotation, node.scale),
     }
+}
+
+fn placement(
+    translation: Option<[f32; 3]>,
+    rotation: Option<[f32; 4]>,
+    scale: Option<[f32; 3]>,
+) -> DMat4 {
     let vector = |value: Option<[f32; 3]>, default| {
         value.map_or(default, |value| DVec3::from_array(value.map(f64::from)))
     };
-    let rotation = node.rotation.map_or(DQuat::IDENTITY, |rotation| {
-        let rotation = DQuat::from_array(rotation.0.map(f64::from));
+    let rotation = rotation.map_or(DQuat::IDENTITY, |rotation| {
+        let rotation = DQuat::from_array(rotation.map(f64::from));
         if rotation.length_squared() > 0.0 { rotation.normalize() } else { DQuat::IDENTITY }
     });
     DMat4::from_scale_rotation_translation(
-        vector(node.scale, DVec3::ONE),
+        vector(scale, DVec3::ONE),
         rotation,
-        vector(node.translation, DVec3::ZERO),
+        vector(translation, DVec3::ZERO),
     )
+}
+
+/// The memory that the places of an instance take while they are read.
+pub(super) const INSTANCE: u64 = 12 + 16 + 12 + 128;
+
+/// How often the extension `EXT_mesh_gpu_instancing` draws the mesh of a node: once without it.
+pub(super) fn instance_count(
+    document: &Document,
+    placed: &Placed<'_>,
+) -> Result<u64, ReadErrorKind> {
+    let Some(instancing) = &placed.node.extensions.instancing else { return Ok(1) };
+    let mut all = None;
+    for (name, accessor) in instancing.attributes.iter() {
+        let path = path_of(placed, name);
+        let count = document.count(accessor, &path)?;
+        let expected = *all.get_or_insert(count);
+        if count != expected {
+            let expected = format!("{expected} values as in the other attributes");
+            return Err(ReadErrorKind::malformed(at(&path), expected, count.to_string()));
+        }
+    }
+    Ok(all.unwrap_or(1))
+}
+
+fn path_of(placed: &Placed<'_>, name: &str) -> String {
+    format!("nodes[{}].extensions.EXT_mesh_gpu_instancing.attributes.{name}", placed.index)
+}
+
+/// The transforms of all instances of a mesh that a node puts somewhere.
+pub(super) fn transforms(
+    document: &Document,
+    placed: &Placed<'_>,
+) -> Result<Vec<DMat4>, ReadErrorKind> {
+    if placed.node.extensions.instancing.is_none() {
+        return Ok(vec![placed.transform]);
+    }
+    let count = instance_count(document, placed)? as usize;
+    let translations = instance_values::<3>(document, placed, "TRANSLATION")?;
+    let rotations = instance_values::<4>(document, placed, "ROTATION")?;
+    let scales = instance_values::<3>(document, placed, "SCALE")?;
+    let one = |index: usize| {
+        let own = placement(
+            translations.as_ref().map(|all| all[index]),
+            rotations.as_ref().map(|all| all[index]),
+            scales.as_ref().map(|all| all[index]),
+        );
+        placed.transform * own
+    };
+    Ok((0..count).map(one).collect())
+}
+
+fn instance_values<const N: usize>(
+    document: &Document,
+    placed: &Placed<'_>,
+    name: &str,
+) -> Result<Option<Vec<[f32; N]>>, ReadErrorKind> {
+    let instancing = placed.node.extensions.instancing.as_ref();
+    let accessor = instancing.and_then(|instancing| instancing.attributes.get(name));
+    let path = || path_of(placed, name);
+    accessor.map(|index| document.values(index, &path(), N..=N)?.to_vec(0.0)).transpose()
 }

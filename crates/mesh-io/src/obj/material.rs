@@ -1,84 +1,242 @@
-//! Material libraries, read by `tobj`.
+//! Reading material libraries.
 
-use crate::{Image, ImageData, Material, Model};
+use crate::budget::{Budget, GROWING};
+use crate::error::ReadErrorKind;
+use crate::external::{Files, open};
+use crate::input::{Input, Line, Words, number};
+use crate::notes::Notes;
+use crate::numbering::Numbering;
+use crate::text::quote;
+use crate::{Alpha, Image, ImageData, Material};
+use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufRead, BufReader};
-use std::path::Path;
+
+/// The memory that a material takes, beside its name.
+pub(super) const COST: u64 = size_of::<Material>() as u64 + 32;
+
+/// A file that names more libraries than this is not looked after any further.
+const MOST_LIBRARIES: usize = 1000;
 
 /// A material of which nothing but the name is known.
 pub(super) fn named(name: String) -> Material {
     Material { name, ..Material::default() }
 }
 
-/// Fills in the materials of a model from the libraries that it names. A library that is missing
-/// or malformed is noted, no more: the mesh is whole without it.
-pub(super) fn read_libraries(model: &mut Model, folder: Option<&Path>) {
-    let Some(folder) = folder else { return };
-    for library in model.material_libraries.clone() {
-        match read_library(&folder.join(&library)) {
-            Ok(materials) => materials.iter().for_each(|found| fill_in(model, found)),
-            Err(reason) => {
-                model.notes.push(format!("cannot read the material library {library:?}: {reason}"));
-            }
-        }
-    }
-}
-
-fn read_library(path: &Path) -> Result<Vec<tobj::Material>, String> {
-    let file = File::open(path).map_err(|error| error.to_string())?;
-    if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-        return Err("not a file".to_owned());
-    }
-    let mut kept = Vec::new();
-    for line in BufReader::new(file).split(b'\n') {
-        let line = line.map_err(|error| error.to_string())?;
-        let line = String::from_utf8_lossy(&line);
-        if is_sound(&line) {
-            kept.extend_from_slice(line.trim().as_bytes());
-            kept.push(b'\n');
-        }
-    }
-    let (materials, _) =
-        tobj::load_mtl_buf(&mut kept.as_slice()).map_err(|error| error.to_string())?;
-    Ok(materials)
-}
-
-/// Whether a line is one that is used here and that `tobj` reads: it panics at a colour of fewer
-/// than three numbers, and gives up the whole library at one malformed line.
-fn is_sound(line: &str) -> bool {
-    let mut words = line.split_whitespace();
-    let keyword = words.next().unwrap_or_default();
-    let numbers = words.clone().map_while(|word| word.parse::<f64>().ok()).count();
-    match keyword {
-        "newmtl" | "map_Kd" => words.next().is_some(),
-        "Kd" | "Ke" => numbers >= 3,
-        "d" => numbers >= 1,
-        _ => false,
-    }
-}
-
-fn fill_in(model: &mut Model, found: &tobj::Material) {
-    let Some(place) = model.materials.iter().position(|material| material.name == found.name)
-    else {
-        return;
+/// The materials of these names, with what the libraries say about them, and the pictures that these
+/// refer to. A library that is missing or may not be read is noted, no more: the mesh is whole
+/// without it.
+pub(super) fn read_libraries(
+    names: &Numbering,
+    libraries: &[String],
+    input: &mut Input<'_>,
+    files: &Files<'_>,
+    notes: &mut Notes,
+) -> Result<(Vec<Material>, Vec<Image>), ReadErrorKind> {
+    let mut reader = Reader {
+        materials: names.names().iter().cloned().map(named).collect(),
+        names,
+        images: Numbering::default(),
+        place: None,
+        notes,
     };
-    let image = found.diffuse_texture.as_ref().map(|uri| image_of(&mut model.images, uri));
-    let material = &mut model.materials[place];
-    let diffuse = found.diffuse.unwrap_or([1.0; 3]).map(|value| value as f32);
-    let opacity = found.dissolve.unwrap_or(1.0) as f32;
-    material.base_color = [diffuse[0], diffuse[1], diffuse[2], opacity];
-    material.emissive = found.emissive.unwrap_or_default().map(|value| value as f32);
-    material.base_color_image = image;
-    if opacity < 1.0 {
-        material.alpha = crate::Alpha::Blend;
+    // A stream has no libraries beside it; that is no news.
+    let libraries = if files.folder.is_some() { libraries } else { &[] };
+    let mut known = HashSet::new();
+    for library in libraries.iter().take(MOST_LIBRARIES) {
+        let opened = files
+            .resolve(&library.replace('\\', "/"))
+            .and_then(|path| Ok((!known.contains(&path)).then_some((open(&path)?, path))));
+        let read = match opened {
+            Ok(Some(((mut file, size), path))) => {
+                known.insert(path);
+                input.add_file(size);
+                reader.library(&mut file, size, input)
+            }
+            Ok(None) => Ok(()),
+            Err(reason) => {
+                let name = quote(library.as_bytes());
+                reader.notes.add(format!("cannot read the material library {name}: {reason}"));
+                Ok(())
+            }
+        };
+        match read {
+            Err(error @ ReadErrorKind::Memory { .. }) => return Err(error),
+            Err(error) => {
+                let name = quote(library.as_bytes());
+                reader.notes.add(format!("the material library {name} ends early: {error}"));
+            }
+            Ok(()) => {}
+        }
+    }
+    if libraries.len() > MOST_LIBRARIES {
+        let count = libraries.len();
+        reader.notes.add(format!("read the first {MOST_LIBRARIES} of {count} material libraries"));
+    }
+    let image =
+        |uri| Image { name: String::new(), media_type: String::new(), data: ImageData::Uri(uri) };
+    Ok((reader.materials, reader.images.into_names().into_iter().map(image).collect()))
+}
+
+struct Reader<'r> {
+    names: &'r Numbering,
+    materials: Vec<Material>,
+    /// The names of the pictures.
+    images: Numbering,
+    /// The material that the lines are about, if the mesh uses it.
+    place: Option<u32>,
+    notes: &'r mut Notes,
+}
+
+impl Reader<'_> {
+    fn library(
+        &mut self,
+        file: &mut File,
+        size: u64,
+        account: &mut Input<'_>,
+    ) -> Result<(), ReadErrorKind> {
+        let mut input = Input::new(file, Some(size), Budget::new(Some(u64::MAX)));
+        self.place = None;
+        while let Some(line) = input.line()? {
+            let cost = self.line(line);
+            account.spend_on_line(cost)?;
+        }
+        Ok(())
+    }
+
+    /// Takes a line; the memory that it takes. What makes no sense is passed over.
+    fn line(&mut self, line: Line<'_>) -> u64 {
+        let mut words = line.words();
+        let keyword = words.next().unwrap_or_default();
+        if keyword == b"newmtl" {
+            let name = String::from_utf8_lossy(words.remainder()).into_owned();
+            self.place = self.names.get(&name);
+            if let Some(material) =
+                self.place.and_then(|place| self.materials.get_mut(place as usize))
+            {
+                *material = named(name);
+            }
+            return 0;
+        }
+        let Some(material) = self.place.and_then(|place| self.materials.get_mut(place as usize))
+        else {
+            return 0;
+        };
+        match keyword {
+            b"Kd" => {
+                if let Some([r, g, b]) = color(words) {
+                    material.base_color = [r, g, b, material.base_color[3]];
+                }
+            }
+            b"Ke" => material.emissive = color(words).unwrap_or(material.emissive),
+            b"d" => {
+                if let Some(opacity) = words.next().and_then(number) {
+                    material.base_color[3] = opacity as f32;
+                    material.alpha = if opacity < 1.0 { Alpha::Blend } else { Alpha::Opaque };
+                }
+            }
+            b"map_Kd" => return self.picture(line, words),
+            _ => {}
+        }
+        0
+    }
+
+    fn picture(&mut self, line: Line<'_>, words: Words<'_>) -> u64 {
+        let Some(Picture { name, changed }) = Picture::read(words) else { return 0 };
+        if changed {
+            let keyword = quote(line.text);
+            self.notes.add(format!("options of a texture are not applied: {keyword}"));
+        }
+        let (image, is_new) = self.images.number(&name);
+        if let Some(material) = self.place.and_then(|place| self.materials.get_mut(place as usize))
+        {
+            material.base_color_image = Some(image);
+        }
+        if is_new { Numbering::COST + GROWING * 80 + name.len() as u64 } else { 0 }
     }
 }
 
-fn image_of(images: &mut Vec<Image>, uri: &str) -> u32 {
-    let data = ImageData::Uri(uri.to_owned());
-    let place = images.iter().position(|image| image.data == data).unwrap_or_else(|| {
-        images.push(Image { name: String::new(), media_type: String::new(), data });
-        images.len() - 1
-    });
-    place as u32
+/// Three numbers, or one for all three.
+fn color(words: Words<'_>) -> Option<[f32; 3]> {
+    let mut numbers = words.map_while(number).map(|value| value as f32);
+    let r = numbers.next()?;
+    match (numbers.next(), numbers.next()) {
+        (Some(g), Some(b)) => Some([r, g, b]),
+        (None, _) => Some([r; 3]),
+        _ => None,
+    }
+}
+
+/// What follows `map_Kd`.
+struct Picture {
+    /// The name of the file, with `/` between its parts.
+    name: String,
+    /// Whether an option before it would make the picture look different.
+    changed: bool,
+}
+
+impl Picture {
+    /// Options begin with a hyphen and are followed by numbers or a word; the rest is the name, which
+    /// may have spaces.
+    fn read(mut words: Words<'_>) -> Option<Self> {
+        let mut changed = false;
+        loop {
+            let mut ahead = words.clone();
+            let option = ahead.next()?.to_ascii_lowercase();
+            // How many arguments there may be, of which all but the first only if they are numbers,
+            // and the one that means nothing.
+            let (most, neutral) = match option.as_slice() {
+                b"-s" => (3, Some(1.0)),
+                b"-o" | b"-t" => (3, Some(0.0)),
+                b"-mm" => (2, None),
+                b"-bm" => (1, None),
+                b"-boost" | b"-texres" | b"-blendu" | b"-blendv" | b"-cc" | b"-clamp"
+                | b"-imfchan" | b"-type" => (1, Some(f64::NAN)),
+                _ => break,
+            };
+            for argument in 0..most {
+                let mut next = ahead.clone();
+                let word = next.next().unwrap_or_default();
+                let value = number(word);
+                // A number at the very end is a name.
+                if (argument > 0 && value.is_none()) || next.remainder().is_empty() {
+                    break;
+                }
+                changed |= match neutral {
+                    Some(neutral) => {
+                        value.is_some_and(|value| !neutral.is_nan() && value != neutral)
+                    }
+                    None => value != Some(if argument == 0 && most == 2 { 0.0 } else { 1.0 }),
+                };
+                ahead = next;
+            }
+            words = ahead;
+        }
+        let name = String::from_utf8_lossy(words.remainder()).replace('\\', "/");
+        Some(Self { name, changed })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Picture;
+    use crate::input::Line;
+
+    #[test]
+    fn the_name_of_a_picture_is_what_follows_its_options() {
+        for (text, name, changed) in [
+            ("map_Kd x.png", "x.png", false),
+            ("map_Kd -s 1 1 1 x.png", "x.png", false),
+            ("map_Kd -s 2 2 1 -o 0.5 my wood.png", "my wood.png", true),
+            ("map_Kd -clamp on -blendu off -mm 0 1 sub\\x y.png", "sub/x y.png", false),
+            ("map_Kd -o 0 0 0 -s 1 7", "7", false),
+            ("map_Kd -bm 1 -imfchan l -texres 512 1.png", "1.png", false),
+            ("map_Kd -odd.png", "-odd.png", false),
+        ] {
+            let line = Line { number: 1, text: text.as_bytes() };
+            let mut words = line.words();
+            words.next();
+            let picture = Picture::read(words).expect(text);
+            assert_eq!((picture.name.as_str(), picture.changed), (name, changed), "{text}");
+        }
+    }
 }

@@ -1,11 +1,9 @@
 //! Wavefront OBJ.
 //!
-//! `tobj` reads the faces and the material libraries. What it would lose is read by a filter in
-//! front of it ([`filter`]): which vertex of the file a vertex is, positions in full precision,
-//! material names without a library, corners without texture coordinate or normal, and the line
-//! of an error.
+//! Faces keep the vertices, the order and the polygons of the file; names of groups and materials
+//! are kept with or without a library; a corner may lack a texture coordinate or normal; an error
+//! names its line.
 
-mod filter;
 mod library;
 mod material;
 mod read;

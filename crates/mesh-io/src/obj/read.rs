@@ -1,138 +1,350 @@
 //! Reading OBJ.
 
-use super::filter::{Filter, Kept, Run};
 use super::material;
-use crate::Model;
-use crate::error::{Location, ReadErrorKind};
-use crate::input::Input;
+use crate::budget::GROWING;
+use crate::error::ReadErrorKind;
+use crate::external::Files;
+use crate::input::{Input, Line, integer, number};
+use crate::notes::Notes;
+use crate::numbering::Numbering;
+use crate::text::quote;
+use crate::{Group, Model};
+use glam::DVec3;
 use mesh_core::PolygonSoup;
-use std::path::Path;
+use std::collections::HashMap;
 
-pub(crate) fn read(input: &mut Input<'_>, folder: Option<&Path>) -> Result<Model, ReadErrorKind> {
-    let options = tobj::LoadOptions {
-        triangulate: false,
-        single_index: false,
-        ignore_points: true,
-        ignore_lines: true,
-    };
-    let mut filter = Filter::new(input);
-    // Material libraries do not get this far: the filter keeps their names.
-    let no_library = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-    let parsed = tobj::load_obj_buf(&mut filter, &options, no_library);
-    let (kept, (batches, _)) = filter.finish(parsed)?;
-    let mut model = assemble(kept, batches)?;
-    material::read_libraries(&mut model, folder);
-    Ok(model)
-}
-
-/// Puts the faces that `tobj` read together with what the filter kept.
-fn assemble(mut kept: Kept, batches: Vec<tobj::Model>) -> Result<Model, ReadErrorKind> {
-    let mut faces = Faces::new(&kept);
-    for batch in batches {
-        faces.append(&kept, &batch.mesh)?;
+pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
+    let mut reader = Reader::new();
+    // A line joined from several.
+    let mut joined = Vec::new();
+    while let Some(line) = input.line()? {
+        let cost = if line.text.ends_with(b"\\") {
+            let number = line.number;
+            joined.clear();
+            joined.extend_from_slice(line.text);
+            join_lines(&mut joined, input)?;
+            reader.line(Line { number, text: &joined })?
+        } else {
+            reader.line(line)?
+        };
+        input.spend_on_line(cost)?;
     }
-    *faces.soup.positions_mut() = std::mem::take(&mut kept.positions);
-    let has_groups = !kept.groups.is_empty();
-    let has_materials = !kept.materials.is_empty();
-    Ok(Model {
-        soup: faces.soup,
-        vertex_colors: (!kept.colors.is_empty()).then_some(kept.colors),
-        corner_normals: faces.normals,
-        corner_uvs: faces.uvs,
-        face_groups: has_groups.then(|| per_face(&kept.runs, kept.faces, |run| run.group)),
-        groups: kept.groups,
-        face_materials: has_materials.then(|| per_face(&kept.runs, kept.faces, |run| run.material)),
-        materials: kept.materials.into_iter().map(material::named).collect(),
-        material_libraries: kept.libraries,
-        notes: kept.notes,
-        ..Model::default()
-    })
+    reader.finish(input, files)
 }
 
-fn per_face(runs: &[Run], faces: usize, value: impl Fn(&Run) -> u32) -> Vec<u32> {
-    let mut values = Vec::with_capacity(faces);
-    for (index, run) in runs.iter().enumerate() {
-        let end = runs.get(index + 1).map_or(faces, |next| next.first_face);
-        values.resize(end, value(run));
+/// Appends lines as long as the last one ends in a backslash.
+fn join_lines(joined: &mut Vec<u8>, input: &mut Input<'_>) -> Result<(), ReadErrorKind> {
+    while joined.pop_if(|last| *last == b'\\').is_some() {
+        joined.push(b' ');
+        match input.line()? {
+            Some(line) => joined.extend_from_slice(line.text),
+            None => break,
+        }
     }
-    values
+    Ok(())
 }
 
-/// Faces as they are put together.
-struct Faces {
+/// What has been read of the file.
+struct Reader {
     soup: PolygonSoup,
-    uvs: Option<Vec<[f32; 2]>>,
-    normals: Option<Vec<[f32; 3]>>,
-    /// The run of the next face.
-    run: usize,
+    /// Empty, or one per vertex; white where a vertex has no colour.
+    colors: Vec<[f32; 4]>,
+    /// The texture coordinates and normals that the file lists.
+    uvs: Vec<[f32; 2]>,
+    normals: Vec<[f32; 3]>,
+    /// Those of the corners; as far as the last face that has any.
+    corner_uvs: Option<Vec<[f32; 2]>>,
+    corner_normals: Option<Vec<[f32; 3]>>,
+    face_groups: Vec<u32>,
+    face_materials: Vec<u32>,
+    objects: Numbering,
+    group_names: Numbering,
+    /// The object and the name of every group, and the other way round.
+    groups: Vec<[u32; 2]>,
+    group_ids: HashMap<[u32; 2], u32>,
+    materials: Numbering,
+    libraries: Numbering,
+    /// What the next face belongs to.
+    object: u32,
+    group_name: u32,
+    group: u32,
+    material: u32,
+    /// The face that is being read: its vertices, and which texture coordinates and normals they
+    /// have.
+    face: Vec<u32>,
+    face_uvs: Vec<u32>,
+    face_normals: Vec<u32>,
+    small_faces: u64,
+    unknown_lines: u64,
+    notes: Notes,
 }
 
-impl Faces {
-    fn new(kept: &Kept) -> Self {
-        let room = kept.corners;
-        Self {
-            soup: PolygonSoup::with_capacity(0, kept.faces, kept.corners),
-            uvs: kept.runs.iter().any(|run| run.has_uv).then(|| Vec::with_capacity(room)),
-            normals: kept.runs.iter().any(|run| run.has_normal).then(|| Vec::with_capacity(room)),
-            run: 0,
+impl Reader {
+    fn new() -> Self {
+        let mut reader = Self {
+            soup: PolygonSoup::new(),
+            colors: Vec::new(),
+            uvs: Vec::new(),
+            normals: Vec::new(),
+            corner_uvs: None,
+            corner_normals: None,
+            face_groups: Vec::new(),
+            face_materials: Vec::new(),
+            objects: Numbering::default(),
+            group_names: Numbering::default(),
+            groups: Vec::new(),
+            group_ids: HashMap::new(),
+            materials: Numbering::default(),
+            libraries: Numbering::default(),
+            object: 0,
+            group_name: 0,
+            group: Model::NONE,
+            material: Model::NONE,
+            face: Vec::new(),
+            face_uvs: Vec::new(),
+            face_normals: Vec::new(),
+            small_faces: 0,
+            unknown_lines: 0,
+            notes: Notes::default(),
+        };
+        // What comes before the first object is in one without a name, and likewise for groups.
+        reader.objects.number("");
+        reader.group_names.number("");
+        reader
+    }
+
+    /// Takes a line of the file; the memory that it takes.
+    fn line(&mut self, line: Line<'_>) -> Result<u64, ReadErrorKind> {
+        let mut words = line.words();
+        let Some(keyword) = words.next() else { return Ok(0) };
+        let name = || String::from_utf8_lossy(words.remainder());
+        match keyword {
+            b"v" => self.position(line),
+            b"vt" => {
+                self.uvs.push(floats(line, 1)?);
+                Ok(GROWING * 8)
+            }
+            b"vn" => {
+                self.normals.push(floats(line, 3)?);
+                Ok(GROWING * 12)
+            }
+            b"f" | b"fo" => self.face(line),
+            b"o" => {
+                let (object, is_new) = self.objects.number(&name());
+                (self.object, self.group_name) = (object, 0);
+                Ok(self.group() + cost_of_name(is_new, words.remainder()))
+            }
+            b"g" => {
+                let (group_name, is_new) = self.group_names.number(&name());
+                self.group_name = group_name;
+                Ok(self.group() + cost_of_name(is_new, words.remainder()))
+            }
+            b"usemtl" => {
+                let (material, is_new) = self.materials.number(&name());
+                self.material = material;
+                let material = if is_new { material::COST } else { 0 };
+                Ok(material + cost_of_name(is_new, words.remainder()))
+            }
+            b"mtllib" => {
+                let (_, is_new) = self.libraries.number(&name());
+                Ok(cost_of_name(is_new, words.remainder()))
+            }
+            b"s" | b"l" | b"p" | b"vp" => Ok(0),
+            other => {
+                if self.unknown_lines == 0 {
+                    self.notes.add(format!("{}: skipped {}", line.location(), quote(other)));
+                }
+                self.unknown_lines += 1;
+                Ok(0)
+            }
         }
     }
 
-    /// Appends an object of `tobj`, whose positions, texture coordinates and normals are indices.
-    fn append(&mut self, kept: &Kept, mesh: &tobj::Mesh) -> Result<(), ReadErrorKind> {
-        let triangles = mesh.indices.len() / 3;
-        let arities = mesh.face_arities.iter().map(|&arity| arity as usize);
-        let all_triangles = std::iter::repeat_n(3, triangles * usize::from(arities.len() == 0));
-        let mut face = Vec::new();
-        let mut corner = 0;
-        for arity in arities.chain(all_triangles) {
-            while kept
-                .runs
-                .get(self.run + 1)
-                .is_some_and(|r| r.first_face <= self.soup.face_count())
-            {
-                self.run += 1;
-            }
-            let run = kept.runs.get(self.run).ok_or_else(lost)?;
-            face.clear();
-            for corner in corner..corner + arity {
-                face.push(file_index(&mesh.indices, &mesh.positions, 3, corner)? as u32);
-                if let Some(uvs) = &mut self.uvs {
-                    uvs.push(if run.has_uv {
-                        let index = file_index(&mesh.texcoord_indices, &mesh.texcoords, 2, corner)?;
-                        *kept.uvs.get(index).ok_or_else(lost)?
-                    } else {
-                        [f32::NAN; 2]
-                    });
-                }
-                if let Some(normals) = &mut self.normals {
-                    normals.push(if run.has_normal {
-                        let index = file_index(&mesh.normal_indices, &mesh.normals, 3, corner)?;
-                        *kept.normals.get(index).ok_or_else(lost)?
-                    } else {
-                        [f32::NAN; 3]
-                    });
-                }
-            }
-            corner += arity;
-            self.soup.push_face(&face)?;
+    /// Goes on with the group of the present object and name; the memory that it takes.
+    fn group(&mut self) -> u64 {
+        let key = [self.object, self.group_name];
+        let next = self.groups.len() as u32;
+        self.group = *self.group_ids.entry(key).or_insert(next);
+        if self.group != next {
+            return 0;
         }
-        Ok(())
+        self.groups.push(key);
+        // An entry in the list and in the table, and in the end the names in full.
+        let [object, name] = self.names(key).map(|name| name.len() as u64 + 16);
+        GROWING * 32 + size_of::<Group>() as u64 + object + name
+    }
+
+    fn names(&self, [object, name]: [u32; 2]) -> [&str; 2] {
+        [&self.objects.names()[object as usize], &self.group_names.names()[name as usize]]
+    }
+
+    /// `x y z`, then nothing, a weight, or a colour with or without opacity.
+    fn position(&mut self, line: Line<'_>) -> Result<u64, ReadErrorKind> {
+        let mut values = [0.0; 7];
+        let mut count = 0;
+        for word in line.words().skip(1) {
+            let value = number(word);
+            match (values.get_mut(count), value) {
+                (Some(slot), Some(value)) => *slot = value,
+                _ => return Err(line.unexpected("3 to 7 numbers", word)),
+            }
+            count += 1;
+        }
+        let [x, y, z, fourth, g, b, opacity] = values;
+        let mut position = DVec3::new(x, y, z);
+        let mut color = [1.0; 4];
+        match count {
+            3 => {}
+            4 if fourth != 0.0 => position /= fourth,
+            4 => return Err(line.unexpected("a weight other than zero", b"0")),
+            6 => color = [fourth as f32, g as f32, b as f32, 1.0],
+            7 => color = [fourth as f32, g as f32, b as f32, opacity as f32],
+            _ => return Err(line.unexpected("3, 4, 6 or 7 numbers", line.text)),
+        }
+        let vertices = self.soup.vertex_count();
+        if count >= 6 || !self.colors.is_empty() {
+            self.colors.resize(vertices, [1.0; 4]);
+            self.colors.push(color);
+        }
+        self.soup.push_vertex(position);
+        // Room for a colour too, whether there is one yet or not.
+        Ok(GROWING * (24 + 16))
+    }
+
+    fn face(&mut self, line: Line<'_>) -> Result<u64, ReadErrorKind> {
+        self.face.clear();
+        self.face_uvs.clear();
+        self.face_normals.clear();
+        let counts = [self.soup.vertex_count(), self.uvs.len(), self.normals.len()];
+        for word in line.words().skip(1) {
+            let [vertex, uv, normal] = corner(line, word, counts)?;
+            self.face.extend(vertex);
+            self.face_uvs.extend(uv);
+            self.face_normals.extend(normal);
+        }
+        if self.face.len() < 3 {
+            self.small_faces += 1;
+            return Ok(0);
+        }
+        let first = self.soup.corners().len();
+        self.soup.push_face(&self.face)?;
+        // Only where all corners have one does the face.
+        if self.face_uvs.len() == self.face.len() {
+            let uvs = self.face_uvs.iter().map(|&uv| self.uvs[uv as usize]);
+            append(self.corner_uvs.get_or_insert_default(), first, [f32::NAN; 2], uvs);
+        }
+        if self.face_normals.len() == self.face.len() {
+            let normals = self.face_normals.iter().map(|&normal| self.normals[normal as usize]);
+            append(self.corner_normals.get_or_insert_default(), first, [f32::NAN; 3], normals);
+        }
+        self.face_groups.push(self.group);
+        self.face_materials.push(self.material);
+        Ok(GROWING * (12 + self.face.len() as u64 * (4 + 8 + 12)))
+    }
+
+    fn finish(mut self, input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
+        let corners = self.soup.corners().len();
+        if let Some(uvs) = &mut self.corner_uvs {
+            uvs.resize(corners, [f32::NAN; 2]);
+        }
+        if let Some(normals) = &mut self.corner_normals {
+            normals.resize(corners, [f32::NAN; 3]);
+        }
+        if !self.colors.is_empty() {
+            self.colors.resize(self.soup.vertex_count(), [1.0; 4]);
+        }
+        if self.small_faces > 0 {
+            let count = self.small_faces;
+            self.notes.add(format!("skipped {count} faces of fewer than three corners"));
+        }
+        if self.unknown_lines > 1 {
+            self.notes.add(format!("skipped {} such lines in all", self.unknown_lines));
+        }
+        let named = |&key: &[u32; 2]| {
+            let [object, name] = self.names(key).map(str::to_owned);
+            Group { object, name }
+        };
+        let groups: Vec<Group> = self.groups.iter().map(named).collect();
+        let (materials, images) = material::read_libraries(
+            &self.materials,
+            self.libraries.names(),
+            input,
+            files,
+            &mut self.notes,
+        )?;
+        Ok(Model {
+            soup: self.soup,
+            vertex_colors: (!self.colors.is_empty()).then_some(self.colors),
+            corner_normals: self.corner_normals,
+            corner_uvs: self.corner_uvs,
+            face_groups: (!groups.is_empty()).then_some(self.face_groups),
+            groups,
+            face_materials: (!materials.is_empty()).then_some(self.face_materials),
+            materials,
+            images,
+            material_libraries: self.libraries.into_names(),
+            notes: self.notes.finish(),
+            ..Model::default()
+        })
     }
 }
 
-/// The index in the file of what a corner refers to: the first number of its entry.
-fn file_index(
-    indices: &[u32],
-    entries: &[f64],
-    width: usize,
-    corner: usize,
-) -> Result<usize, ReadErrorKind> {
-    let entry = indices.get(corner).and_then(|&index| entries.get(width * index as usize));
-    entry.map(|&index| index as usize).ok_or_else(lost)
+/// Appends values for the corners from `first` on; those before that have none get `fill`.
+fn append<T: Copy>(all: &mut Vec<T>, first: usize, fill: T, values: impl Iterator<Item = T>) {
+    all.resize(first, fill);
+    all.extend(values);
 }
 
-/// `tobj` returned something else than it was given, which would be a defect of this crate.
-fn lost() -> ReadErrorKind {
-    ReadErrorKind::malformed(Location::Line(1), "faces that tobj can keep apart", "others")
+fn cost_of_name(is_new: bool, name: &[u8]) -> u64 {
+    if is_new { Numbering::COST + name.len() as u64 } else { 0 }
+}
+
+/// The numbers after the keyword, of which at least `least` must be there; more are ignored.
+fn floats<const N: usize>(line: Line<'_>, least: usize) -> Result<[f32; N], ReadErrorKind> {
+    let mut values = [0.0; N];
+    let mut words = line.words().skip(1);
+    for (index, value) in values.iter_mut().enumerate() {
+        match words.next() {
+            None if index >= least => {}
+            word => {
+                let word = word.unwrap_or_default();
+                let read = number(word);
+                *value = read.ok_or_else(|| line.unexpected("a number", word))? as f32;
+            }
+        }
+    }
+    Ok(values)
+}
+
+/// The places of the vertex, the texture coordinate and the normal that `v/vt/vn` names; those that
+/// it names must have been given before.
+fn corner(
+    line: Line<'_>,
+    corner: &[u8],
+    counts: [usize; 3],
+) -> Result<[Option<u32>; 3], ReadErrorKind> {
+    const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
+    let mut places = [None; 3];
+    for (part, word) in corner.split(|&byte| byte == b'/').enumerate() {
+        let (Some(&count), Some(name)) = (counts.get(part), NAMES.get(part)) else {
+            return Err(line.unexpected("no more than vertex/texture/normal", corner));
+        };
+        if word.is_empty() {
+            continue;
+        }
+        let index: i64 = integer(word)
+            .ok_or_else(|| line.unexpected(format!("the index of a {name}"), corner))?;
+        if index == 0 || index.unsigned_abs() > count as u64 {
+            let expected = format!(
+                "the index of one of the {count} {name}s before this line (from 1, or from -1 back)"
+            );
+            return Err(line.unexpected(expected, word));
+        }
+        let place = if index > 0 { index - 1 } else { count as i64 + index };
+        places[part] = Some(u32::try_from(place).map_err(|_| mesh_core::soup::TooManyCorners)?);
+    }
+    match places {
+        [Some(_), ..] => Ok(places),
+        _ => Err(line.unexpected("the index of a vertex", corner)),
+    }
 }

@@ -1,4 +1,5 @@
-//! Geomview's OFF: `[ST][C][N][4][n]OFF`, as text or big-endian binary.
+//! Geomview's OFF: `[ST][C][N][4][n]OFF`, as text or big-endian binary; little-endian
+//! binary, which some libraries write, is read too.
 
 mod read;
 mod write;

@@ -1,11 +1,22 @@
 //! Reading OFF.
 
 use crate::Model;
+use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::format::is_off_word;
 use crate::input::{Input, Line, integer, number};
+use crate::notes::Notes;
+use crate::text::quote;
 use glam::DVec3;
 use mesh_core::PolygonSoup;
+
+/// The memory that a vertex takes, with everything that it may have.
+const VERTEX: u64 = 24 + GROWING * (12 + 16 + 8);
+
+/// The memory that a face takes, with a colour and texture coordinates.
+fn face_cost(corners: usize) -> u64 {
+    GROWING * (4 + 16 + 12 * corners as u64)
+}
 
 /// What the header word announces for every vertex.
 #[derive(Clone, Copy, Debug, Default)]
@@ -44,8 +55,16 @@ impl Header {
 }
 
 pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
-    let mut reader =
-        Reader { input, header: Header::default(), model: Model::default(), uvs: vec![] };
+    let mut reader = Reader {
+        input,
+        header: Header::default(),
+        model: Model::default(),
+        uvs: vec![],
+        small_faces: 0,
+        surplus: false,
+        notes: Notes::default(),
+        little_endian: false,
+    };
     let counts = reader.header()?;
     if reader.header.binary {
         reader.binary()?;
@@ -60,6 +79,13 @@ struct Reader<'i, 'a> {
     header: Header,
     model: Model,
     uvs: Vec<[f32; 2]>,
+    /// Faces of fewer than three corners.
+    small_faces: u64,
+    /// Whether a vertex had more numbers than announced.
+    surplus: bool,
+    notes: Notes,
+    /// The order of the bytes of a binary file.
+    little_endian: bool,
 }
 
 impl Reader<'_, '_> {
@@ -87,7 +113,7 @@ impl Reader<'_, '_> {
             if word != b"3" {
                 return Err(ReadErrorKind::Unsupported {
                     at: line.location(),
-                    what: format!("OFF in {} dimensions", String::from_utf8_lossy(word)),
+                    what: format!("OFF in {} dimensions", quote(word)),
                     cure: "project the mesh to three dimensions",
                 });
             }
@@ -104,13 +130,14 @@ impl Reader<'_, '_> {
         let here = Location::Line(self.input.line_number());
         let least = 2 * self.header.without_color() as u64;
         let room = self.input.plausible(u64::from(vertices), least, here.clone(), "vertices")?;
-        let face_room = self.input.plausible(u64::from(faces), 7, here, "faces");
+        let face_room = self.input.plausible(u64::from(faces), 2, here, "faces");
         self.model.soup = PolygonSoup::with_capacity(room, 0, 0);
         let mut numbers = Numbers::default();
         let mut fractions = false;
         for _ in 0..vertices {
             numbers.line(self.input, self.header.without_color(), "the numbers of a vertex")?;
             self.vertex(&numbers)?;
+            self.input.spend(VERTEX, || numbers.at.clone())?;
             let uv = if self.header.uv { 2 } else { 0 };
             let color = self.header.without_color() - uv..numbers.values.len() - uv;
             fractions |= numbers.dotted[color].contains(&true);
@@ -149,10 +176,9 @@ impl Reader<'_, '_> {
                 ReadErrorKind::malformed(numbers.at.clone(), expected, color.len().to_string())
             })?;
             self.model.vertex_colors.get_or_insert_default().push(color);
-        } else if !color.is_empty() && self.model.notes.is_empty() {
-            let note =
-                format!("{}: ignored numbers that the OFF header does not announce", numbers.at);
-            self.model.notes.push(note);
+        } else if !color.is_empty() && !std::mem::replace(&mut self.surplus, true) {
+            let at = &numbers.at;
+            self.notes.add(format!("{at}: ignored numbers that the OFF header does not announce"));
         }
         Ok(())
     }
@@ -171,6 +197,7 @@ impl Reader<'_, '_> {
             if face.len() >= 3 {
                 colors.push(color);
             }
+            self.input.spend(face_cost(face.len()), || numbers.at.clone())?;
         }
         self.model.face_colors = colors.finish(fractions);
         Ok(())
@@ -183,7 +210,7 @@ impl Reader<'_, '_> {
             .collect();
         let face = face?;
         if face.len() < 3 {
-            self.model.notes.push(format!("{at}: skipped a face of fewer than three corners"));
+            self.small_faces += 1;
             return Ok(());
         }
         Ok(self.model.soup.push_face(&face)?)
@@ -192,7 +219,9 @@ impl Reader<'_, '_> {
     fn binary(&mut self) -> Result<(), ReadErrorKind> {
         if self.header.dimension {
             let at = self.input.here();
-            let dimension = self.int("the number of dimensions")?;
+            let bytes: [u8; 4] = self.input.array("the number of dimensions")?;
+            self.little_endian = u32::from_le_bytes(bytes) < u32::from_be_bytes(bytes);
+            let dimension = self.whole(bytes);
             if dimension != 3 {
                 return Err(ReadErrorKind::Unsupported {
                     at,
@@ -201,12 +230,15 @@ impl Reader<'_, '_> {
                 });
             }
         }
-        let at = self.input.here();
-        let vertices = self.int("the number of vertices")?;
-        let faces = self.int("the number of faces")?;
-        self.int("the number of edges")?;
         let color = if self.header.color { 4 } else { 0 };
         let width = self.header.without_color() + color;
+        let at = self.input.here();
+        let counts: [u8; 12] = self.input.array("the numbers of vertices, faces and edges")?;
+        if !self.header.dimension {
+            self.little_endian = self.counts_are_little_endian(counts, 4 * width as u64);
+        }
+        let (words, _) = counts.as_chunks::<4>();
+        let [vertices, faces] = [words[0], words[1]].map(|bytes| self.whole(bytes));
         let room = self.input.plausible(u64::from(vertices), 4 * width as u64, at, "vertices")?;
         self.model.soup = PolygonSoup::with_capacity(room, 0, 0);
         let mut numbers = Numbers::default();
@@ -217,12 +249,33 @@ impl Reader<'_, '_> {
                 numbers.values.push(f64::from(self.float("a vertex")?));
             }
             self.vertex(&numbers)?;
+            self.input.spend(VERTEX, || numbers.at.clone())?;
         }
         self.faces_binary(faces, vertices)
     }
 
+    /// Whether the numbers of vertices and faces are written with the least significant byte first,
+    /// as OpenMesh does it, against the format: the file cannot hold what they are otherwise, or if
+    /// it can hold both, they fill less of it otherwise. Without the length of the file, the smaller
+    /// numbers are the right ones.
+    fn counts_are_little_endian(&self, counts: [u8; 12], vertex: u64) -> bool {
+        let (words, _) = counts.as_chunks::<4>();
+        let bytes = |read: fn([u8; 4]) -> u32| {
+            let [vertices, faces] = [words[0], words[1]].map(|word| u64::from(read(word)));
+            // Five words for a triangle, one less without a number of colour components.
+            vertices.saturating_mul(vertex).saturating_add(faces.saturating_mul(8))
+        };
+        let (big, little) = (bytes(u32::from_be_bytes), bytes(u32::from_le_bytes));
+        match self.input.rest_known() {
+            Some(rest) if big <= rest && little <= rest => little > big,
+            Some(rest) => little <= rest,
+            None => little < big,
+        }
+    }
+
     fn faces_binary(&mut self, faces: u32, vertices: u32) -> Result<(), ReadErrorKind> {
         self.input.plausible(u64::from(faces), 8, self.input.here(), "faces")?;
+        let has_colors = !self.little_endian || self.says_colors(faces)?;
         let (mut face, mut color) = (Vec::new(), Vec::new());
         let mut colors = FaceColors::default();
         for _ in 0..faces {
@@ -233,7 +286,8 @@ impl Reader<'_, '_> {
             for _ in 0..corners {
                 face.push(f64::from(self.int("a corner")?));
             }
-            let components = self.int("the number of colour components")?;
+            let components =
+                if has_colors { self.int("the number of colour components")? } else { 0 };
             self.input.plausible(u64::from(components), 4, at.clone(), "colour components")?;
             color.clear();
             for _ in 0..components {
@@ -243,17 +297,39 @@ impl Reader<'_, '_> {
             if face.len() >= 3 {
                 colors.push(&color);
             }
+            self.input.spend(face_cost(face.len()), || at)?;
         }
         self.model.face_colors = colors.finish(true);
         Ok(())
     }
 
+    /// Whether the number of colour components follows each face, as the format has it. OpenMesh
+    /// leaves it out; then the faces end where the file does without it.
+    fn says_colors(&mut self, faces: u32) -> Result<bool, ReadErrorKind> {
+        let Some(rest) = self.input.rest_known() else { return Ok(true) };
+        // A face takes at least its number of corners; the window holds what is looked at.
+        self.input.spend(rest, || Location::Byte(0))?;
+        let (words, odd) = self.input.peek(rest as usize)?.as_chunks::<4>();
+        let mut place = 0_usize;
+        for _ in 0..faces {
+            let Some(&corners) = words.get(place) else { return Ok(true) };
+            place = place.saturating_add(1 + u32::from_le_bytes(corners) as usize);
+        }
+        Ok(place != words.len() || !odd.is_empty())
+    }
+
     fn int(&mut self, what: &str) -> Result<u32, ReadErrorKind> {
-        Ok(u32::from_be_bytes(self.input.array(what)?))
+        let bytes = self.input.array(what)?;
+        Ok(self.whole(bytes))
     }
 
     fn float(&mut self, what: &str) -> Result<f32, ReadErrorKind> {
-        Ok(f32::from_be_bytes(self.input.array(what)?))
+        let bytes = self.input.array(what)?;
+        Ok(f32::from_bits(self.whole(bytes)))
+    }
+
+    fn whole(&self, bytes: [u8; 4]) -> u32 {
+        if self.little_endian { u32::from_le_bytes(bytes) } else { u32::from_be_bytes(bytes) }
     }
 
     fn finish(mut self) -> Model {
@@ -261,6 +337,11 @@ impl Reader<'_, '_> {
             let uv = |&vertex: &u32| self.uvs.get(vertex as usize).copied().unwrap_or_default();
             self.model.corner_uvs = Some(self.model.soup.corners().iter().map(uv).collect());
         }
+        if self.small_faces > 0 {
+            let count = self.small_faces;
+            self.notes.add(format!("skipped {count} faces of fewer than three corners"));
+        }
+        self.model.notes = self.notes.finish();
         self.model
     }
 }

@@ -104,6 +104,15 @@ impl VertexColumns {
         })
     }
 
+    /// The bytes of a vertex.
+    pub(super) fn row(&self) -> u64 {
+        let of = |there: bool, bytes| if there { bytes } else { 0 };
+        24 + of(self.normals.is_some(), 12)
+            + of(self.colors.is_some(), 16)
+            + of(self.uvs.is_some(), 8)
+            + 8 * self.scalars.len() as u64
+    }
+
     /// Makes room for a block of records, to be filled by `set_block`.
     pub(super) fn grow(&mut self, records: usize) {
         self.done = self.positions.len();
@@ -213,6 +222,12 @@ impl FaceColumns {
             uvs: Vec::new(),
             scalars,
         })
+    }
+
+    /// The bytes of a face of so many corners, with texture coordinates of the corners or of their
+    /// vertices.
+    pub(super) fn row(&self, corners: usize) -> u64 {
+        12 * corners as u64 + 4 + 16 + 8 * self.scalars.len() as u64
     }
 
     pub(super) fn indices<'r>(&self, record: &'r Record) -> &'r [f64] {

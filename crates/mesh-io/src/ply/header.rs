@@ -1,7 +1,9 @@
 //! The header of a PLY file.
 
-use crate::error::{Location, ReadErrorKind, quote};
+use crate::budget::GROWING;
+use crate::error::{Location, ReadErrorKind};
 use crate::input::{Input, Line, integer};
+use crate::text::quote;
 
 /// How the values are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,12 +105,15 @@ impl Element {
 pub(super) struct Header {
     pub storage: Storage,
     pub elements: Vec<Element>,
+    /// The pictures that comments name, as MeshLab writes them.
+    pub textures: Vec<String>,
 }
 
 /// Reads up to and including `end_header`.
 pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
     let mut storage = None;
     let mut elements: Vec<Element> = Vec::new();
+    let mut textures = Vec::new();
     let mut first = true;
     loop {
         let number = input.line_number() + u64::from(!first);
@@ -128,7 +133,11 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
             continue;
         }
         match keyword {
-            b"" | b"comment" | b"obj_info" => {}
+            b"comment" if words.clone().next() == Some(b"TextureFile") => {
+                words.next();
+                textures.push(String::from_utf8_lossy(words.remainder()).replace('\\', "/"));
+            }
+            b"" | b"comment" | b"obj_info" => continue,
             b"format" => storage = Some(read_format(line)?),
             b"element" => elements.push(read_element(line)?),
             b"property" => {
@@ -141,13 +150,16 @@ pub(super) fn read(input: &mut Input<'_>) -> Result<Header, ReadErrorKind> {
             b"end_header" => {
                 let storage = storage
                     .ok_or_else(|| line.unexpected("a format line before", b"end_header"))?;
-                return Ok(Header { storage, elements });
+                return Ok(Header { storage, elements, textures });
             }
             other => {
                 let expected = "one of format, element, property, comment, obj_info, end_header";
                 return Err(line.unexpected(expected, other));
             }
         }
+        // The line itself, and what an element or property takes here and when it is read.
+        let length = line.text.len() as u64;
+        input.spend_on_line(length + GROWING * size_of::<Element>() as u64 + 128)?;
     }
 }
 

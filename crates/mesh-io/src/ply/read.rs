@@ -7,9 +7,12 @@
 use super::columns::{FaceColumns, VertexColumns};
 use super::header::{self, Element, Storage, Type};
 use super::records::{Column, Record, each_record};
-use crate::Model;
+use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::input::Input;
+use crate::notes::Notes;
+use crate::text::quote;
+use crate::{Image, ImageData, Material, Model};
 use mesh_core::PolygonSoup;
 
 /// Bytes decoded at a time.
@@ -19,12 +22,18 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     let header = header::read(input)?;
     // Faces may come before the vertices that they refer to.
     let vertex_count = header.elements.iter().find(|e| e.name == "vertex").map_or(0, |e| e.count);
-    let mut reader =
-        Reader { input, storage: header.storage, vertex_count, uvs: None, model: Model::default() };
+    let mut reader = Reader {
+        input,
+        storage: header.storage,
+        vertex_count,
+        uvs: None,
+        model: Model::default(),
+        notes: Notes::default(),
+    };
     for element in &header.elements {
         reader.element(element)?;
     }
-    Ok(reader.finish())
+    reader.finish(header.textures)
 }
 
 struct Reader<'i, 'a> {
@@ -34,6 +43,7 @@ struct Reader<'i, 'a> {
     /// Texture coordinates by vertex.
     uvs: Option<Vec<[f32; 2]>>,
     model: Model,
+    notes: Notes,
 }
 
 impl Reader<'_, '_> {
@@ -43,7 +53,7 @@ impl Reader<'_, '_> {
             _ => self.input.here(),
         };
         let least = element.least_bytes(self.storage);
-        let what = format!("{:?} records", element.name);
+        let what = format!("{} records", quote(element.name.as_bytes()));
         let room = if element.properties.is_empty() {
             0
         } else {
@@ -55,21 +65,24 @@ impl Reader<'_, '_> {
             "face" if soup.face_count() == 0 => self.faces(element, room),
             "tristrips" if soup.face_count() == 0 => self.strips(element),
             _ => {
-                self.model.notes.push(format!("skipped the PLY element {:?}", element.name));
-                each_record(self.input, self.storage, element, |_| Ok(()))
+                let name = quote(element.name.as_bytes());
+                self.notes.add(format!("skipped the PLY element {name}"));
+                each_record(self.input, self.storage, element, |_| Ok(0))
             }
         }
     }
 
     fn vertices(&mut self, element: &Element, room: usize) -> Result<(), ReadErrorKind> {
         let mut columns = VertexColumns::new(element, room)?;
+        // There is room for as many as the file can hold; else the lists grow.
+        let cost = columns.row() * if room as u64 == element.count { 1 } else { GROWING };
         if self.storage == Storage::Text || element.has_lists() {
             each_record(self.input, self.storage, element, |record| {
                 columns.push(&record.values);
-                Ok(())
+                Ok(cost)
             })?;
         } else {
-            self.fixed_records(element, &mut columns)?;
+            self.fixed_records(element, &mut columns, cost)?;
         }
         self.uvs = columns.store(&mut self.model);
         Ok(())
@@ -80,6 +93,7 @@ impl Reader<'_, '_> {
         &mut self,
         element: &Element,
         columns: &mut VertexColumns,
+        cost: u64,
     ) -> Result<(), ReadErrorKind> {
         let stride = element.least_bytes(self.storage) as usize;
         let big_endian = self.storage == Storage::BigEndian;
@@ -100,6 +114,8 @@ impl Reader<'_, '_> {
                 offset += kind.bytes();
             }
             self.input.consume(records * stride);
+            let at = self.input.here();
+            self.input.spend(records as u64 * cost, || at)?;
             missing -= records as u64;
         }
         Ok(())
@@ -108,8 +124,8 @@ impl Reader<'_, '_> {
     fn faces(&mut self, element: &Element, room: usize) -> Result<(), ReadErrorKind> {
         self.reserve_faces(room);
         let Some(mut columns) = FaceColumns::new(element) else {
-            self.model.notes.push("the PLY faces have no list of vertex indices".to_owned());
-            return each_record(self.input, self.storage, element, |_| Ok(()));
+            self.notes.add("the PLY faces have no list of vertex indices");
+            return each_record(self.input, self.storage, element, |_| Ok(0));
         };
         if self.storage != Storage::Text && is_plain_index_list(element) {
             return self.index_lists(element.count);
@@ -124,11 +140,11 @@ impl Reader<'_, '_> {
             }
             if face.len() < 3 {
                 too_small += 1;
-                return Ok(());
+                return Ok(0);
             }
             soup.push_face(&face)?;
             columns.push(record, face.len());
-            Ok(())
+            Ok(GROWING * columns.row(face.len()))
         })?;
         self.note_small_faces(too_small);
         columns.store(&mut self.model);
@@ -144,7 +160,7 @@ impl Reader<'_, '_> {
 
     fn note_small_faces(&mut self, count: u64) {
         if count > 0 {
-            self.model.notes.push(format!("skipped {count} faces of fewer than three corners"));
+            self.notes.add(format!("skipped {count} faces of fewer than three corners"));
         }
     }
 
@@ -160,6 +176,7 @@ impl Reader<'_, '_> {
         let (mut missing, mut too_small) = (count, 0);
         while missing > 0 {
             let offset = self.input.offset();
+            let (faces, corners) = (self.model.soup.face_count(), self.model.soup.corners().len());
             let mut rest = self.input.peek(LONGEST)?;
             let before = rest.len();
             while missing > 0
@@ -188,6 +205,9 @@ impl Reader<'_, '_> {
                 return Err(self.input.too_short("a face", 13));
             }
             self.input.consume(used);
+            let faces = (self.model.soup.face_count() - faces) as u64;
+            let corners = (self.model.soup.corners().len() - corners) as u64;
+            self.input.spend(GROWING * (4 * faces + 12 * corners), || Location::Byte(offset))?;
         }
         self.note_small_faces(too_small);
         Ok(())
@@ -197,8 +217,8 @@ impl Reader<'_, '_> {
     /// other one turned over; -1 begins a new strip.
     fn strips(&mut self, element: &Element) -> Result<(), ReadErrorKind> {
         let Some(columns) = FaceColumns::new(element) else {
-            self.model.notes.push("the PLY strips have no list of vertex indices".to_owned());
-            return each_record(self.input, self.storage, element, |_| Ok(()));
+            self.notes.add("the PLY strips have no list of vertex indices");
+            return each_record(self.input, self.storage, element, |_| Ok(0));
         };
         let (soup, limit) = (&mut self.model.soup, self.vertex_count);
         each_record(self.input, self.storage, element, |record| {
@@ -215,22 +235,62 @@ impl Reader<'_, '_> {
                     soup.push_face(&triangle)?;
                 }
             }
-            Ok(())
+            Ok(GROWING * 40 * indices.len() as u64)
         })?;
         self.model.face_colors = None;
         self.model.face_scalars.clear();
         Ok(())
     }
 
-    fn finish(mut self) -> Model {
-        if let Some(uvs) = self.uvs
+    fn finish(mut self, textures: Vec<String>) -> Result<Model, ReadErrorKind> {
+        if let Some(uvs) = self.uvs.take()
             && self.model.corner_uvs.is_none()
         {
             let corners = self.model.soup.corners();
             let uv = |&vertex: &u32| uvs.get(vertex as usize).copied().unwrap_or([f32::NAN; 2]);
             self.model.corner_uvs = Some(corners.iter().map(uv).collect());
         }
-        self.model
+        self.textures(textures)?;
+        self.model.notes = self.notes.finish();
+        Ok(self.model)
+    }
+
+    /// Makes a material of every picture that the header names. Which of them a face has is its
+    /// `texnumber`; the first where the faces have no such number.
+    fn textures(&mut self, textures: Vec<String>) -> Result<(), ReadErrorKind> {
+        let Some(first) = textures.first() else { return Ok(()) };
+        if self.model.corner_uvs.is_none() {
+            let name = quote(first.as_bytes());
+            self.notes.add(format!("left out the texture {name}: there are no coordinates for it"));
+            return Ok(());
+        }
+        let (count, faces) = (textures.len(), self.model.soup.face_count());
+        let each = (size_of::<Material>() + size_of::<Image>()) as u64;
+        let at = self.input.here();
+        self.input.spend(each * count as u64 + 4 * faces as u64, || at)?;
+        let number = self.model.face_scalars.iter().find(|scalars| scalars.name == "texnumber");
+        if number.is_none() && count > 1 {
+            self.notes
+                .add(format!("took the first of {count} textures: no face says which it has"));
+        }
+        let place = |&value: &f64| {
+            let is_place = value >= 0.0 && value < count as f64;
+            if is_place { value as u32 } else { Model::NONE }
+        };
+        self.model.face_materials = Some(match number {
+            Some(scalars) => scalars.values.iter().map(place).collect(),
+            None => vec![0; faces],
+        });
+        self.model.materials = (0..count as u32)
+            .map(|image| Material { base_color_image: Some(image), ..Material::default() })
+            .collect();
+        let image = |name| Image {
+            name: String::new(),
+            media_type: String::new(),
+            data: ImageData::Uri(name),
+        };
+        self.model.images = textures.into_iter().map(image).collect();
+        Ok(())
     }
 }
 

@@ -30,12 +30,12 @@ pub(super) struct Record {
     pub at: Location,
 }
 
-/// Decodes every record of an element in turn.
+/// Decodes every record of an element in turn; `visit` says how much memory it takes of the model.
 pub(super) fn each_record(
     input: &mut Input<'_>,
     storage: Storage,
     element: &Element,
-    mut visit: impl FnMut(&Record) -> Result<(), ReadErrorKind>,
+    mut visit: impl FnMut(&Record) -> Result<u64, ReadErrorKind>,
 ) -> Result<(), ReadErrorKind> {
     let properties = element.properties.len();
     if properties == 0 {
@@ -52,7 +52,8 @@ pub(super) fn each_record(
             Storage::LittleEndian => read_binary(input, element, &mut record, false)?,
             Storage::BigEndian => read_binary(input, element, &mut record, true)?,
         }
-        visit(&record)?;
+        let cost = visit(&record)?;
+        input.spend(cost, || record.at.clone())?;
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! Reading STL.
 
+use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::format::is_binary_stl;
 use crate::input::{Input, Line, Words, number};
@@ -13,6 +14,10 @@ const HEADER: u64 = 80;
 const FACET: usize = 50;
 /// Where in a facet the corners are.
 const CORNERS: std::ops::Range<usize> = 12..48;
+/// The memory that a vertex takes, its entry in the table of positions included.
+const VERTEX: u64 = GROWING * (24 + 40);
+/// The memory that a facet takes, its vertices left out.
+const FACE: u64 = GROWING * 20;
 
 pub(crate) fn read(input: &mut Input<'_>, size: Option<u64>) -> Result<Model, ReadErrorKind> {
     let head = input.peek(512)?;
@@ -54,6 +59,7 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     };
     let mut extra = false;
     for _ in 0..count {
+        let before = weld.soup.vertex_count();
         let facet: [u8; FACET] = input.array("a facet")?;
         let mut triangle = [0; 3];
         let numbers = facet[CORNERS].as_chunks::<4>().0.as_chunks::<3>().0;
@@ -62,6 +68,9 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
         }
         weld.soup.push_face(&triangle)?;
         extra |= facet[CORNERS.end..] != [0, 0];
+        let cost = FACE + VERTEX * (weld.soup.vertex_count() - before) as u64;
+        let at = input.here();
+        input.spend(cost, || at)?;
     }
     let mut model = Model::from(weld.soup);
     if extra {
@@ -76,7 +85,12 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
 fn read_text(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     let mut reader = TextReader::default();
     while let Some(line) = input.line()? {
+        let before = reader.weld.soup.vertex_count();
+        // A facet has three numbers for each corner, a solid a name.
+        let cost = GROWING * 8 * line.text.len() as u64;
         reader.line(line)?;
+        let vertices = reader.weld.soup.vertex_count() - before;
+        input.spend_on_line(cost + VERTEX * vertices as u64)?;
     }
     if reader.within_solid || reader.corners.is_some() {
         return Err(ReadErrorKind::malformed(

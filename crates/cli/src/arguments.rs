@@ -1,0 +1,48 @@
+//! The whole command line.
+
+use clap::{Parser, Subcommand};
+
+use crate::args::Common;
+use crate::commands::completions::Completions;
+use crate::commands::convert::Convert;
+use crate::commands::curvature::Curvature;
+use crate::commands::distance::Distance;
+use crate::commands::flip::Flip;
+use crate::commands::info::Info;
+use crate::commands::lod::Lod;
+use crate::commands::man::Manual;
+use crate::commands::patch::Patch;
+use crate::commands::repair::Repair;
+use crate::commands::simplify::Simplify;
+use crate::commands::subdivide::Subdivide;
+
+/// Curvature-driven work on triangle meshes.
+#[derive(Debug, Parser)]
+#[command(name = "curvmesh", version, max_term_width = 100, after_help = AFTER_HELP)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) common: Common,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Formats, in and out: OBJ, PLY, STL, OFF, glTF, GLB.
+Exit codes: 0 done; 2 wrong usage; 3 unreadable or malformed input; 4 the mesh cannot be
+processed as asked, or some of many files could not; 130 interrupted; 1 anything else.";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Info(Info),
+    Convert(Convert),
+    Curvature(Curvature),
+    Flip(Flip),
+    Patch(Patch),
+    Simplify(Box<Simplify>),
+    Lod(Box<Lod>),
+    Distance(Distance),
+    Subdivide(Subdivide),
+    Repair(Repair),
+    Completions(Completions),
+    Man(Manual),
+}

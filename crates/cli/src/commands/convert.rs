@@ -1,0 +1,58 @@
+//! `curvmesh convert`: from one format to another, repairing as asked.
+
+use serde::Serialize;
+
+use crate::batch::{Job, check_output};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::Seconds;
+use crate::session::{Outcome, Session};
+use crate::task::{Done, Task};
+
+/// Convert between formats, repairing as asked
+///
+/// Without repairs the faces are written as they are read, polygons and defects included. With
+/// repairs the output is an oriented 2-manifold of triangles.
+///
+///     curvmesh convert scan.ply -o scan.glb
+///     curvmesh convert parts.stl -o whole.obj --lenient
+///     curvmesh convert scans/ -o glb/ --to glb
+///     curvmesh convert - -o - --from stl --to ply < part.stl > part.ply
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Convert {
+    #[command(flatten)]
+    job: Job,
+}
+
+#[derive(Serialize)]
+struct Nothing {}
+
+impl Convert {
+    /// `IN OUT` means `IN -o OUT`.
+    pub(crate) fn with_output(mut self) -> Result<Self, Failure> {
+        if self.job.output.is_none() {
+            if self.job.inputs.len() != 2 {
+                return Err(Failure::usage("say where the result goes: -o OUT"));
+            }
+            self.job.output = self.job.inputs.pop();
+        }
+        Ok(self)
+    }
+}
+
+pub(crate) fn run(options: &Convert, session: &Session) -> Result<Outcome, Failure> {
+    check_output(&options.job, &session.given)?;
+    options.job.run(session, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    let loading = &options.job.loading;
+    let model = Seconds::time(&mut seconds.load, || loading.content(&task.input, console))?;
+    task.save(&model, &options.job.save, &mut seconds, console)?;
+    let counts = [model.soup.vertex_count(), model.soup.face_count()];
+    let report = task.report(console, counts, Nothing {}, seconds);
+    let brief = format!("{} vertices, {} faces", report.vertices, report.faces);
+    report.done(console, format!("{}: {brief}", report.subject()), brief)
+}

@@ -1,0 +1,211 @@
+//! `curvmesh curvature --estimator face`: the curvature of every face from normal sections.
+
+use clap::ValueEnum;
+use curvpatch::{CurvatureEstimator, DiscCurvature};
+use mesh_core::{FaceMap, TriMesh, VertexMap};
+use mesh_io::{Format, Model, Scalars};
+use serde::Serialize;
+
+use crate::args::EstimatorPreset;
+use crate::colormap::Scale;
+use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::{Loaded, Seconds};
+use crate::task::{Done, Report, Task};
+
+/// The property that is 1 for faces with curvature, and 0 for those without, whose other numbers
+/// are 0.
+const KNOWN: &str = "curvature_known";
+
+/// The keys of the vertex estimator, as far as there are such integrals over faces, and what is
+/// particular to this one.
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    integrals: Integrals,
+    estimator: &'static str,
+    radius: f64,
+    /// Faces whose sections end at the boundary of the mesh.
+    truncated_faces: usize,
+    /// Faces whose sections come back to them: the radius is too large there.
+    wrapped_faces: usize,
+    /// Faces without curvature: those without area, or cut off from their neighbours.
+    faces_without_curvature: usize,
+    quantity: String,
+    range: [f64; 2],
+}
+
+/// What is known of every face; nothing of those that have no curvature.
+struct Values {
+    discs: FaceMap<Option<DiscCurvature>>,
+    radius: f64,
+}
+
+pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let quantity = options.quantity;
+    let mut seconds = Seconds::default();
+    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let radius = options.estimate.radius;
+    let radius = radius.map(|r| r.on(&loaded.mesh, options.job.loading.relative)).transpose()?;
+    let values = Seconds::time(&mut seconds.compute, || {
+        Values::of(&loaded.mesh, options.estimate.preset, radius)
+    })?;
+    let known = values.discs.as_slice().iter().flatten();
+    let scale =
+        options.colors.scale(quantity.is_signed(), known.map(|d| value(d, quantity)).collect());
+    if let Some(output) = &task.output {
+        let in_faces =
+            matches!(options.job.save.format_of(output), Some(Format::Ply | Format::Off));
+        let model = colored(quantity, in_faces, &loaded, &values, &scale)?;
+        task.save(&model, &options.job.save, &mut seconds, console)?;
+        console.message(options.colors.explain(&scale));
+    }
+    let results = results(options, &loaded, &values, &scale);
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
+    let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
+    report.done(console, summary(&report), brief)
+}
+
+impl Values {
+    fn of(mesh: &TriMesh, preset: EstimatorPreset, radius: Option<f64>) -> Result<Self, Failure> {
+        let estimator = CurvatureEstimator::new(mesh, preset.params()).map_err(Failure::refused)?;
+        let radius = radius.unwrap_or_else(|| estimator.suggested_radius());
+        // Without faces there is no mean edge, and no curvature either.
+        if mesh.topology().face_count() == 0 {
+            return Ok(Self { discs: FaceMap::from_vec(Vec::new()), radius });
+        }
+        let discs = estimator.all_faces(radius).map_err(Failure::refused)?;
+        let discs = discs.into_vec().into_iter().map(Result::ok).collect();
+        Ok(Self { discs: FaceMap::from_vec(discs), radius })
+    }
+
+    fn count(&self, is: impl Fn(&DiscCurvature) -> bool) -> usize {
+        self.discs.as_slice().iter().flatten().filter(|&disc| is(disc)).count()
+    }
+
+    /// Curvatures of faces times their areas.
+    fn integrals(&self, mesh: &TriMesh) -> Integrals {
+        let mut sums = Integrals::default();
+        for face in mesh.topology().faces() {
+            let Some(disc) = &self.discs[face] else { continue };
+            let area = mesh.face_area(face);
+            let [k1, k2] = disc.curvatures;
+            sums.integral_gaussian += area * disc.gaussian();
+            sums.integral_abs_gaussian += area * disc.gaussian().abs();
+            sums.integral_mean += area * disc.mean();
+            sums.integral_abs_mean += area * disc.mean().abs();
+            sums.f1 += area * disc.mean() * disc.mean();
+            sums.f3 += area * (k1.abs() + k2.abs());
+        }
+        Integrals { f2: sums.integral_abs_mean, willmore: sums.f1 - sums.integral_gaussian, ..sums }
+    }
+}
+
+/// A quantity of a face, pointwise.
+fn value(disc: &DiscCurvature, quantity: Quantity) -> f64 {
+    let [k1, k2] = disc.curvatures;
+    match quantity {
+        Quantity::Gaussian => disc.gaussian(),
+        Quantity::Mean => disc.mean(),
+        Quantity::AbsMean => disc.mean().abs(),
+        Quantity::K1 => k1.max(k2),
+        Quantity::K2 => k1.min(k2),
+        Quantity::AbsSum => k1.abs() + k2.abs(),
+        Quantity::ShapeIndex => (k1 + k2).atan2((k1 - k2).abs()) * core::f64::consts::FRAC_2_PI,
+        Quantity::Curvedness => (0.5 * (k1 * k1 + k2 * k2)).sqrt(),
+        // Refused before anything is computed.
+        Quantity::Willmore => 0.0,
+    }
+}
+
+/// The mesh with every quantity as a number per face, 0 where there is none. Colours go to the
+/// faces where the format has them (PLY, OFF), and otherwise to the vertices, by the mean of the
+/// faces round each weighted by their areas, so that the mesh stays connected.
+fn colored(
+    quantity: Quantity,
+    in_faces: bool,
+    loaded: &Loaded,
+    values: &Values,
+    scale: &Scale,
+) -> Result<Model, Failure> {
+    let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
+    let discs = values.discs.as_slice();
+    let of_faces = Quantity::value_variants().iter().filter(|&&q| q != Quantity::Willmore);
+    for &quantity in of_faces {
+        let name = quantity.property();
+        model.face_scalars.retain(|scalars| scalars.name != name);
+        let of_face =
+            |disc: &Option<DiscCurvature>| disc.map_or(0.0, |disc| value(&disc, quantity));
+        let values = discs.iter().map(of_face).collect();
+        model.face_scalars.push(Scalars { name: name.to_owned(), values });
+    }
+    model.face_scalars.retain(|scalars| scalars.name != KNOWN);
+    let known = discs.iter().map(|disc| f64::from(u8::from(disc.is_some()))).collect();
+    model.face_scalars.push(Scalars { name: KNOWN.to_owned(), values: known });
+    model.vertex_colors = None;
+    model.face_colors = None;
+    if in_faces {
+        let color = |disc: &Option<DiscCurvature>| {
+            disc.map_or(UNKNOWN, |d| scale.color(value(&d, quantity)))
+        };
+        model.face_colors = Some(discs.iter().map(color).collect());
+    } else {
+        let means = vertex_means(&loaded.mesh, values, quantity);
+        let color = |mean: &Option<f64>| mean.map_or(UNKNOWN, |mean| scale.color(mean));
+        model.vertex_colors = Some(means.as_slice().iter().map(color).collect());
+    }
+    Ok(model)
+}
+
+/// The colour of what has no curvature.
+const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
+
+/// The mean over the faces round each vertex, weighted by area; nothing without any.
+fn vertex_means(mesh: &TriMesh, values: &Values, quantity: Quantity) -> VertexMap<Option<f64>> {
+    let topology = mesh.topology();
+    let mut sums = topology.vertex_map(0.0);
+    let mut areas = topology.vertex_map(0.0);
+    for face in topology.faces() {
+        let Some(disc) = &values.discs[face] else { continue };
+        let area = mesh.face_area(face);
+        for vertex in topology.face_vertices(face) {
+            sums[vertex] += area * value(disc, quantity);
+            areas[vertex] += area;
+        }
+    }
+    let pairs = sums.as_slice().iter().zip(areas.as_slice());
+    let means = pairs.map(|(sum, &area)| (area > 0.0).then(|| sum / area));
+    VertexMap::from_vec(means.collect())
+}
+
+fn results(options: &Curvature, loaded: &Loaded, values: &Values, scale: &Scale) -> Results {
+    let topology = loaded.mesh.topology();
+    let quantity = options.quantity.to_possible_value();
+    Results {
+        integrals: values.integrals(&loaded.mesh),
+        estimator: "face",
+        radius: values.radius,
+        truncated_faces: values.count(|disc| disc.truncated),
+        wrapped_faces: values.count(|disc| disc.wrapped),
+        faces_without_curvature: topology.face_count() - values.count(|_| true),
+        quantity: quantity.map(|value| value.get_name().to_owned()).unwrap_or_default(),
+        range: [scale.low, scale.high],
+    }
+}
+
+fn summary(report: &Report<Results>) -> String {
+    let found = &report.results;
+    format!(
+        "{}: sections of {:.6} to either side; integral of K {:.6}, of |H| {:.6}\n  {} of {} faces have sections that end at the boundary, {} that close on themselves, {} have no curvature",
+        report.subject(),
+        found.radius,
+        found.integrals.integral_gaussian,
+        found.integrals.integral_abs_mean,
+        found.truncated_faces,
+        report.faces,
+        found.wrapped_faces,
+        found.faces_without_curvature
+    )
+}

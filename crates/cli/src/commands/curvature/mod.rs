@@ -1,0 +1,28 @@
+//! `curvmesh curvature`: discrete curvature, as numbers and as colours.
+
+mod face;
+mod options;
+mod vertex;
+
+use crate::batch::check_output;
+use crate::commands::curvature::options::EstimatorName;
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::session::{Outcome, Session};
+use crate::task::{Done, Task};
+
+pub(crate) use options::Curvature;
+
+pub(crate) fn run(options: &Curvature, session: &Session) -> Result<Outcome, Failure> {
+    let given = &session.given;
+    options.check_given(given)?;
+    check_output(&options.job, given)?;
+    options.job.run(session, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
+    match options.estimate.estimator {
+        EstimatorName::Vertex => vertex::run(options, task, console),
+        EstimatorName::Face => face::run(options, task, console),
+    }
+}

@@ -1,0 +1,144 @@
+//! What `curvature` takes from the command line, whatever estimates it.
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::args::{AreaName, EstimatorPreset};
+use crate::batch::Job;
+use crate::colormap::{COLOR_OPTIONS, ColorOptions};
+use crate::failure::Failure;
+use crate::given::Given;
+use crate::length::{Length, parse_length};
+
+/// Compute the curvature of every vertex or face, and colour the mesh by it
+///
+/// PLY output carries every quantity as a named property; PLY, GLB, OBJ and OFF carry the colours.
+/// Signed quantities are positive where the surface is convex seen from outside. Curvature of
+/// faces is a property of faces; GLB and OBJ get the colours of vertices, which are the mean of the
+/// faces around.
+///
+/// Without -o nothing is written, and only the totals are printed.
+///
+///     curvmesh curvature scan.ply --json
+///     curvmesh curvature scan.ply -o mean.ply --quantity mean
+///     curvmesh curvature part.obj -o folds.glb --quantity abs-mean --colormap magma --range 0,2
+///     curvmesh curvature scan.ply -o k1.ply --quantity k1 --estimator face --radius 1%
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Curvature {
+    #[command(flatten)]
+    pub(crate) job: Job,
+    /// What the colours show
+    #[arg(long, value_enum, default_value_t, help_heading = "Curvature")]
+    pub(crate) quantity: Quantity,
+    /// The area that belongs to a vertex, by which integrals are divided
+    #[arg(long, value_enum, default_value_t, help_heading = "Curvature")]
+    pub(crate) area: AreaName,
+    #[command(flatten)]
+    pub(crate) colors: ColorOptions,
+    #[command(flatten)]
+    pub(crate) estimate: Estimate,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Quantity {
+    /// K, per area
+    Gaussian,
+    /// H, per length, signed
+    #[default]
+    Mean,
+    /// |H|, per length
+    AbsMean,
+    /// The larger principal curvature, per length
+    K1,
+    /// The smaller principal curvature, per length
+    K2,
+    /// |k1| + |k2|, per length
+    AbsSum,
+    /// Bobenko's Willmore energy of the vertex, without unit
+    Willmore,
+    /// Koenderink's shape index, from -1 (cup) to 1 (cap)
+    ShapeIndex,
+    /// sqrt((k1² + k2²) / 2), per length
+    Curvedness,
+}
+
+/// Integrals over the mesh, which every estimator has.
+#[derive(Default, Serialize)]
+pub(crate) struct Integrals {
+    pub(crate) integral_gaussian: f64,
+    pub(crate) integral_abs_gaussian: f64,
+    pub(crate) integral_mean: f64,
+    pub(crate) integral_abs_mean: f64,
+    pub(crate) f1: f64,
+    pub(crate) f2: f64,
+    pub(crate) f3: f64,
+    pub(crate) willmore: f64,
+}
+
+impl Quantity {
+    /// The name of the property in a PLY file.
+    pub(crate) fn property(self) -> &'static str {
+        match self {
+            Self::Gaussian => "gaussian_curvature",
+            Self::Mean => "mean_curvature",
+            Self::AbsMean => "abs_mean_curvature",
+            Self::K1 => "k1",
+            Self::K2 => "k2",
+            Self::AbsSum => "abs_principal_sum",
+            Self::Willmore => "willmore_energy",
+            Self::ShapeIndex => "shape_index",
+            Self::Curvedness => "curvedness",
+        }
+    }
+
+    pub(crate) fn is_signed(self) -> bool {
+        matches!(self, Self::Gaussian | Self::Mean | Self::K1 | Self::K2 | Self::ShapeIndex)
+    }
+}
+
+/// Where curvature is estimated, and how.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Curvature")]
+pub(crate) struct Estimate {
+    /// `vertex`: from angles and dihedral angles; `face`: from normal sections through each face
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) estimator: EstimatorName,
+    /// With `face`: how far sections reach to either side [default: 4 mean edges]
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    pub(crate) radius: Option<Length>,
+    /// With `face`: how curvature is read off the sections
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) preset: EstimatorPreset,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum EstimatorName {
+    #[default]
+    Vertex,
+    Face,
+}
+
+impl Curvature {
+    /// Refuses options that would do nothing, and quantities that there are not.
+    pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
+        if self.job.output.is_none() {
+            given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
+        }
+        match self.estimate.estimator {
+            EstimatorName::Vertex => {
+                given.refuse(&["radius", "preset"], "they are for --estimator face")
+            }
+            EstimatorName::Face => {
+                given.refuse(&["area"], "curvature of faces is found pointwise")?;
+                if self.quantity == Quantity::Willmore {
+                    return Err(Failure::usage(
+                        "a face has no Willmore energy of its own; its integral is in the output \
+                         of --json, or use --estimator vertex",
+                    ));
+                }
+                Ok(())
+            }
+        }
+    }
+}

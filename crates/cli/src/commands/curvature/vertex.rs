@@ -1,0 +1,133 @@
+//! `curvmesh curvature --estimator vertex`: discrete curvature of every vertex.
+
+use clap::ValueEnum;
+use dcurv::{CurvatureOptions, Curvatures, Totals, VertexArea, VertexCurvature};
+use mesh_core::{Topology, VertexMap};
+use mesh_io::{Model, Scalars};
+use serde::Serialize;
+
+use crate::colormap::Scale;
+use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::{Loaded, Seconds};
+use crate::task::{Done, Report, Task};
+
+#[derive(Serialize)]
+struct Results {
+    #[serde(flatten)]
+    integrals: Integrals,
+    norm_l1: f64,
+    norm_l2_squared: f64,
+    clamped_vertices: usize,
+    boundary_vertices: usize,
+    quantity: String,
+    range: [f64; 2],
+}
+
+/// What is computed of a mesh.
+struct Values {
+    curvatures: Curvatures,
+    willmore: VertexMap<f64>,
+}
+
+pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let values = Seconds::time(&mut seconds.compute, || Values::of(&loaded, options.area.into()));
+    let shown = values.of_quantity(options.quantity);
+    let scale = scale(options, loaded.mesh.topology(), &shown);
+    if task.output.is_some() {
+        let model = colored(&loaded, &values, &shown, &scale)?;
+        task.save(&model, &options.job.save, &mut seconds, console)?;
+        console.message(options.colors.explain(&scale));
+    }
+    let results = results(options.quantity, &values, &scale);
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
+    let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
+    report.done(console, summary(&report), brief)
+}
+
+impl Values {
+    fn of(loaded: &Loaded, area: VertexArea) -> Self {
+        Self {
+            curvatures: Curvatures::of(&loaded.mesh, &CurvatureOptions { area }),
+            willmore: dcurv::willmore_energies(&loaded.mesh),
+        }
+    }
+
+    fn of_quantity(&self, quantity: Quantity) -> VertexMap<f64> {
+        let map = |value: fn(&VertexCurvature) -> f64| self.curvatures.map(value);
+        match quantity {
+            Quantity::Gaussian => map(|c| c.gaussian().value()),
+            Quantity::Mean => map(|c| c.mean().value()),
+            Quantity::AbsMean => map(|c| c.abs_mean().value()),
+            Quantity::K1 => map(|c| c.principal()[0].value()),
+            Quantity::K2 => map(|c| c.principal()[1].value()),
+            Quantity::AbsSum => map(|c| c.abs_principal_sum().value()),
+            Quantity::Willmore => self.willmore.clone(),
+            Quantity::ShapeIndex => map(VertexCurvature::shape_index),
+            Quantity::Curvedness => map(|c| c.curvedness().value()),
+        }
+    }
+}
+
+/// The colours and their range; vertices without faces have no say in it.
+fn scale(options: &Curvature, topology: &Topology, shown: &VertexMap<f64>) -> Scale {
+    let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+    options.colors.scale(options.quantity.is_signed(), used.map(|v| shown[v]).collect())
+}
+
+/// The content of the output: the mesh, its colours, and every quantity as a named number.
+fn colored(
+    loaded: &Loaded,
+    values: &Values,
+    shown: &VertexMap<f64>,
+    scale: &Scale,
+) -> Result<Model, Failure> {
+    let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
+    model.vertex_colors = Some(shown.as_slice().iter().map(|&value| scale.color(value)).collect());
+    for &quantity in Quantity::value_variants() {
+        let name = quantity.property();
+        model.vertex_scalars.retain(|scalars| scalars.name != name);
+        model.vertex_scalars.push(Scalars {
+            name: name.to_owned(),
+            values: values.of_quantity(quantity).into_vec(),
+        });
+    }
+    Ok(model)
+}
+
+fn results(quantity: Quantity, values: &Values, scale: &Scale) -> Results {
+    let totals: Totals = values.curvatures.totals();
+    let name = quantity.to_possible_value().map(|value| value.get_name().to_owned());
+    Results {
+        integrals: Integrals {
+            integral_gaussian: totals.gaussian.value(),
+            integral_abs_gaussian: totals.abs_gaussian.value(),
+            integral_mean: totals.mean.value(),
+            integral_abs_mean: totals.abs_mean.value(),
+            f1: totals.f1,
+            f2: totals.f2(),
+            f3: totals.f3,
+            willmore: values.willmore.as_slice().iter().sum(),
+        },
+        norm_l1: totals.norm_l1,
+        norm_l2_squared: totals.norm_l2_squared,
+        clamped_vertices: totals.clamped,
+        boundary_vertices: totals.boundary,
+        quantity: name.unwrap_or_default(),
+        range: [scale.low, scale.high],
+    }
+}
+
+fn summary(report: &Report<Results>) -> String {
+    let Integrals { integral_gaussian, integral_abs_mean, f1, f2, f3, willmore, .. } =
+        &report.results.integrals;
+    let (file, clamped, vertices) =
+        (report.subject(), report.results.clamped_vertices, report.vertices);
+    format!(
+        "{file}: integral of K {integral_gaussian:.6}, integral of |H| {integral_abs_mean:.6}\n  F1 {f1:.6}, F2 {f2:.6}, F3 {f3:.6}, Willmore {willmore:.6}\n  {clamped} of {vertices} vertices have H² < K"
+    )
+}

@@ -1,0 +1,238 @@
+//! `curvmesh distance`: how far two surfaces are from each other.
+
+use std::path::{Path, PathBuf};
+
+use mesh_core::build::Triangulator;
+use mesh_io::{Model, Scalars};
+use mesh_metric::{
+    CertifiedBounds, CertifyOptions, CompareOptions, Comparison, OneSided, Surface, compare,
+    hausdorff_bounds,
+};
+use serde::Serialize;
+
+use crate::args::is_standard;
+use crate::colormap::{COLOR_OPTIONS, ColorOptions};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::length::{Length, diagonal, parse_length};
+use crate::load::{Loading, Seconds};
+use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, save};
+use crate::session::{Outcome, Session};
+use crate::task::Report;
+
+/// Measure the distance between two surfaces, from each to the other
+///
+/// Mean and root mean square are over the area, from samples; the maximum is over samples, edges
+/// and vertices. All are in model units. Neither surface need be a manifold.
+///
+///     curvmesh distance scan.ply simplified.ply
+///     curvmesh distance scan.ply simplified.ply --exact 0.01% --json
+///     curvmesh distance simplified.ply scan.ply -o errors.ply
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Distance {
+    /// The first surface; `-` is the standard input, for one of the two
+    #[arg(value_name = "A")]
+    first: PathBuf,
+    /// The second surface
+    #[arg(value_name = "B")]
+    second: PathBuf,
+    /// Samples in each direction, uniform by area
+    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    samples: usize,
+    /// Also prove bounds of the Hausdorff distance, at most this far apart; shares are of the diagonal
+    /// of A
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    exact: Option<Length>,
+    /// Where the random numbers of the samples start
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// Write A with the distance of every vertex from B as colours and as a number; `-` is the
+    /// standard output
+    #[arg(short, long, value_name = "OUT")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    colors: ColorOptions,
+    #[command(flatten)]
+    save: SaveOptions,
+    #[command(flatten)]
+    loading: Loading,
+}
+
+#[derive(Serialize)]
+struct Results {
+    other: String,
+    other_vertices: usize,
+    other_faces: usize,
+    forward: Direction,
+    backward: Direction,
+    mean: f64,
+    rms: f64,
+    max: f64,
+    bbox_diagonal: f64,
+    samples: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hausdorff: Option<Bounds>,
+}
+
+#[derive(Serialize)]
+struct Direction {
+    mean: f64,
+    rms: f64,
+    max: f64,
+    max_at: [f64; 3],
+}
+
+impl From<&OneSided> for Direction {
+    fn from(side: &OneSided) -> Self {
+        Self { mean: side.mean, rms: side.rms, max: side.max, max_at: side.worst.from.to_array() }
+    }
+}
+
+#[derive(Serialize)]
+struct Bounds {
+    lower: f64,
+    upper: f64,
+    converged: bool,
+}
+
+impl Bounds {
+    /// A sample is a lower bound too, and may be the larger one.
+    fn new(proved: &CertifiedBounds, sampled: f64) -> Self {
+        let lower = proved.lower.max(sampled.min(proved.upper));
+        Self { lower, upper: proved.upper, converged: proved.converged }
+    }
+}
+
+pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Failure> {
+    let given = &session.given;
+    match &options.output {
+        Some(output) => check_target(output, &options.save, given)?,
+        None => {
+            given.refuse(&SAVE_OPTIONS, "without -o nothing is written")?;
+            given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
+        }
+    }
+    if is_standard(&options.first) && is_standard(&options.second) {
+        return Err(Failure::usage("the standard input `-` can be one of the two surfaces only"));
+    }
+    let aside = match &options.output {
+        Some(output) if is_standard(output) => Some(session.console.beside_mesh()?),
+        _ => None,
+    };
+    let console = aside.as_ref().unwrap_or(&session.console);
+    let mut seconds = Seconds::default();
+    let read = |path: &Path| {
+        let model = options.loading.content(path, console)?;
+        surface(path, &model).map(|surface| (model, surface))
+    };
+    let [a, b] = [&options.first, &options.second]
+        .map(|path| Seconds::time(&mut seconds.load, || read(path)));
+    let ((mut model, a), (other, b)) = (a?, b?);
+    let size = || diagonal(Some(a.bounding_box().diagonal()));
+    let relative = options.loading.relative;
+    let exact = options.exact.map(|length| length.in_units(relative, size)).transpose()?;
+    let spinner = console.spinner("measuring");
+    let results = Seconds::time(&mut seconds.compute, || measure(options, exact, [&a, &b], &other));
+    spinner.finish_and_clear();
+    if let Some(output) = &options.output {
+        Seconds::time(&mut seconds.compute, || color(&mut model, &b, options, console));
+        Seconds::time(&mut seconds.save, || save(output, &model, &options.save, console))?;
+    }
+    let counts = [model.soup.vertex_count(), model.soup.face_count()];
+    let mut report = Report::new(console, &options.first, counts, results, seconds);
+    if let Some(output) = &options.output {
+        report = report.with_output(output);
+    }
+    report.done(console, summary(&report.results), String::new())?.print(console)?;
+    Ok(Outcome::Done)
+}
+
+/// The surface of a file, its polygons cut into triangles.
+fn surface(path: &Path, model: &Model) -> Result<Surface, Failure> {
+    let soup = &model.soup;
+    let mut triangulator = Triangulator::default();
+    let (mut triangles, mut local, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+    for face in soup.faces() {
+        if let &[a, b, c] = face {
+            triangles.push([a, b, c]);
+            continue;
+        }
+        // A corner without a vertex is reported below.
+        positions.clear();
+        positions.extend(face.iter().filter_map(|&v| soup.positions().get(v as usize).copied()));
+        if positions.len() < face.len() {
+            triangles.extend(face.first_chunk::<3>());
+            continue;
+        }
+        local.clear();
+        triangulator.triangulate(&positions, face, &mut local);
+        triangles.extend(local.iter().map(|t| t.map(|corner| face[corner as usize])));
+    }
+    Surface::from_triangles(soup.positions(), &triangles)
+        .map_err(|source| Failure::Surface { path: path.to_owned(), source: Box::new(source) })
+}
+
+fn measure(
+    options: &Distance,
+    exact: Option<f64>,
+    [a, b]: [&Surface; 2],
+    other: &Model,
+) -> Results {
+    let sampling = CompareOptions {
+        samples: options.samples,
+        seed: options.seed,
+        ..CompareOptions::default()
+    };
+    let found: Comparison = compare(a, b, &sampling);
+    let certified = exact.map(|tolerance| {
+        let certify = CertifyOptions { tolerance, ..CertifyOptions::default() };
+        Bounds::new(&hausdorff_bounds(a, b, &certify), found.hausdorff())
+    });
+    Results {
+        other: options.second.display().to_string(),
+        other_vertices: other.soup.vertex_count(),
+        other_faces: other.soup.face_count(),
+        forward: (&found.forward).into(),
+        backward: (&found.backward).into(),
+        mean: found.mean(),
+        rms: found.rms(),
+        max: found.hausdorff(),
+        bbox_diagonal: a.bounding_box().diagonal(),
+        samples: options.samples,
+        hausdorff: certified,
+    }
+}
+
+/// Gives every vertex its distance from the other surface as a number and a colour.
+fn color(model: &mut Model, to: &Surface, options: &Distance, console: &Console) {
+    let distances = to.distances(model.soup.positions());
+    let scale = options.colors.scale(false, distances.clone());
+    model.vertex_colors = Some(distances.iter().map(|&d| scale.color(d)).collect());
+    model.vertex_scalars.retain(|scalars| scalars.name != "distance");
+    model.vertex_scalars.push(Scalars { name: "distance".to_owned(), values: distances });
+    console.message(options.colors.explain(&scale));
+}
+
+fn summary(found: &Results) -> String {
+    let percent = 100.0 / found.bbox_diagonal.max(f64::MIN_POSITIVE);
+    let line = |name: &str, [mean, rms, max]: [f64; 3]| {
+        format!(
+            "  {name}  {mean:.6e} ({:.4} %)  {rms:.6e} ({:.4} %)  {max:.6e} ({:.4} %)\n",
+            mean * percent,
+            rms * percent,
+            max * percent
+        )
+    };
+    let of = |side: &Direction| [side.mean, side.rms, side.max];
+    let mut text =
+        "distance  mean, root mean square, maximum (and in % of the diagonal of A)\n".to_owned();
+    text += &line("A to B", of(&found.forward));
+    text += &line("B to A", of(&found.backward));
+    text += &line("both  ", [found.mean, found.rms, found.max]);
+    if let Some(Bounds { lower, upper, converged }) = found.hausdorff {
+        let remark = if converged { "" } else { "; the limit of work was reached" };
+        text += &format!("  Hausdorff distance between {lower:.9e} and {upper:.9e}{remark}\n");
+    }
+    text.trim_end().to_owned()
+}

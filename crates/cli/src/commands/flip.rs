@@ -1,0 +1,260 @@
+//! `curvmesh flip`: edge flips that lower a curvature cost.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Refused, Ties};
+use indicatif::ProgressBar;
+use mesh_core::TriMesh;
+use serde::Serialize;
+
+use crate::args::{AreaName, parse_angle, parse_seconds};
+use crate::batch::{Job, check_output};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::given::Given;
+use crate::interrupt::{self, Interruption, KEEP_PARTIAL};
+use crate::load::Seconds;
+use crate::seams::Seams;
+use crate::session::{Outcome, Session};
+use crate::task::{Done, Report, Task};
+
+/// Optimise the triangulation by edge flips; the vertices stay where they are
+///
+/// Borders between texture charts, groups and materials are kept; normals are left out of the
+/// output, since flips change them.
+///
+/// Without -o nothing is written, and only the numbers are printed.
+///
+///     curvmesh flip rocker-arm.obj -o better.ply --cost f2
+///     curvmesh flip part.stl -o part.obj --cost f2 --feature-angle 40 --lenient
+///     curvmesh flip scan.ply -o scan.glb --cost f1 --look-ahead 2 --no-intersections
+///     curvmesh flip scans/ -o flipped/ --cost f2 --seed 7 --anneal-steps 50
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Flip {
+    #[command(flatten)]
+    job: Job,
+    #[command(flatten)]
+    optimise: Optimise,
+    #[command(flatten)]
+    interruption: Interruption,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Optimisation")]
+struct Optimise {
+    /// What to lower: f1, f2, f3, gauss, area, delaunay, willmore or willmore-potential
+    #[arg(long, value_name = "COST", value_parser = |s: &str| s.parse::<CostName>())]
+    cost: CostName,
+    /// The area that belongs to a vertex, for f1 and f3
+    #[arg(long, value_enum, default_value_t)]
+    area: AreaName,
+    /// Where no single flip helps, try up to this many in a row, at most 6: each more takes about six
+    /// times as long
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = parse_look_ahead)]
+    look_ahead: usize,
+    /// Leave the local minimum by simulated annealing, with so many tries per edge and round; 50
+    /// is usual
+    #[arg(long, value_name = "N")]
+    anneal_steps: Option<usize>,
+    #[arg(long, hide = true, conflicts_with_all = ["anneal_steps", "seed"], value_parser = parse_anneal)]
+    anneal: Option<Anneal>,
+    /// Keep edges whose faces meet at a larger angle than this
+    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
+    feature_angle: Option<f64>,
+    /// Refuse flips that turn a face by more than this
+    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
+    max_fold: Option<f64>,
+    /// Refuse flips that would make the surface cross itself
+    #[arg(long)]
+    no_intersections: bool,
+    /// Break ties in a random order, not by edge number
+    #[arg(long)]
+    random_ties: bool,
+    #[arg(long, hide = true, conflicts_with_all = ["random_ties", "seed"])]
+    tie_seed: Option<u64>,
+    /// Where the random numbers of --anneal-steps and --random-ties start
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// Stop after so many flips
+    #[arg(long, value_name = "N")]
+    max_flips: Option<u64>,
+    /// Stop after so many seconds
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    time_limit: Option<std::time::Duration>,
+}
+
+#[derive(Serialize)]
+struct Results {
+    cost: String,
+    cost_before: f64,
+    cost_after: f64,
+    flips: u64,
+    stop: String,
+    locked_edges: usize,
+    rejected: BTreeMap<&'static str, u64>,
+}
+
+pub(crate) fn run(options: &Flip, session: &Session) -> Result<Outcome, Failure> {
+    options.optimise.check_given(&session.given)?;
+    if options.interruption.keep_partial && options.job.output.is_none() {
+        session.given.refuse(&[KEEP_PARTIAL], "without -o nothing is written")?;
+    }
+    check_output(&options.job, &session.given)?;
+    options.job.run(session, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    let mut loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let seams = Seams::find(loaded.mesh.topology(), &loaded.provenance, &loaded.model);
+    if seams.count() > 0 {
+        console.message(format_args!("{} edges are borders that stay", seams.count()));
+    }
+    let flipped = Seconds::time(&mut seconds.compute, || {
+        optimise(&mut loaded.mesh, &options.optimise, &seams, console)
+    })?;
+    if task.output.is_some() {
+        let corners = seams.corner_source(loaded.mesh.topology());
+        let mut model = loaded.to_model(&corners)?;
+        model.vertex_normals = None;
+        model.corner_normals = None;
+        task.save(&model, &options.job.save, &mut seconds, console)?;
+    }
+    let results = Results::new(&options.optimise, &flipped);
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let Results { cost, cost_before, cost_after, .. } = &report.results;
+    let brief = format!("{cost} {cost_before:.6} -> {cost_after:.6}");
+    report.done(console, summary(&report), brief)
+}
+
+impl Optimise {
+    /// Refuses options that would do nothing.
+    fn check_given(&self, given: &Given) -> Result<(), Failure> {
+        if self.anneal_steps.is_none() && !self.random_ties {
+            given.refuse(&["seed"], "it is for --anneal-steps and --random-ties")?;
+        }
+        if !matches!(self.cost, CostName::F1 | CostName::F3) {
+            given.refuse(&["area"], "it is for the costs f1 and f3")?;
+        }
+        Ok(())
+    }
+
+    fn annealing(&self) -> Option<Anneal> {
+        let steps =
+            |steps_per_edge| Anneal { seed: self.seed, steps_per_edge, ..Anneal::default() };
+        self.anneal.or(self.anneal_steps.map(steps))
+    }
+
+    fn ties(&self) -> Ties {
+        let seed = self.tie_seed.or(self.random_ties.then_some(self.seed));
+        seed.map_or(Ties::EdgeId, Ties::Seeded)
+    }
+}
+
+fn optimise(
+    mesh: &mut TriMesh,
+    options: &Optimise,
+    seams: &Seams,
+    console: &Console,
+) -> Result<FlipReport, Failure> {
+    let flip_options = FlipOptions {
+        look_ahead: options.look_ahead,
+        anneal: options.annealing(),
+        feature_angle: options.feature_angle,
+        locked: Some(seams.edges.clone()),
+        max_fold: options.max_fold,
+        forbid_intersections: options.no_intersections,
+        ties: options.ties(),
+        max_flips: options.max_flips,
+        time_limit: options.time_limit,
+        ..FlipOptions::default()
+    };
+    let bar = console.progress(mesh.topology().edge_count() as u64, "flipping");
+    let result =
+        options.cost.optimise(mesh, options.area.into(), &flip_options, &mut |now| show(&bar, now));
+    bar.finish_and_clear();
+    result.map_err(|error| Failure::Usage(error.to_string()))
+}
+
+/// What is left to do shrinks; the bar shows what is done of the most there ever was.
+fn show(bar: &ProgressBar, now: Progress) -> ControlFlow<()> {
+    bar.set_message(match now.phase {
+        Phase::Greedy => "flipping",
+        _ => "annealing",
+    });
+    let most = bar.length().unwrap_or(0).max(now.waiting);
+    bar.set_length(most);
+    bar.set_position(most - now.waiting);
+    interrupt::flow()
+}
+
+impl Results {
+    fn new(options: &Optimise, flipped: &FlipReport) -> Self {
+        Self {
+            cost: options.cost.to_string(),
+            cost_before: flipped.cost_before,
+            cost_after: flipped.cost_after,
+            flips: flipped.flips,
+            stop: flipped.stop.to_string(),
+            locked_edges: flipped.locked_edges,
+            rejected: rejected(&flipped.refused),
+        }
+    }
+}
+
+/// Refused flips by reason, those that occurred.
+fn rejected(refused: &Refused) -> BTreeMap<&'static str, u64> {
+    let Refused {
+        valence_three,
+        diagonal_exists,
+        flat,
+        fold,
+        intersection,
+        cycle,
+        rounding,
+        stale,
+    } = *refused;
+    let counts = [
+        ("valence_three", valence_three),
+        ("diagonal_exists", diagonal_exists),
+        ("flat", flat),
+        ("fold", fold),
+        ("intersection", intersection),
+        ("cycle", cycle),
+        ("rounding", rounding),
+        ("stale", stale),
+    ];
+    counts.into_iter().filter(|&(_, count)| count > 0).collect()
+}
+
+fn summary(report: &Report<Results>) -> String {
+    let Results { cost, cost_before, cost_after, flips, stop, .. } = &report.results;
+    let (file, seconds) = (report.subject(), report.seconds.compute);
+    format!(
+        "{file}: {cost} {cost_before:.6} -> {cost_after:.6} with {flips} flips in {seconds:.3} s ({stop})"
+    )
+}
+
+/// At most so many flips in a row.
+const MOST_AHEAD: usize = 6;
+
+fn parse_look_ahead(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..=MOST_AHEAD) => Ok(count),
+        _ => Err(format!("expected a number from 1 to {MOST_AHEAD}")),
+    }
+}
+
+/// The older spelling `--anneal SEED[,STEPS]`.
+fn parse_anneal(text: &str) -> Result<Anneal, String> {
+    let usage = || "expected a seed, or a seed and tries per edge, like 7 or 7,200".to_owned();
+    let (seed, steps) =
+        text.split_once(',').map_or((text, None), |(seed, steps)| (seed, Some(steps)));
+    let mut anneal = Anneal { seed: seed.parse().map_err(|_| usage())?, ..Anneal::default() };
+    if let Some(steps) = steps {
+        anneal.steps_per_edge = steps.parse().map_err(|_| usage())?;
+    }
+    Ok(anneal)
+}

@@ -1,0 +1,199 @@
+//! `curvmesh info`: counts, topology, defects and sizes.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use mesh_core::PolygonSoup;
+use mesh_core::build::{BuildError, Repair, Weld, weld_exact, weld_within};
+use mesh_core::diagnose::{Diagnosis, diagnose};
+use serde::Serialize;
+
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::{Loading, Seconds, assemble};
+use crate::session::{Outcome, Session};
+use crate::task::Report;
+
+/// Count the parts and defects of a mesh, and measure it
+///
+/// Works on anything that can be read, sound or not, and reports the file as it is. With repairs,
+/// it reports the repaired mesh; with `--weld` alone, the welded file, sound or not.
+///
+///     curvmesh info scan.ply
+///     curvmesh info parts.stl --lenient --json
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Info {
+    /// The file to read; `-` is the standard input
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    #[command(flatten)]
+    loading: Loading,
+}
+
+#[derive(Serialize)]
+struct Results {
+    triangles: usize,
+    quadrilaterals: usize,
+    larger_polygons: usize,
+    edges: usize,
+    boundary_edges: usize,
+    boundary_loops: usize,
+    components: usize,
+    edge_components: usize,
+    euler_characteristic: i64,
+    closed: bool,
+    manifold: bool,
+    oriented: bool,
+    non_manifold_edges: usize,
+    non_manifold_vertices: usize,
+    inconsistent_edges: usize,
+    duplicate_faces: usize,
+    degenerate_faces: usize,
+    repeated_vertex_faces: usize,
+    zero_area_faces: usize,
+    sliver_faces: usize,
+    unreferenced_vertices: usize,
+    non_finite_vertices: usize,
+    /// Null without a finite vertex in use, as are the sizes below.
+    bbox_min: Option<[f64; 3]>,
+    bbox_max: Option<[f64; 3]>,
+    area: Option<f64>,
+    /// Only a closed, oriented mesh encloses a volume; null for others.
+    volume: Option<f64>,
+}
+
+pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure> {
+    let console = &session.console;
+    let mut seconds = Seconds::default();
+    let soup = Seconds::time(&mut seconds.load, || subject(options, console))?;
+    let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
+        .map_err(|source| too_large(options, source))?;
+    let counts = [diagnosis.vertices, diagnosis.faces];
+    let results = results(&soup, &diagnosis);
+    let report = Report::new(console, &options.input, counts, results, seconds);
+    report.done(console, report.to_string(), String::new())?.print(console)?;
+    Ok(Outcome::Done)
+}
+
+fn too_large(options: &Info, source: BuildError) -> Failure {
+    Failure::Build { path: options.input.clone(), source: Box::new(source), joined: false }
+}
+
+/// The file as it is or welded, or the mesh that repairs make of it.
+fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
+    let model = options.loading.read(&options.input, console)?;
+    let repair = options.loading.repairs(&model)?;
+    let mut only_weld = Repair::strict();
+    only_weld.weld = repair.weld;
+    if repair != only_weld {
+        let loaded = assemble(&options.input, model, &repair, false, console)?;
+        return Ok(loaded.to_model(&loaded.provenance.corner_source)?.soup);
+    }
+    let soup = model.soup;
+    Ok(match repair.weld {
+        Weld::Exact => soup.merged(&weld_exact(soup.positions())),
+        Weld::Distance(distance) => soup.merged(&weld_within(soup.positions(), distance)),
+        Weld::None => soup,
+    })
+}
+
+fn results(soup: &PolygonSoup, found: &Diagnosis) -> Results {
+    let measures = soup.measure();
+    let bounds = measures.bounds;
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let encloses = found.is_closed() && found.is_oriented();
+    Results {
+        triangles: found.triangles,
+        quadrilaterals: found.quadrilaterals,
+        larger_polygons: found.larger_polygons,
+        edges: found.edges,
+        boundary_edges: found.boundary_edges,
+        boundary_loops: found.boundary_loops,
+        components: found.components,
+        edge_components: found.edge_components,
+        euler_characteristic: found.euler_characteristic,
+        closed: found.is_closed(),
+        manifold: found.is_manifold(),
+        oriented: found.is_oriented(),
+        non_manifold_edges: found.non_manifold_edges,
+        non_manifold_vertices: found.non_manifold_vertices,
+        inconsistent_edges: found.inconsistent_edges,
+        duplicate_faces: found.duplicate_faces,
+        degenerate_faces: found.degenerate_faces(),
+        repeated_vertex_faces: found.repeated_vertex_faces,
+        zero_area_faces: found.zero_area_faces,
+        sliver_faces: found.slivers,
+        unreferenced_vertices: found.unreferenced_vertices,
+        non_finite_vertices: found.non_finite_vertices,
+        bbox_min: bounds.map(|b| b.min.to_array()),
+        bbox_max: bounds.map(|b| b.max.to_array()),
+        area: bounds.and_then(|_| finite(measures.area)),
+        volume: bounds.and_then(|_| finite(measures.volume)).filter(|_| encloses),
+    }
+}
+
+impl fmt::Display for Report<Results> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let found = &self.results;
+        writeln!(f, "{}", self.subject())?;
+        writeln!(f, "  vertices     {}", self.vertices)?;
+        writeln!(
+            f,
+            "  faces        {} (triangles {}, quadrilaterals {}, larger {}; counts below are of triangles)",
+            self.faces, found.triangles, found.quadrilaterals, found.larger_polygons
+        )?;
+        writeln!(f, "  edges        {}", found.edges)?;
+        writeln!(
+            f,
+            "  boundary     {} edges in {} loops",
+            found.boundary_edges, found.boundary_loops
+        )?;
+        writeln!(
+            f,
+            "  components   {} ({} through edges)",
+            found.components, found.edge_components
+        )?;
+        writeln!(f, "  Euler char.  {}", found.euler_characteristic)?;
+        let is = |yes: bool, word: &str| if yes { word.to_owned() } else { format!("not {word}") };
+        writeln!(
+            f,
+            "  surface      {}, {}, {}",
+            is(found.closed, "closed"),
+            is(found.manifold, "manifold"),
+            is(found.oriented, "consistently oriented")
+        )?;
+        for (count, what) in found.defects() {
+            if count > 0 {
+                writeln!(f, "  defect       {count} {what}")?;
+            }
+        }
+        if let (Some(min), Some(max)) = (found.bbox_min, found.bbox_max) {
+            writeln!(f, "  box          {min:?} to {max:?}")?;
+        }
+        if let Some(area) = found.area {
+            write!(f, "  area         {area}")?;
+        }
+        if let Some(volume) = found.volume {
+            write!(f, "\n  volume       {volume}")?;
+        }
+        Ok(())
+    }
+}
+
+impl Results {
+    /// Counts of what repairs can cure, and the repair.
+    fn defects(&self) -> [(usize, &'static str); 9] {
+        [
+            (self.non_manifold_edges, "edges of more than two faces (--cut-non-manifold)"),
+            (self.non_manifold_vertices, "pinched vertices (--cut-non-manifold)"),
+            (self.inconsistent_edges, "edges whose faces disagree on what is outside (--reorient)"),
+            (self.duplicate_faces, "duplicate faces (--drop-duplicates)"),
+            (self.repeated_vertex_faces, "faces that use a vertex twice (--drop-degenerate)"),
+            (self.zero_area_faces, "faces of zero area"),
+            (self.sliver_faces, "slivers, a thousand times longer than high"),
+            (self.unreferenced_vertices, "vertices that no face uses (--drop-unreferenced)"),
+            (self.non_finite_vertices, "vertices at infinite or undefined positions"),
+        ]
+    }
+}

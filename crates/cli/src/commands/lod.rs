@@ -1,0 +1,360 @@
+//! `curvmesh lod`: levels of detail from one run of collapses.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use mesh_core::TriMesh;
+use mesh_io::{Format, Model};
+use mesh_metric::{CompareOptions, Surface, compare};
+use serde::Serialize;
+use simplify::{CollapseLog, ErrorCheck, Limits, collapses_within, simplify_observed};
+
+use crate::args::is_standard;
+use crate::attributes::{Attributes, Carry};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::given::Given;
+use crate::interrupt::while_writing;
+use crate::length::{Length, parse_length};
+use crate::load::{Loaded, Seconds};
+use crate::save::{SaveOptions, check_target, make_folder_of, save, save_levels};
+use crate::session::{Outcome, Session};
+use crate::simplify_options::{Goals, Policy, parse_ratio, rejected, show};
+use crate::task::{Report, Source};
+
+/// Make levels of detail, each of them a stage of one run of collapses
+///
+/// The vertices of a level have become of those of the finer ones, and therefore levels are not fitted
+/// to the input, as `simplify` does by default. OUT is a folder for a file per
+/// level, or a GLB or glTF file for all of them with the input as the finest (`MSFT_lod`).
+///
+/// The run can be recorded, and levels made from the record later; they are exactly the same.
+///
+///     curvmesh lod truck.glb -o truck-lod.glb --levels 0.5,0.25,0.1 --lenient
+///     curvmesh lod scan.ply -o levels --errors 0.1%,1% --record scan.lod
+///     curvmesh lod scan.ply -o small.ply --replay scan.lod --faces 3000
+#[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Lod {
+    #[command(flatten)]
+    source: Source,
+    /// A folder for the levels, a GLB or glTF file for all of them, or a file or the standard output
+    /// `-` for the only one
+    #[arg(short, long, value_name = "OUT", help_heading = None)]
+    output: PathBuf,
+    #[command(flatten)]
+    steps: Steps,
+    /// Write the collapses to a file
+    #[arg(long, value_name = "FILE", conflicts_with = "replay", help_heading = None)]
+    record: Option<PathBuf>,
+    /// Take the collapses from a file instead of finding them
+    #[arg(long, value_name = "FILE", help_heading = None)]
+    replay: Option<PathBuf>,
+    #[command(flatten)]
+    policy: Policy,
+    #[command(flatten)]
+    carry: Carry,
+    #[command(flatten)]
+    save: SaveOptions,
+}
+
+/// What the levels are.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Levels (in one of these ways)")]
+#[group(required = true, multiple = false)]
+struct Steps {
+    /// Levels with these parts of the faces of the input
+    #[arg(long, value_name = "RATIOS", value_delimiter = ',', value_parser = parse_ratio)]
+    levels: Vec<f64>,
+    /// Levels with so many faces, or one fewer
+    #[arg(long, value_name = "COUNTS", value_delimiter = ',')]
+    faces: Vec<usize>,
+    /// The coarsest levels within these distances of the input
+    #[arg(long, value_name = "LENGTHS", value_delimiter = ',', value_parser = parse_length)]
+    errors: Vec<Length>,
+}
+
+#[derive(Serialize)]
+struct Results {
+    collapses: usize,
+    rejected: BTreeMap<&'static str, usize>,
+    levels: Vec<Level>,
+}
+
+/// A level, and its distance from the input: the mean and the root mean square over both
+/// directions, and the largest of all samples.
+#[derive(Serialize)]
+struct Level {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<String>,
+    faces: usize,
+    vertices: usize,
+    collapses: usize,
+    mean: f64,
+    rms: f64,
+    max: f64,
+}
+
+pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> {
+    check_given(options, &session.given)?;
+    let place = Place::new(options, &session.given)?;
+    let aside = match is_standard(&options.output) {
+        true => Some(session.console.beside_mesh()?),
+        false => None,
+    };
+    let console = aside.as_ref().unwrap_or(&session.console);
+    let mut seconds = Seconds::default();
+    let Source { input, loading } = &options.source;
+    let mut loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
+    let errors = options.steps.errors.iter().map(|error| error.on(&loaded.mesh, loading.relative));
+    let errors: Vec<f64> = errors.collect::<Result<_, Failure>>()?;
+    let attributes = options.carry.find(&mut loaded, console);
+    let (log, rejected) = Seconds::time(&mut seconds.compute, || {
+        collapses(options, &errors, &loaded.mesh, &attributes, console)
+    })?;
+    let spinner = console.spinner("measuring");
+    let (mut levels, models) = Seconds::time(&mut seconds.compute, || {
+        options.steps.levels(&log, &errors, &loaded, &attributes, options.policy.check())
+    })?;
+    spinner.finish_and_clear();
+    Seconds::time(&mut seconds.save, || {
+        place.write(&loaded, &mut levels, &models, options, console)?;
+        options.record.as_ref().map_or(Ok(()), |path| record(path, &log, &loaded.mesh))
+    })?;
+    let results = Results { collapses: log.len(), rejected, levels };
+    let report =
+        Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
+    report.done(console, summary(&report), String::new())?.print(console)?;
+    Ok(Outcome::of_run())
+}
+
+/// Refuses options that would do nothing.
+fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
+    given.refuse(&["fit_rounds", "seed"], "levels are stages of a run, and not fitted")?;
+    if options.steps.errors.is_empty() {
+        given.refuse(&["verify"], "it is for --errors")?;
+    }
+    if options.replay.is_some() {
+        let of_runs = [
+            "preset",
+            "placement",
+            "curvature_weight",
+            "lock_boundary",
+            "feature_angle",
+            "no_intersections",
+            "components",
+            "attribute_weight",
+            "normal_weight",
+        ];
+        given.refuse(&of_runs, "with --replay the collapses are those of the record")?;
+    }
+    Ok(())
+}
+
+/// The collapses, recorded or found.
+fn collapses(
+    options: &Lod,
+    errors: &[f64],
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    console: &Console,
+) -> Result<(CollapseLog, BTreeMap<&'static str, usize>), Failure> {
+    if let Some(path) = &options.replay {
+        let failed = |source| Failure::Record { path: path.clone(), source: Box::new(source) };
+        let file = File::open(path).map_err(|error| failed(error.into()))?;
+        let log = CollapseLog::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
+        return Ok((log, BTreeMap::new()));
+    }
+    let mut settings = options.policy.options(mesh, options.steps.goals(errors));
+    // Levels are stages of the run, which fitting would move away from.
+    (settings.fit, settings.anneal, settings.peaks) = (None, None, None);
+    attributes.constrain(mesh, &mut settings);
+    let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
+    let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
+    bar.finish_and_clear();
+    let result = result.map_err(Failure::simplify)?;
+    Ok((result.log, rejected(&result.refusals)))
+}
+
+fn record(path: &Path, log: &CollapseLog, mesh: &TriMesh) -> Result<(), Failure> {
+    while_writing(path, || mesh_io::replace_file(path, |writer| log.write(mesh, writer)))
+        .map_err(|source| Failure::write(path, source))
+}
+
+impl Steps {
+    /// How far the run has to go; `errors` are in model units.
+    fn goals(&self, errors: &[f64]) -> Goals {
+        let limits = Limits {
+            ratio: self.levels.iter().copied().reduce(f64::min),
+            faces: self.faces.iter().copied().min(),
+            ..Limits::default()
+        };
+        Goals { limits, max_error: errors.iter().copied().reduce(f64::max) }
+    }
+
+    /// The number of collapses of each level, ascending.
+    fn stages(
+        &self,
+        log: &CollapseLog,
+        errors: &[f64],
+        mesh: &TriMesh,
+        check: ErrorCheck,
+    ) -> Result<Vec<usize>, Failure> {
+        let faces = mesh.topology().face_count() as f64;
+        let of_ratios = self.levels.iter().map(|ratio| (ratio * faces).ceil() as usize);
+        let counts = of_ratios.chain(self.faces.iter().copied());
+        let mut stages: Vec<usize> = counts.map(|count| log.count_for_faces(count)).collect();
+        for &error in errors {
+            stages.push(collapses_within(mesh, log, error, check).map_err(Failure::simplify)?);
+        }
+        stages.sort_unstable();
+        Ok(stages)
+    }
+
+    /// The levels and their content, from fine to coarse.
+    fn levels(
+        &self,
+        log: &CollapseLog,
+        errors: &[f64],
+        loaded: &Loaded,
+        attributes: &Attributes,
+        check: ErrorCheck,
+    ) -> Result<(Vec<Level>, Vec<Model>), Failure> {
+        let original = Surface::new(&loaded.mesh).map_err(|e| Failure::simplify(e.into()))?;
+        let sampling = CompareOptions { samples: 200_000, ..CompareOptions::default() };
+        let (mut levels, mut models) = (Vec::new(), Vec::new());
+        for collapses in self.stages(log, errors, &loaded.mesh, check)? {
+            let level = log.level(&loaded.mesh, collapses);
+            let (mesh, became) = level.map_err(|error| Failure::Replay(Box::new(error)))?;
+            models.push(attributes.carry(loaded, &mesh, &became)?);
+            let surface = Surface::new(&mesh).map_err(|e| Failure::simplify(e.into()))?;
+            let found = compare(&original, &surface, &sampling);
+            levels.push(Level {
+                output: None,
+                faces: mesh.topology().face_count(),
+                vertices: mesh.topology().vertex_count(),
+                collapses,
+                mean: found.mean(),
+                rms: found.rms(),
+                max: found.hausdorff(),
+            });
+        }
+        Ok((levels, models))
+    }
+}
+
+/// Where the levels go.
+enum Place {
+    /// All into one file.
+    Together(PathBuf),
+    /// Each into a file of its own.
+    Apart(Vec<PathBuf>),
+}
+
+impl Place {
+    fn new(options: &Lod, given: &Given) -> Result<Self, Failure> {
+        let Steps { levels, faces, errors } = &options.steps;
+        let count = levels.len() + faces.len() + errors.len();
+        let output = &options.output;
+        if is_standard(output) {
+            check_target(output, &options.save, given)?;
+            if count > 1 {
+                let message = "the standard output takes one level; name one, or a folder";
+                return Err(Failure::usage(message));
+            }
+            return Ok(Self::Apart(vec![output.clone()]));
+        }
+        let extension = output.extension().map(|e| e.to_string_lossy().to_lowercase());
+        let holds_all = matches!(extension.as_deref(), Some("glb" | "gltf"));
+        if holds_all {
+            check_target(output, &options.save, given)?;
+        }
+        if holds_all && !(count == 1 && options.replay.is_some()) {
+            return Ok(Self::Together(output.clone()));
+        }
+        if extension.is_some() && !output.is_dir() {
+            check_target(output, &options.save, given)?;
+            if count > 1 {
+                return Err(Failure::Usage(format!(
+                    "{}: one file for several levels must be GLB or glTF; name one, or a folder",
+                    output.display()
+                )));
+            }
+            return Ok(Self::Apart(vec![output.clone()]));
+        }
+        let input = &options.source.input;
+        let stem = match input.file_stem() {
+            Some(stem) if !is_standard(input) => stem.to_string_lossy(),
+            _ => "level".into(),
+        };
+        let own = input.extension().map(|e| e.to_string_lossy().into_owned());
+        let named = options.save.to.map(|name| Format::from(name).extension().to_owned());
+        let extension = named.or(own).unwrap_or_default();
+        let paths: Vec<PathBuf> =
+            (1..=count).map(|level| output.join(format!("{stem}-{level}.{extension}"))).collect();
+        paths.iter().try_for_each(|path| check_target(path, &options.save, given))?;
+        Ok(Self::Apart(paths))
+    }
+
+    fn write(
+        &self,
+        loaded: &Loaded,
+        levels: &mut [Level],
+        models: &[Model],
+        options: &Lod,
+        console: &Console,
+    ) -> Result<(), Failure> {
+        match self {
+            Self::Together(path) => {
+                let identity = loaded.to_model(&loaded.provenance.corner_source)?;
+                let all: Vec<Model> = [&identity].into_iter().chain(models).cloned().collect();
+                save_levels(path, &all, &coverage(loaded, levels), &options.save, console)
+            }
+            Self::Apart(paths) => {
+                for ((path, model), level) in paths.iter().zip(models).zip(levels) {
+                    make_folder_of(path)?;
+                    save(path, model, &options.save, console)?;
+                    level.output = Some(path.display().to_string());
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+/// The height of a usual screen in pixels.
+const SCREEN: f64 = 1080.0;
+
+/// For the input and each level, the part of the screen that the object must cover for it to be
+/// shown: where the largest error of the next one would be more than a pixel. The last is shown
+/// however small.
+fn coverage(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
+    let size = loaded.mesh.bounding_box().map_or(0.0, |b| b.diagonal());
+    let mut last = 1.0_f64;
+    let mut all: Vec<f64> = levels
+        .iter()
+        .map(|level| {
+            last = last.min(size / (SCREEN * level.max.max(f64::MIN_POSITIVE)));
+            last
+        })
+        .collect();
+    all.push(0.0);
+    all
+}
+
+fn summary(report: &Report<Results>) -> String {
+    let mut text = format!("{}: {} faces", report.subject(), report.faces);
+    for level in &report.results.levels {
+        let Level { faces, vertices, mean, max, .. } = level;
+        text += &format!(
+            "\n  {faces} faces, {vertices} vertices: mean distance {mean:.6e}, maximum {max:.6e}"
+        );
+        if let Some(output) = &level.output {
+            text += &format!("  {output}");
+        }
+    }
+    text
+}

@@ -1,0 +1,14 @@
+//! One file or folder per command. A command uses what is shared, and no other command.
+
+pub(crate) mod completions;
+pub(crate) mod convert;
+pub(crate) mod curvature;
+pub(crate) mod distance;
+pub(crate) mod flip;
+pub(crate) mod info;
+pub(crate) mod lod;
+pub(crate) mod man;
+pub(crate) mod patch;
+pub(crate) mod repair;
+pub(crate) mod simplify;
+pub(crate) mod subdivide;

@@ -1,0 +1,428 @@
+//! `curvmesh patch`: smooth patches from face-based curvature, one or a whole cover.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use clap::ValueEnum;
+use curvpatch::{
+    Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, PatchProbe,
+    PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, patch_color,
+};
+use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
+use mesh_io::{Format, Model, Scalars};
+use serde::Serialize;
+
+use crate::args::{EstimatorPreset, FormatName};
+use crate::batch::{Job, check_output};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::given::Given;
+use crate::length::{Length, parse_length};
+use crate::load::Seconds;
+use crate::save::{SAVE_OPTIONS, SaveOptions, make_folder_of, save_bytes};
+use crate::session::{Outcome, Session};
+use crate::task::{Done, Report, Task};
+
+/// Replace the mesh by smooth surface patches made from face-based curvature
+///
+/// Without --face the mesh is covered by patches that keep the tolerance; faces under no patch stay
+/// triangles, drawn in grey. With --face it is one patch, of the given radius or the largest one
+/// within the tolerance.
+///
+/// The output is the patches as triangles, coloured by patch; or, as .json, a record that makes
+/// every patch again exactly; or, with --as splats, one oriented elliptical disc per patch in a PLY
+/// file.
+///
+///     curvmesh patch scan.ply -o cover.ply --tolerance 1%
+///     curvmesh patch scan.ply -o cover.json --tolerance 0.2 --shape ellipse
+///     curvmesh patch scan.ply -o discs.ply --tolerance 0.5% --as splats
+///     curvmesh patch cow.obj -o one.glb --face 1200 --radius 0.4 --shape ellipse
+///     curvmesh patch scans/ -o covers/ --tolerance 1% --to glb
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
+pub(crate) struct Patch {
+    #[command(flatten)]
+    job: Job,
+    #[command(flatten)]
+    what: What,
+    /// What to write [default: a record for .json, otherwise a mesh]
+    #[arg(long = "as", value_enum, value_name = "CONTENT")]
+    content: Option<Content>,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Patches")]
+struct What {
+    /// The largest distance between patches and mesh
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        value_parser = parse_length,
+        required_unless_present = "radius",
+        conflicts_with = "radius"
+    )]
+    tolerance: Option<Length>,
+    /// Make one patch, at this face: triangles count from 0, after repairs
+    #[arg(long, value_name = "N")]
+    face: Option<usize>,
+    /// The radius of the one patch
+    #[arg(long, value_name = "LENGTH", requires = "face", value_parser = parse_length)]
+    radius: Option<Length>,
+    /// The outline of patches
+    #[arg(long, value_enum, default_value_t)]
+    shape: ShapeName,
+    /// How curvature is estimated
+    #[arg(long, value_enum, default_value_t)]
+    preset: EstimatorPreset,
+    /// How the patches of a cover are chosen
+    #[arg(long = "cover", value_enum, default_value_t, conflicts_with = "face")]
+    method: MethodName,
+    /// Keep patches inside the boundary of the mesh
+    #[arg(long, conflicts_with = "radius")]
+    no_overhang: bool,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum ShapeName {
+    /// Equal arcs in both principal directions
+    Circle,
+    /// Equal angles, up to 2.5 times longer where the surface is flatter
+    Ellipse,
+    /// Equal rise over the tangent plane
+    Sagitta,
+    /// For each patch the one of circle and ellipse that covers more
+    #[default]
+    Best,
+}
+
+impl ShapeName {
+    fn shapes(self) -> Vec<Shape> {
+        match self {
+            Self::Circle => vec![Shape::Circle],
+            Self::Ellipse => vec![Shape::Ellipse],
+            Self::Sagitta => vec![Shape::EqualSagitta],
+            Self::Best => vec![Shape::Circle, Shape::Ellipse],
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum MethodName {
+    /// Always the patch that adds the largest area
+    Greedy,
+    /// One pass by descending area
+    Sequential,
+    /// Both; the one with fewer patches
+    #[default]
+    Best,
+}
+
+impl From<MethodName> for CoverMethod {
+    fn from(name: MethodName) -> Self {
+        match name {
+            MethodName::Greedy => Self::Greedy,
+            MethodName::Sequential => Self::Sequential,
+            MethodName::Best => Self::Best,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Content {
+    /// The patches as triangles, and the triangles that stay
+    Mesh,
+    /// Frames, curvatures, arcs, errors and faces of all patches, as JSON
+    Record,
+    /// One oriented elliptical disc per patch, as points of a PLY file
+    Splats,
+}
+
+#[derive(Serialize)]
+struct Results {
+    patches: usize,
+    covered_faces: usize,
+    uncovered_faces: usize,
+    /// In model units; null when a radius was given instead.
+    tolerance: Option<f64>,
+    max_error: f64,
+    method: &'static str,
+}
+
+/// Patches, and how finely to cut them into triangles.
+struct Made {
+    cover: Cover,
+    cut: f64,
+}
+
+pub(crate) fn run(options: &Patch, session: &Session) -> Result<Outcome, Failure> {
+    options.check_given(&session.given)?;
+    let save = &options.job.save;
+    let extension = |input: &Path| match options.content {
+        Some(Content::Record) => Some("json"),
+        Some(Content::Splats) => Some("ply"),
+        _ => save.format_of(input).map(Format::extension),
+    };
+    options.job.run_as(session, &extension, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let mesh = &loaded.mesh;
+    let relative = options.job.loading.relative;
+    let made = Seconds::time(&mut seconds.compute, || options.what.make(mesh, relative, console))?;
+    write(options, task, mesh, &made, &mut seconds, console)?;
+    let Made { cover, .. } = &made;
+    let results = Results {
+        patches: cover.patches.len(),
+        covered_faces: cover.covered_faces(),
+        uncovered_faces: cover.residual.len(),
+        tolerance: options.what.radius.is_none().then_some(cover.tolerance),
+        max_error: cover.max_error(),
+        method: options.what.method_name(cover),
+    };
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let Results { patches, covered_faces, .. } = report.results;
+    let brief = format!("{patches} patches for {covered_faces} of {} faces", report.faces);
+    report.done(console, summary(&report), brief)
+}
+
+impl Patch {
+    fn content(&self, output: Option<&Path>) -> Content {
+        let extension = output.and_then(Path::extension);
+        self.content.unwrap_or(match extension {
+            Some(extension) if extension.eq_ignore_ascii_case("json") => Content::Record,
+            _ => Content::Mesh,
+        })
+    }
+
+    /// Refuses options that would do nothing, and an output that cannot hold the content.
+    fn check_given(&self, given: &Given) -> Result<(), Failure> {
+        let output = self.job.output.as_deref();
+        match self.content(output) {
+            Content::Mesh => check_output(&self.job, given),
+            Content::Record => given.refuse(&SAVE_OPTIONS, "the record is JSON"),
+            Content::Splats => {
+                let format = match self.job.save.to {
+                    Some(name) => Some(Format::from(name)),
+                    None => output.and_then(Format::from_extension),
+                };
+                match format {
+                    // A folder, or the standard output.
+                    None if output.is_some_and(|path| path.extension().is_none()) => Ok(()),
+                    Some(Format::Ply) => Ok(()),
+                    _ => Err(Failure::usage(
+                        "splats go to PLY only; name the output .ply, or add --to ply",
+                    )),
+                }
+            }
+        }
+    }
+}
+
+impl What {
+    fn make(&self, mesh: &TriMesh, relative: bool, console: &Console) -> Result<Made, Failure> {
+        let estimator = CurvatureEstimator::new(mesh, self.preset.params())
+            .map_err(|error| Failure::Usage(error.to_string()))?;
+        let units = |length: Option<Length>| length.map(|l| l.on(mesh, relative)).transpose();
+        match (self.face, units(self.radius)?, units(self.tolerance)?) {
+            (Some(face), Some(radius), _) => {
+                self.of_radius(&estimator, face_of(mesh, face)?, radius)
+            }
+            (Some(face), None, Some(tolerance)) => {
+                self.within(&estimator, face_of(mesh, face)?, tolerance)
+            }
+            (None, _, Some(tolerance)) => self.cover(&estimator, tolerance, console),
+            // The arguments are such that this does not happen.
+            (_, _, None) => Err(Failure::Usage("give --tolerance, or --face and --radius".into())),
+        }
+    }
+
+    /// The one patch of given radius; of several shapes the one that covers more.
+    fn of_radius(
+        &self,
+        estimator: &CurvatureEstimator<'_>,
+        face: FaceId,
+        radius: f64,
+    ) -> Result<Made, Failure> {
+        let mesh = estimator.mesh();
+        let mut probe = PatchProbe::new(mesh);
+        let mut best: Option<(f64, CoverPatch)> = None;
+        for shape in self.shape.shapes() {
+            let fit = estimator.patch(face, radius, shape).map_err(Failure::refused)?;
+            let faces = probe.faces_under(&fit);
+            let area = faces.iter().map(|&face| mesh.face_area(face)).sum();
+            if best.as_ref().is_none_or(|(largest, _)| area > *largest) {
+                let [l1, l2] = fit.patch.arcs();
+                let errors = probe.full_error(&fit, 0.25 * l1.max(l2), true);
+                let patch = CoverPatch { fit, stop: StopReason::MaxRadius, errors, faces };
+                best = Some((area, patch));
+            }
+        }
+        let patch = best.map(|(_, patch)| patch);
+        let tolerance = patch.as_ref().map_or(0.0, |patch| patch.errors.max());
+        Ok(Made { cover: single(mesh, patch, tolerance), cut: 2e-3 * radius })
+    }
+
+    /// The largest patch within the tolerance.
+    fn within(
+        &self,
+        estimator: &CurvatureEstimator<'_>,
+        face: FaceId,
+        tolerance: f64,
+    ) -> Result<Made, Failure> {
+        let mesh = estimator.mesh();
+        let options = SizeOptions { overhang: !self.no_overhang, ..SizeOptions::new(tolerance) };
+        let mut sizer = PatchSizer::new(estimator, options)
+            .map_err(|error| Failure::Usage(error.to_string()))?;
+        let SizedPatch { fit, stop, faces } =
+            sizer.fit_best(face, &self.shape.shapes()).map_err(Failure::refused)?;
+        let errors = PatchProbe::new(mesh).full_error(&fit, tolerance, options.overhang);
+        let patch = CoverPatch { fit, stop, errors, faces };
+        Ok(Made { cover: single(mesh, Some(patch), tolerance), cut: 0.5 * tolerance })
+    }
+
+    fn cover(
+        &self,
+        estimator: &CurvatureEstimator<'_>,
+        tolerance: f64,
+        console: &Console,
+    ) -> Result<Made, Failure> {
+        let defaults = CoverOptions::new(tolerance);
+        let options = CoverOptions {
+            size: SizeOptions { overhang: !self.no_overhang, ..defaults.size },
+            shapes: self.shape.shapes(),
+            method: self.method.into(),
+            ..defaults
+        };
+        let faces = estimator.mesh().topology().face_count();
+        let bar = console.progress(faces as u64, "fitting");
+        let candidates = CoverCandidates::find_watched(estimator, &options, &mut |progress| {
+            bar.set_position(progress.settled as u64);
+            ControlFlow::Continue(())
+        });
+        bar.finish_and_clear();
+        let candidates = candidates.map_err(|error| Failure::Usage(error.to_string()))?;
+        Ok(Made { cover: candidates.choose(options.method), cut: 0.5 * tolerance })
+    }
+
+    fn method_name(&self, cover: &Cover) -> &'static str {
+        match (self.face, cover.method) {
+            (Some(_), _) => "single",
+            (None, CoverMethod::Sequential) => "sequential",
+            (None, _) => "greedy",
+        }
+    }
+}
+
+fn face_of(mesh: &TriMesh, index: usize) -> Result<FaceId, Failure> {
+    let count = mesh.topology().face_count();
+    if index < count {
+        return Ok(FaceId::from_index(index));
+    }
+    Err(Failure::Usage(format!("there is no face {index}; the mesh has {count}, counted from 0")))
+}
+
+/// The cover that consists of one patch; all other faces stay triangles.
+fn single(mesh: &TriMesh, patch: Option<CoverPatch>, tolerance: f64) -> Cover {
+    let mut patch_of_face = mesh.topology().face_map(None);
+    for &face in patch.iter().flat_map(|patch| &patch.faces) {
+        patch_of_face[face] = Some(0);
+    }
+    let residual = mesh.topology().faces().filter(|&f| patch_of_face[f].is_none()).collect();
+    Cover {
+        patches: patch.into_iter().collect(),
+        residual,
+        patch_of_face,
+        tolerance,
+        method: CoverMethod::Greedy,
+        seeds: 1,
+        candidates: 1,
+        cancelled: false,
+    }
+}
+
+fn write(
+    options: &Patch,
+    task: &Task,
+    mesh: &TriMesh,
+    made: &Made,
+    seconds: &mut Seconds,
+    console: &Console,
+) -> Result<(), Failure> {
+    let Made { cover, cut } = made;
+    let Some(output) = &task.output else { return Ok(()) };
+    let save = &options.job.save;
+    match options.content(Some(output)) {
+        Content::Mesh => task.save(&mesh_model(mesh, cover, *cut)?, save, seconds, console),
+        Content::Record => Seconds::time(&mut seconds.save, || {
+            if task.makes_folder {
+                make_folder_of(output)?;
+            }
+            let record = serde_json::to_string(&cover.record()).map_err(Failure::json)?;
+            save_bytes(output, format!("{record}\n").as_bytes())
+        }),
+        Content::Splats => {
+            let format = Some(FormatName::Ply);
+            let save = SaveOptions { to: format, ..*save };
+            task.save(&splat_model(&cover.splats()), &save, seconds, console)
+        }
+    }
+}
+
+/// The patches as triangles: coloured by patch, with normals, and the number of the patch (-1 for
+/// triangles that stay) as a number per face.
+fn mesh_model(mesh: &TriMesh, cover: &Cover, cut: f64) -> Result<Model, Failure> {
+    let parts = cover.to_mesh(mesh, cut).map_err(Failure::refused)?;
+    let soup = PolygonSoup::from_triangles(&parts.positions, &parts.triangles)
+        .map_err(Failure::refused)?;
+    let number = |patch: &Option<u32>| patch.map_or(-1.0, f64::from);
+    let patches = parts.patch_of_triangle.iter().map(number).collect();
+    Ok(Model {
+        vertex_normals: Some(parts.normals.iter().map(|n| n.as_vec3().to_array()).collect()),
+        vertex_colors: Some(parts.colors.iter().map(opaque).collect()),
+        face_scalars: vec![Scalars { name: "patch".into(), values: patches }],
+        ..Model::from(soup)
+    })
+}
+
+/// One point per splat with its normal, its colour, and the half axes `u` and `v` of its ellipse.
+fn splat_model(splats: &[Splat]) -> Model {
+    let mut soup = PolygonSoup::new();
+    for splat in splats {
+        soup.push_vertex(splat.center);
+    }
+    let names = [["u_x", "u_y", "u_z"], ["v_x", "v_y", "v_z"]];
+    let component = |axis: usize, i: usize| Scalars {
+        name: names[axis][i].into(),
+        values: splats.iter().map(|splat| splat.axes[axis][i]).collect(),
+    };
+    let colors = (0_u32..).take(splats.len()).map(patch_color);
+    Model {
+        vertex_normals: Some(splats.iter().map(|s| s.normal.map(|x| x as f32)).collect()),
+        vertex_colors: Some(colors.map(|color| opaque(&color)).collect()),
+        vertex_scalars: (0..6).map(|i| component(i / 3, i % 3)).collect(),
+        ..Model::from(soup)
+    }
+}
+
+/// An eight-bit colour as the file formats have it.
+fn opaque([red, green, blue]: &[u8; 3]) -> [f32; 4] {
+    let [red, green, blue] = [red, green, blue].map(|&c| f32::from(c) / 255.0);
+    [red, green, blue, 1.0]
+}
+
+fn summary(report: &Report<Results>) -> String {
+    let Results { patches, covered_faces, tolerance, max_error, .. } = &report.results;
+    let kept = match tolerance {
+        Some(tolerance) => format!("tolerance {tolerance:.6}, "),
+        None => String::new(),
+    };
+    let noun = if *patches == 1 { "patch" } else { "patches" };
+    format!(
+        "{}: {patches} {noun} for {covered_faces} of {} faces in {:.3} s ({kept}largest error {max_error:.6})",
+        report.subject(),
+        report.faces,
+        report.seconds.compute,
+    )
+}

@@ -1,0 +1,164 @@
+//! `curvmesh simplify`: edge collapse to fewer faces.
+
+use std::collections::BTreeMap;
+
+use mesh_core::TriMesh;
+use serde::Serialize;
+use simplify::{FitReport, Simplified, simplify_observed};
+
+use crate::attributes::{Attributes, Carry};
+use crate::batch::{Job, check_output};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::interrupt::Interruption;
+use crate::load::Seconds;
+use crate::session::{Outcome, Session};
+use crate::simplify_options::{Policy, Targets, rejected, show};
+use crate::task::{Done, Report, Task};
+
+/// Simplify a mesh by collapsing edges
+///
+/// Several targets may be given; the first one that is reached ends the run, and the report says
+/// which.
+///
+///     curvmesh simplify scan.ply -o small.ply --faces 3000
+///     curvmesh simplify part.stl -o part.obj --max-error 0.2% --verify --lenient
+///     curvmesh simplify truck.glb -o truck-30.glb --ratio 0.3 --preset quality
+///     curvmesh simplify a.stl b.stl scans/ -o small/ --ratio 0.1 --resume
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
+pub(crate) struct Simplify {
+    #[command(flatten)]
+    targets: Targets,
+    #[command(flatten)]
+    policy: Policy,
+    #[command(flatten)]
+    carry: Carry,
+    #[command(flatten)]
+    interruption: Interruption,
+    #[command(flatten)]
+    job: Job,
+}
+
+#[derive(Serialize)]
+struct Results {
+    preset: String,
+    faces_in: usize,
+    faces_out: usize,
+    vertices_out: usize,
+    stop: &'static str,
+    max_cost: f64,
+    collapses: usize,
+    rejected: BTreeMap<&'static str, usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Achieved>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    boundary_shift: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fit: Option<Fit>,
+}
+
+/// The distance from the original: at least `lower`, and at most `upper` if it was proved.
+#[derive(Serialize)]
+struct Achieved {
+    lower: f64,
+    upper: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Fit {
+    rounds: usize,
+    flips: usize,
+    rms_before: f64,
+    rms_last: f64,
+}
+
+impl From<&FitReport> for Fit {
+    fn from(fit: &FitReport) -> Self {
+        let FitReport { rounds, flips, rms_before, rms_last, .. } = *fit;
+        Self { rounds, flips, rms_before, rms_last }
+    }
+}
+
+pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Failure> {
+    options.targets.check()?;
+    options.policy.check_given(&session.given)?;
+    check_output(&options.job, &session.given)?;
+    options.job.run(session, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    let mut loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let attributes = options.carry.find(&mut loaded, console);
+    let simplified = Seconds::time(&mut seconds.compute, || {
+        reduce(&loaded.mesh, options, &attributes, console)
+    })?;
+    let model = attributes.carry(&loaded, &simplified.mesh, &simplified.vertex_map)?;
+    task.save(&model, &options.job.save, &mut seconds, console)?;
+    let results = Results::new(options, loaded.mesh.topology().face_count(), &simplified);
+    let report = task.report(console, loaded.counts(), results, seconds);
+    let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
+    report.done(console, summary(&report), brief)
+}
+
+fn reduce(
+    mesh: &TriMesh,
+    options: &Simplify,
+    attributes: &Attributes,
+    console: &Console,
+) -> Result<Simplified, Failure> {
+    let goals = options.targets.goals(mesh, options.job.loading.relative)?;
+    let mut settings = options.policy.options(mesh, goals);
+    attributes.constrain(mesh, &mut settings);
+    let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
+    let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
+    bar.finish_and_clear();
+    result.map_err(Failure::simplify)
+}
+
+impl Results {
+    fn new(options: &Simplify, faces_in: usize, result: &Simplified) -> Self {
+        let topology = result.mesh.topology();
+        let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+        Self {
+            preset: options.policy.preset.to_string(),
+            faces_in,
+            faces_out: topology.face_count(),
+            vertices_out: used.count(),
+            stop: result.stop.name(),
+            max_cost: result.max_cost,
+            collapses: result.log.len(),
+            rejected: rejected(&result.refusals),
+            error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
+            boundary_shift: result.boundary_shift,
+            fit: result.fit.as_ref().map(Fit::from),
+        }
+    }
+}
+
+fn summary(report: &Report<Results>) -> String {
+    let found = &report.results;
+    let mut text = format!(
+        "{}: {} -> {} faces, {} vertices, in {:.3} s (stopped: {})",
+        report.subject(),
+        found.faces_in,
+        found.faces_out,
+        found.vertices_out,
+        report.seconds.compute,
+        found.stop.replace('_', " ")
+    );
+    match found.error {
+        Some(Achieved { lower, upper: Some(upper) }) => {
+            text += &format!("\n  distance from the original: between {lower:.6e} and {upper:.6e}");
+        }
+        Some(Achieved { lower, upper: None }) => {
+            text += &format!("\n  largest distance met between samples: {lower:.6e}");
+        }
+        None => {}
+    }
+    if let Some(shift) = found.boundary_shift {
+        text += &format!("\n  boundary vertices are up to {shift:.6e} from the new boundary");
+    }
+    text
+}

@@ -1,0 +1,160 @@
+//! `curvmesh subdivide`: butterfly subdivision.
+
+use clap::Args;
+use mesh_core::butterfly::{ButterflyOptions, IrregularRule};
+use mesh_core::quadrisect::{Quadrisection, VertexOrigin};
+use mesh_core::{HalfEdgeId, Topology, TriMesh};
+use mesh_io::{Blend, Model};
+use serde::Serialize;
+
+use crate::batch::{Job, check_output};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::Seconds;
+use crate::session::{Outcome, Session};
+use crate::task::{Done, Task};
+
+/// Subdivide a mesh smoothly by the butterfly scheme
+///
+/// Every step cuts each face into four. The vertices of the input stay where they are; new ones come
+/// between them on a smooth surface, and on a smooth curve along boundaries. Texture coordinates,
+/// colours and numbers are interpolated, materials and groups kept; normals are left out.
+///
+///     curvmesh subdivide part.obj -o smooth.obj
+///     curvmesh subdivide part.stl -o smooth.stl --steps 3 --lenient
+#[derive(Debug, Args)]
+#[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
+pub(crate) struct Subdivide {
+    #[command(flatten)]
+    job: Job,
+    /// How often every face is cut into four, at most 12 times
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = parse_steps, help_heading = "Subdivision")]
+    steps: u32,
+    /// How far new vertices leave the middles of their edges: 0 for not at all
+    #[arg(long, value_name = "W", default_value_t = 0.0625, value_parser = parse_tension, help_heading = "Subdivision")]
+    tension: f64,
+    /// Use the eight-point rule everywhere, also at vertices without six edges, where it is not
+    /// smooth
+    #[arg(long, help_heading = "Subdivision")]
+    eight_point: bool,
+}
+
+#[derive(Serialize)]
+struct Results {
+    steps: u32,
+    vertices_out: usize,
+    faces_out: usize,
+}
+
+pub(crate) fn run(options: &Subdivide, session: &Session) -> Result<Outcome, Failure> {
+    check_output(&options.job, &session.given)?;
+    options.job.run(session, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Subdivide, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let counts = loaded.counts();
+    let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
+    (model.vertex_normals, model.corner_normals) = (None, None);
+    let rules = ButterflyOptions {
+        tension: options.tension,
+        irregular: if options.eight_point {
+            IrregularRule::EightPoint
+        } else {
+            IrregularRule::Zorin
+        },
+    };
+    let bar = console.progress(u64::from(options.steps), "subdividing");
+    let mut mesh = loaded.mesh;
+    for _ in 0..options.steps {
+        (mesh, model) = Seconds::time(&mut seconds.compute, || step(&mesh, &model, &rules))?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    task.save(&model, &options.job.save, &mut seconds, console)?;
+    let topology = mesh.topology();
+    let (steps, vertices_out, faces_out) =
+        (options.steps, topology.vertex_count(), topology.face_count());
+    let results = Results { steps, vertices_out, faces_out };
+    let report = task.report(console, counts, results, seconds);
+    let brief = format!("{} -> {faces_out} faces", report.faces);
+    let text = format!("{}: {brief}, {vertices_out} vertices", report.subject());
+    report.done(console, text, brief)
+}
+
+/// One step, with the data of the new vertices and corners between those of the old ones.
+fn step(
+    mesh: &TriMesh,
+    model: &Model,
+    rules: &ButterflyOptions,
+) -> Result<(TriMesh, Model), Failure> {
+    let coarse = mesh.topology();
+    let (fine, origins) = coarse
+        .quadrisect()
+        .map_err(|error| Failure::refused(format_args!("{error}; ask for fewer steps")))?;
+    let positions = rules.refine(coarse, mesh.positions());
+    let mesh = TriMesh::new(fine, positions).map_err(Failure::refused)?;
+    let fine = mesh.topology();
+    let vertices: Vec<Blend> = fine
+        .vertices()
+        .map(|v| match origins.vertex_origin(v) {
+            VertexOrigin::Vertex(v) => Blend::one(v.index() as u32),
+            VertexOrigin::Edge(edge) => {
+                let h = edge.half_edge();
+                middle([h, h.twin()].map(|h| coarse.origin(h).index() as u32))
+            }
+        })
+        .collect();
+    let parents = fine.faces().map(|f| origins.parent_face(f).index() as u32).collect::<Vec<_>>();
+    let corners: Vec<[Blend; 3]> = fine
+        .faces()
+        .map(|f| fine.face_half_edges(f).map(|h| corner(coarse, fine, &origins, h)))
+        .collect();
+    let triangles: Vec<[u32; 3]> = fine.triangles().collect();
+    let model = model
+        .blended(mesh.positions(), &triangles, &vertices, &parents, &corners)
+        .map_err(Failure::model)?;
+    Ok((mesh, model))
+}
+
+/// The corners of the parent face that the corner at the origin of a half-edge is between.
+fn corner(coarse: &Topology, fine: &Topology, origins: &Quadrisection, h: HalfEdgeId) -> Blend {
+    let Some(face) = fine.face(h) else { return Blend::one(0) };
+    let parent = origins.parent_face(face);
+    let at = |h: HalfEdgeId| {
+        let vertices = coarse.face_vertices(parent);
+        let k = vertices.into_iter().position(|v| v == coarse.origin(h)).unwrap_or(0);
+        (3 * parent.index() + k) as u32
+    };
+    match origins.vertex_origin(fine.origin(h)) {
+        VertexOrigin::Vertex(v) => {
+            let vertices = coarse.face_vertices(parent);
+            let k = vertices.into_iter().position(|other| other == v).unwrap_or(0);
+            Blend::one((3 * parent.index() + k) as u32)
+        }
+        VertexOrigin::Edge(edge) => middle([edge.half_edge(), edge.half_edge().twin()].map(at)),
+    }
+}
+
+/// Halfway between two.
+fn middle([a, b]: [u32; 2]) -> Blend {
+    Blend { sources: [a, b, a], weights: [0.5, 0.5, 0.0] }
+}
+
+/// At most so many steps: a triangle becomes sixteen million.
+const MOST_STEPS: u32 = 12;
+
+fn parse_steps(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(steps @ 1..=MOST_STEPS) => Ok(steps),
+        _ => Err(format!("expected a number from 1 to {MOST_STEPS}")),
+    }
+}
+
+fn parse_tension(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(tension) if (0.0..=0.25).contains(&tension) => Ok(tension),
+        _ => Err("expected a number from 0 to 0.25, like 0.0625".into()),
+    }
+}

@@ -1,0 +1,102 @@
+//! Lengths on the command line: in model units, or as shares of the diagonal of the bounding box.
+
+use std::str::FromStr;
+
+use mesh_core::TriMesh;
+
+use crate::failure::Failure;
+
+/// A length as it was given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Length {
+    /// In model units, or a share of the diagonal with `--relative`.
+    Plain(f64),
+    /// A share of the diagonal, of one hundred.
+    Percent(f64),
+}
+
+impl Length {
+    /// The length in model units. The diagonal is asked for only where it matters.
+    pub(crate) fn in_units(
+        self,
+        relative: bool,
+        diagonal: impl FnOnce() -> Result<f64, Failure>,
+    ) -> Result<f64, Failure> {
+        match self {
+            Self::Plain(length) if !relative => Ok(length),
+            Self::Plain(share) => Ok(share * diagonal()?),
+            Self::Percent(share) => Ok(share / 100.0 * diagonal()?),
+        }
+    }
+
+    /// The length in model units of a mesh.
+    pub(crate) fn on(self, mesh: &TriMesh, relative: bool) -> Result<f64, Failure> {
+        self.in_units(relative, || diagonal(mesh.bounding_box().map(|bounds| bounds.diagonal())))
+    }
+
+    fn value(self) -> f64 {
+        let (Self::Plain(value) | Self::Percent(value)) = self;
+        value
+    }
+}
+
+/// A diagonal that lengths can be relative to.
+pub(crate) fn diagonal(of_box: Option<f64>) -> Result<f64, Failure> {
+    match of_box {
+        Some(diagonal) if diagonal > 0.0 && diagonal.is_finite() => Ok(diagonal),
+        _ => Err(Failure::refused("the mesh has no extent that lengths could be relative to")),
+    }
+}
+
+impl FromStr for Length {
+    type Err = String;
+
+    /// A finite length that is not negative.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (number, length): (_, fn(f64) -> Self) = match text.strip_suffix('%') {
+            Some(number) => (number.trim_end(), Self::Percent),
+            None => (text, Self::Plain),
+        };
+        match number.parse::<f64>() {
+            Ok(value) if value >= 0.0 && value.is_finite() => Ok(length(value)),
+            _ => {
+                Err("expected a length, like 0.01, or 0.2% of the diagonal of the bounding box"
+                    .into())
+            }
+        }
+    }
+}
+
+/// A length that is not zero.
+pub(crate) fn parse_length(text: &str) -> Result<Length, String> {
+    match text.parse::<Length>()? {
+        length if length.value() > 0.0 => Ok(length),
+        _ => Err("expected a length above zero, like 0.01 or 0.2%".into()),
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_of_the_diagonal() {
+        let resolved = |text: &str, relative| {
+            parse_length(text).unwrap().in_units(relative, || Ok(50.0)).unwrap()
+        };
+        assert_eq!(resolved("0.3", false).to_bits(), 0.3_f64.to_bits());
+        assert_eq!(resolved("0.3", true).to_bits(), 15.0_f64.to_bits());
+        assert_eq!(resolved("2%", false).to_bits(), 1.0_f64.to_bits());
+        assert_eq!(resolved("2 %", true).to_bits(), 1.0_f64.to_bits());
+        assert!(parse_length("2%").unwrap().in_units(false, || diagonal(Some(0.0))).is_err());
+    }
+
+    #[test]
+    fn what_is_no_length_is_refused() {
+        for bad in ["", "%", "-1", "nan", "inf", "1e999", "1m", "0", "0%", "2%%"] {
+            assert!(parse_length(bad).is_err(), "{bad}");
+        }
+        assert_eq!("0".parse(), Ok(Length::Plain(0.0)));
+    }
+}

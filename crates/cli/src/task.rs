@@ -1,0 +1,146 @@
+//! What most commands share: a mesh comes in, a file goes out, and a report is printed.
+
+use std::path::{Path, PathBuf};
+
+use mesh_io::Model;
+use serde::Serialize;
+
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::{Loaded, Loading, Seconds};
+use crate::save::{SaveOptions, make_folder_of, save};
+use crate::text::printable;
+
+/// A mesh to read.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Source {
+    /// The file to read; `-` is the standard input
+    #[arg(value_name = "IN", help_heading = None)]
+    pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) loading: Loading,
+}
+
+/// One of the files of a run: what is read, and where the result goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Task {
+    pub(crate) input: PathBuf,
+    pub(crate) output: Option<PathBuf>,
+    /// Whether the folder of the output is made if it is not there.
+    pub(crate) makes_folder: bool,
+}
+
+impl Task {
+    /// Reads the mesh, the parts of split vertices joined; see [`Loading::load`].
+    pub(crate) fn load(
+        &self,
+        loading: &Loading,
+        seconds: &mut Seconds,
+        console: &Console,
+    ) -> Result<Loaded, Failure> {
+        Seconds::time(&mut seconds.load, || loading.load(&self.input, console))
+    }
+
+    /// Writes the output, if one is asked for.
+    pub(crate) fn save(
+        &self,
+        model: &Model,
+        options: &SaveOptions,
+        seconds: &mut Seconds,
+        console: &Console,
+    ) -> Result<(), Failure> {
+        let Some(output) = &self.output else { return Ok(()) };
+        Seconds::time(&mut seconds.save, || {
+            if self.makes_folder {
+                make_folder_of(output)?;
+            }
+            save(output, model, options, console)
+        })
+    }
+
+    /// The report of a command on this file.
+    pub(crate) fn report<T>(
+        &self,
+        console: &Console,
+        counts: [usize; 2],
+        results: T,
+        seconds: Seconds,
+    ) -> Report<T> {
+        let report = Report::new(console, &self.input, counts, results, seconds);
+        match &self.output {
+            Some(output) => report.with_output(output),
+            None => report,
+        }
+    }
+}
+
+/// The keys that the reports of all commands begin and end with.
+#[derive(Serialize)]
+pub(crate) struct Report<T> {
+    command: String,
+    input: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<String>,
+    pub(crate) vertices: usize,
+    pub(crate) faces: usize,
+    #[serde(flatten)]
+    pub(crate) results: T,
+    pub(crate) seconds: Seconds,
+}
+
+/// What a command has to say about one file.
+#[derive(Debug)]
+pub(crate) struct Done {
+    /// For programs; empty unless asked for.
+    pub(crate) json: String,
+    /// For people.
+    pub(crate) text: String,
+    /// The same in a few words, for a table.
+    pub(crate) brief: String,
+    pub(crate) seconds: f64,
+}
+
+impl<T> Report<T> {
+    /// The report of a command on a file with so many vertices and faces.
+    pub(crate) fn new(
+        console: &Console,
+        input: &Path,
+        [vertices, faces]: [usize; 2],
+        results: T,
+        seconds: Seconds,
+    ) -> Self {
+        let command = console.command().to_owned();
+        let input = input.display().to_string();
+        Self { command, input, output: None, vertices, faces, results, seconds: seconds.summed() }
+    }
+
+    /// With the file that was written.
+    pub(crate) fn with_output(self, output: &Path) -> Self {
+        Self { output: Some(output.display().to_string()), ..self }
+    }
+
+    /// What the report is about, for a line of text: the output if there is one.
+    pub(crate) fn subject(&self) -> String {
+        printable(self.output.as_deref().unwrap_or(&self.input))
+    }
+}
+
+impl<T: Serialize> Report<T> {
+    /// The report as it is printed: a text, or in a few words.
+    pub(crate) fn done(
+        &self,
+        console: &Console,
+        text: String,
+        brief: String,
+    ) -> Result<Done, Failure> {
+        let json = if console.is_json() { console.signed(self)? } else { String::new() };
+        Ok(Done { json, text, brief, seconds: self.seconds.total })
+    }
+}
+
+impl Done {
+    /// Prints the report of a run on a single file.
+    pub(crate) fn print(&self, console: &Console) -> Result<(), Failure> {
+        console.print(if console.is_json() { &self.json } else { &self.text })
+    }
+}

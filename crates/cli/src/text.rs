@@ -1,0 +1,56 @@
+//! What strangers' files and names may say to a terminal: letters, and no commands.
+
+use std::fmt::{self, Display, Write};
+
+/// Shows a text with control characters, and those that reorder the letters around them, spelled
+/// out: names in files may hold anything.
+pub(crate) fn printable(text: impl Display) -> String {
+    let mut shown = Escaped { text: String::new(), keep_lines: false };
+    let _ = write!(shown, "{text}");
+    shown.text
+}
+
+/// As [`printable`], for texts of several lines of our own that hold nothing of a file.
+pub(crate) fn printable_lines(text: impl Display) -> String {
+    let mut shown = Escaped { text: String::new(), keep_lines: true };
+    let _ = write!(shown, "{text}");
+    shown.text
+}
+
+struct Escaped {
+    text: String,
+    keep_lines: bool,
+}
+
+impl Write for Escaped {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for c in text.chars() {
+            if is_harmless(c) || (c == '\n' && self.keep_lines) {
+                self.text.push(c);
+            } else {
+                self.text.extend(c.escape_default());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a character is shown as itself and changes nothing else.
+fn is_harmless(c: char) -> bool {
+    let reorders = matches!(c,
+        '\u{061C}' | '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FEFF}');
+    !c.is_control() && !reorders
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_to_the_terminal_are_spelled_out() {
+        assert_eq!(printable("a\x1b[31mb\r\nc"), r"a\u{1b}[31mb\r\nc");
+        assert_eq!(printable("\u{202E}gpj.exe \u{9b}2J"), r"\u{202e}gpj.exe \u{9b}2J");
+        assert_eq!(printable("Überfläche 面"), "Überfläche 面");
+        assert_eq!(printable_lines("one\ntwo\x07"), "one\ntwo\\u{7}");
+    }
+}

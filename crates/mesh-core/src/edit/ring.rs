@@ -1,0 +1,95 @@
+//! Closing a boundary loop whole, with triangles between its vertices or round a new one.
+
+use crate::edit::links::NoRoom;
+use crate::handle::{FaceId, HalfEdgeId, VertexId};
+use crate::topology::Topology;
+
+/// A boundary loop that is being closed.
+pub(crate) struct Ring {
+    /// From each vertex that is left, the half-edge to the next one; indexed by place in the loop.
+    sides: Vec<HalfEdgeId>,
+    previous: Vec<u32>,
+    next: Vec<u32>,
+    left: usize,
+    /// The first vertex that is left.
+    first: u32,
+}
+
+impl Ring {
+    /// The ring of a boundary loop of at least three half-edges.
+    pub(crate) fn new(sides: Vec<HalfEdgeId>) -> Self {
+        let n = sides.len() as u32;
+        Self {
+            previous: (0..n).map(|i| if i == 0 { n - 1 } else { i - 1 }).collect(),
+            next: (0..n).map(|i| if i + 1 == n { 0 } else { i + 1 }).collect(),
+            left: sides.len(),
+            sides,
+            first: 0,
+        }
+    }
+
+    /// The places that are left, in order.
+    pub(crate) fn places(&self) -> impl Iterator<Item = u32> {
+        let following = |&place: &u32| Some(self.next[place as usize]);
+        core::iter::successors(Some(self.first), following).take(self.left)
+    }
+
+    /// How many vertices are left: at least three, or none when the loop is closed.
+    pub(crate) fn left(&self) -> usize {
+        self.left
+    }
+
+    /// The places before and after one that is left.
+    pub(crate) fn neighbours(&self, place: u32) -> [u32; 2] {
+        [self.previous[place as usize], self.next[place as usize]]
+    }
+
+    fn cut(&mut self, place: u32) {
+        let [before, after] = self.neighbours(place);
+        self.next[before as usize] = after;
+        self.previous[after as usize] = before;
+        self.first = before;
+        self.left -= 1;
+    }
+}
+
+impl Topology {
+    /// Refuses a loop of so many vertices if there is no room for what would close it.
+    pub(crate) fn check_ring(&self, vertices: usize) -> Result<(), NoRoom> {
+        self.check_room(1, 2 * vertices, vertices)
+    }
+
+    /// Cuts a vertex off the ring with a triangle. The edge between its neighbours must not exist,
+    /// and there must be [room](Self::check_ring).
+    pub(crate) fn cut_off(&mut self, ring: &mut Ring, place: u32) -> FaceId {
+        self.revision.advance();
+        let [before, after] = ring.neighbours(place);
+        let [first, second] = [before, place].map(|i| ring.sides[i as usize]);
+        if ring.left == 3 {
+            ring.left = 0;
+            return self.push_circuit([first, second, ring.sides[after as usize]]);
+        }
+        let third = self.push_edge(self.target(second), self.origin(first));
+        ring.sides[before as usize] = third.twin();
+        ring.cut(place);
+        self.push_circuit([first, second, third])
+    }
+
+    /// Closes what is left of a ring with triangles round a new vertex, one to each side.
+    pub(crate) fn close_with_fan(&mut self, ring: &mut Ring) -> (VertexId, Vec<FaceId>) {
+        self.revision.advance();
+        let centre = self.push_vertex();
+        let sides: Vec<HalfEdgeId> = ring.places().map(|i| ring.sides[i as usize]).collect();
+        let spokes: Vec<HalfEdgeId> =
+            sides.iter().map(|&side| self.push_edge(centre, self.origin(side))).collect();
+        let faces = (0..sides.len())
+            .map(|i| {
+                let following = spokes[(i + 1) % spokes.len()];
+                self.push_circuit([sides[i], following.twin(), spokes[i]])
+            })
+            .collect();
+        self.vertex_half_edge[centre.index()] = spokes.first().copied();
+        ring.left = 0;
+        (centre, faces)
+    }
+}

@@ -1,0 +1,403 @@
+//! Filling holes: closing boundary loops with triangles.
+//!
+//! Any boundary loop can be closed, also a concave one and one that lies in no plane, so that the
+//! mesh stays an oriented 2-manifold. The vertices of the loop stay where they are. Edges that exist
+//! elsewhere in the mesh are never made a second time.
+//!
+//! 1. **Short loops** ([`FillOptions::optimal_edges`]) get the triangles between their vertices whose
+//!    sharpest bend, also towards the faces round the hole, is smallest, and of those the ones with
+//!    the shortest edges: Barequet and Sharir 1995, Filling gaps in the boundary of a polyhedron, with
+//!    the weight of Liepa 2003, Filling holes in meshes (his minimal area among equal bends, which
+//!    says nothing in a plane, replaced by minimal length). `n³ / 6` steps for `n` edges.
+//! 2. **Longer loops** are cut into triangles as polygons are ([`Triangulator`]), seen along their mean
+//!    normal, if they do not cross themselves in that view.
+//! 3. **Other loops** lose the vertex whose neighbours are closest to each other, again and again, in
+//!    `n log n` steps.
+//! 4. What is left when all possible edges exist is closed by triangles round **a new vertex** at the
+//!    mean of the rest. That is always possible.
+//!
+//! New faces may cross other parts of the surface: nothing looks at them. No vertices are put inside
+//! large holes, other than by step 4; subdivide or smooth the [new faces](FilledHole::faces) for that.
+
+use core::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use crate::build::{Triangulation, Triangulator};
+use crate::edit::{NoRoom, Ring};
+use crate::handle::{FaceId, HalfEdgeId, VertexId};
+use crate::mesh::TriMesh;
+
+/// How holes are filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+pub struct FillOptions {
+    /// Holes with more edges stay open: of an open surface the outline, for one. `None` (the
+    /// default): all are filled.
+    pub max_edges: Option<usize>,
+    /// Loops of at most so many edges get the best triangles, in time proportional to the cube; at
+    /// most 512. 96 by default.
+    pub optimal_edges: usize,
+}
+
+impl Default for FillOptions {
+    fn default() -> Self {
+        Self { max_edges: None, optimal_edges: 96 }
+    }
+}
+
+/// More makes the tables of the best triangles too large.
+const MOST_OPTIMAL_EDGES: usize = 512;
+
+/// How a hole was filled; see the [module page](self).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum FillMethod {
+    /// The best triangles between the vertices of the loop.
+    Optimal,
+    /// As a polygon, seen along the mean normal.
+    Polygon,
+    /// The shortest new edge first.
+    ShortestEdge,
+}
+
+/// A hole that was filled.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FilledHole {
+    /// The half-edge that the hole was named by; now it has a face.
+    pub half_edge: HalfEdgeId,
+    /// How many edges the hole had.
+    pub edges: usize,
+    /// How its triangles were found.
+    pub method: FillMethod,
+    /// The new faces.
+    pub faces: Vec<FaceId>,
+    /// The new vertex that all that was left was joined to, where the vertices of the loop alone
+    /// would not do.
+    pub new_vertex: Option<VertexId>,
+}
+
+/// Why a hole cannot be filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum FillRefusal {
+    /// The half-edge is not in the mesh.
+    #[error("{0:?} is not in the mesh")]
+    NotInMesh(HalfEdgeId),
+    /// The half-edge has a face, so there is no hole.
+    #[error("{0:?} has a face; a hole is named by a half-edge that has none")]
+    NotAHole(HalfEdgeId),
+    /// The loop is the outline of a single face; filling it would leave two faces back to back.
+    #[error(
+        "the hole is the outside of the single {0:?}, filling it would make a pillow of two faces"
+    )]
+    Pillow(FaceId),
+    /// The hole has more edges than are wanted.
+    #[error("the hole has {edges} edges, more than {limit}; raise `max_edges` to fill it")]
+    TooManyEdges {
+        /// The edges of the hole.
+        edges: usize,
+        /// [`FillOptions::max_edges`].
+        limit: usize,
+    },
+    /// The mesh would exceed 32-bit indices.
+    #[error("the mesh has as many elements as 32-bit indices can address; compact it first")]
+    NoRoom,
+}
+
+impl From<NoRoom> for FillRefusal {
+    fn from(_: NoRoom) -> Self {
+        Self::NoRoom
+    }
+}
+
+/// What became of the holes of a mesh.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FillReport {
+    /// The holes that were filled.
+    pub filled: Vec<FilledHole>,
+    /// The holes that stay open, each named by a half-edge, and why.
+    pub left: Vec<(HalfEdgeId, FillRefusal)>,
+}
+
+impl FillReport {
+    /// The number of new faces.
+    #[must_use]
+    pub fn new_faces(&self) -> usize {
+        self.filled.iter().map(|hole| hole.faces.len()).sum()
+    }
+
+    /// The number of new vertices.
+    #[must_use]
+    pub fn new_vertices(&self) -> usize {
+        self.filled.iter().filter(|hole| hole.new_vertex.is_some()).count()
+    }
+}
+
+/// Filling holes; see [`crate::fill`].
+impl TriMesh {
+    /// Fills the hole that an exterior half-edge runs along.
+    ///
+    /// ```
+    /// use mesh_core::TriMesh;
+    /// use mesh_core::fill::FillOptions;
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// // A pyramid without its base.
+    /// let corners = [[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
+    /// let sides = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
+    /// let mut mesh = TriMesh::from_triangles(&corners, &sides)?;
+    /// let hole = mesh.topology().boundary_loops()[0];
+    /// let filled = mesh.fill_hole(hole, &FillOptions::default())?;
+    /// assert_eq!((filled.edges, filled.faces.len()), (4, 2));
+    /// assert!(mesh.topology().is_closed());
+    /// assert!((mesh.volume() - 4.0 / 3.0).abs() < 1e-15);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// The half-edge does not run along a hole, the hole has more edges than the options allow, or
+    /// it is the outside of a single face. The mesh is then as it was.
+    pub fn fill_hole(
+        &mut self,
+        half_edge: HalfEdgeId,
+        options: &FillOptions,
+    ) -> Result<FilledHole, FillRefusal> {
+        let topology = self.topology();
+        if !topology.contains_half_edge(half_edge) {
+            return Err(FillRefusal::NotInMesh(half_edge));
+        }
+        if !topology.is_exterior(half_edge) {
+            return Err(FillRefusal::NotAHole(half_edge));
+        }
+        let sides: Vec<HalfEdgeId> = topology.boundary_loop(half_edge).collect();
+        let edges = sides.len();
+        if let Some(limit) = options.max_edges.filter(|&limit| edges > limit) {
+            return Err(FillRefusal::TooManyEdges { edges, limit });
+        }
+        if let Some(face) = topology.face(half_edge.twin())
+            && edges == 3
+            && sides.iter().all(|h| topology.face(h.twin()) == Some(face))
+        {
+            return Err(FillRefusal::Pillow(face));
+        }
+        topology.check_ring(edges)?;
+        let outline = Outline::new(self, &sides);
+        let mut ring = Ring::new(sides);
+        let mut faces = Vec::with_capacity(edges);
+        let planned = outline
+            .best_triangles(options.optimal_edges)
+            .map(|tips| (FillMethod::Optimal, tips))
+            .or_else(|| outline.polygon().map(|tips| (FillMethod::Polygon, tips)));
+        let method = match planned {
+            Some((method, tips)) => {
+                faces.extend(tips.into_iter().map(|tip| self.cut_off(&mut ring, tip)));
+                method
+            }
+            None => {
+                self.cut_off_shortest(&outline, &mut ring, &mut faces);
+                FillMethod::ShortestEdge
+            }
+        };
+        let mut new_vertex = None;
+        if ring.left() > 0 {
+            let share = 1.0 / ring.left() as f64;
+            let centre = ring.places().map(|i| outline.position(i) * share).sum();
+            let (vertex, fan) = self.close_with_fan(&mut ring, centre);
+            new_vertex = Some(vertex);
+            faces.extend(fan);
+        }
+        Ok(FilledHole { half_edge, edges, method, faces, new_vertex })
+    }
+
+    /// Fills all holes that the options allow, each as [`fill_hole`](Self::fill_hole) does.
+    pub fn fill_holes(&mut self, options: &FillOptions) -> FillReport {
+        let mut report = FillReport::default();
+        for hole in self.topology().boundary_loops() {
+            match self.fill_hole(hole, options) {
+                Ok(filled) => report.filled.push(filled),
+                Err(refusal) => report.left.push((hole, refusal)),
+            }
+        }
+        report
+    }
+
+    /// Cuts the vertex whose neighbours are closest off the ring, until the ring is closed or all
+    /// edges that this would take exist.
+    fn cut_off_shortest(&mut self, outline: &Outline, ring: &mut Ring, faces: &mut Vec<FaceId>) {
+        // Bits of lengths that are not negative are ordered as the lengths are.
+        let candidate = |ring: &Ring, tip: u32| {
+            let [before, after] = ring.neighbours(tip);
+            let length = outline.points[before as usize].distance(outline.points[after as usize]);
+            Reverse((length.to_bits(), tip, [before, after]))
+        };
+        let mut queue: BinaryHeap<_> = ring.places().map(|tip| candidate(ring, tip)).collect();
+        let mut is_cut = vec![false; outline.points.len()];
+        while let Some(Reverse((_, tip, around))) = queue.pop() {
+            let is_current = !is_cut[tip as usize] && ring.neighbours(tip) == around;
+            if !is_current || (ring.left() > 3 && outline.is_edge(around)) {
+                continue;
+            }
+            faces.push(self.cut_off(ring, tip));
+            is_cut[tip as usize] = true;
+            if ring.left() == 0 {
+                break;
+            }
+            queue.extend(around.map(|neighbour| candidate(ring, neighbour)));
+        }
+    }
+}
+
+/// The loop round a hole, by place in the loop.
+struct Outline {
+    /// Where the loop starts, in model units, and how large it is.
+    origin: DVec3,
+    scale: f64,
+    /// The vertices, from the origin and in units of the scale.
+    points: Vec<DVec3>,
+    /// The unit normals of the faces beyond the edge from each vertex to the next.
+    normals: Vec<DVec3>,
+    /// Pairs of places, smaller first, ascending, that are joined by an edge of the mesh.
+    joined: Vec<[u32; 2]>,
+}
+
+impl Outline {
+    fn new(mesh: &TriMesh, sides: &[HalfEdgeId]) -> Self {
+        let topology = mesh.topology();
+        let vertices: Vec<VertexId> = sides.iter().map(|&h| topology.origin(h)).collect();
+        let origin = mesh.position(vertices[0]);
+        let offsets = vertices.iter().map(|&v| mesh.position(v) - origin);
+        let size = offsets.clone().fold(0.0, |size: f64, p| size.max(p.abs().max_element()));
+        let scale = if size > 0.0 && size.is_finite() { size } else { 1.0 };
+        let normal = |&h: &HalfEdgeId| {
+            topology.face(h.twin()).map_or(DVec3::ZERO, |face| mesh.face_normal(face))
+        };
+        let mut places: Vec<(VertexId, u32)> =
+            vertices.iter().enumerate().map(|(i, &v)| (v, i as u32)).collect();
+        places.sort_unstable();
+        let place_of = |v: VertexId| {
+            places.binary_search_by_key(&v, |place| place.0).ok().map(|found| places[found].1)
+        };
+        let mut joined = Vec::new();
+        for (i, &vertex) in vertices.iter().enumerate() {
+            let neighbours = topology.one_ring(vertex).filter_map(place_of);
+            joined.extend(neighbours.filter(|&j| (i as u32) < j).map(|j| [i as u32, j]));
+        }
+        joined.sort_unstable();
+        let points = offsets.map(|p| p / scale).collect();
+        Self { origin, scale, points, normals: sides.iter().map(normal).collect(), joined }
+    }
+
+    fn position(&self, place: u32) -> DVec3 {
+        self.origin + self.scale * self.points[place as usize]
+    }
+
+    fn is_edge(&self, [i, j]: [u32; 2]) -> bool {
+        self.joined.binary_search(&[i.min(j), i.max(j)]).is_ok()
+    }
+
+    /// The vertices in the order in which the polygon loses them, if it is simple, seen along its
+    /// mean normal, and takes no edge that exists.
+    fn polygon(&self) -> Option<Vec<u32>> {
+        let places: Vec<u32> = (0..self.points.len() as u32).collect();
+        let mut triangles = Vec::new();
+        let quality = Triangulator::default().triangulate(&self.points, &places, &mut triangles);
+        let (_, diagonals) = triangles.split_last()?;
+        let is_new = |&[before, _, after]: &[u32; 3]| !self.is_edge([before, after]);
+        (quality == Triangulation::Proper && diagonals.iter().all(is_new))
+            .then(|| triangles.iter().map(|triangle| triangle[1]).collect())
+    }
+
+    /// The vertices in an order in which cutting them off makes the best triangles.
+    fn best_triangles(&self, most_edges: usize) -> Option<Vec<u32>> {
+        let n = self.points.len();
+        // Four corners are split along a diagonal, which is not clipping an ear.
+        if n > most_edges.clamp(4, MOST_OPTIMAL_EDGES) {
+            return None;
+        }
+        let mut best: Vec<Option<Part>> = vec![None; n * n];
+        for i in 0..n - 1 {
+            best[i * n + i + 1] = Some(Part { normal: self.normals[i], ..Part::default() });
+        }
+        for length in 2..n {
+            for i in 0..n - length {
+                let j = i + length;
+                let closes = length == n - 1;
+                if !closes && self.is_edge([i as u32, j as u32]) {
+                    continue;
+                }
+                let parts = (i + 1..j).filter_map(|m| {
+                    let (before, after) = (best[i * n + m]?, best[m * n + j]?);
+                    let beyond = closes.then(|| self.normals[n - 1]);
+                    Some(self.part([i, m, j], before, after, beyond))
+                });
+                best[i * n + j] = parts.min_by(Part::compare);
+            }
+        }
+        best[n - 1]?;
+        let mut tips = Vec::with_capacity(n - 2);
+        let mut open = vec![[0, n - 1]];
+        while let Some([i, j]) = open.pop() {
+            if let Some(part) = best[i * n + j].filter(|_| j > i + 1) {
+                tips.push(part.tip as u32);
+                open.extend([[i, part.tip], [part.tip, j]]);
+            }
+        }
+        tips.reverse();
+        Some(tips)
+    }
+
+    /// What the triangle of three places makes of the parts beyond two of its sides.
+    fn part(
+        &self,
+        [i, m, j]: [usize; 3],
+        before: Part,
+        after: Part,
+        beyond: Option<DVec3>,
+    ) -> Part {
+        let [a, b, c] = [i, m, j].map(|place| self.points[place]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let sharpest = [Some(before.normal), Some(after.normal), beyond]
+            .into_iter()
+            .flatten()
+            .map(|other| bend(normal, other))
+            .fold(before.bend.max(after.bend), f64::max);
+        let length = before.length + after.length + a.distance(c);
+        Part { bend: sharpest, length, normal, tip: m }
+    }
+}
+
+/// The best triangles for a part of the loop.
+#[derive(Clone, Copy, Default)]
+struct Part {
+    /// The sharpest bend.
+    bend: f64,
+    /// The sum of the lengths of the new edges.
+    length: f64,
+    /// The unit normal of the triangle at the edge that ends the part.
+    normal: DVec3,
+    /// The third corner of that triangle.
+    tip: usize,
+}
+
+impl Part {
+    fn compare(&self, other: &Self) -> core::cmp::Ordering {
+        self.bend.total_cmp(&other.bend).then(self.length.total_cmp(&other.length))
+    }
+}
+
+/// How sharp the bend between two unit normals is: one minus its cosine, from 0 to 2, in steps of
+/// 1/1024 (2.5 degrees from flat), so that it does not decide between triangles that are all flat.
+/// A triangle without a normal is as bad as a fold.
+fn bend(normal: DVec3, other: DVec3) -> f64 {
+    if normal == DVec3::ZERO {
+        return 2.0;
+    }
+    (1024.0 * (1.0 - normal.dot(other))).floor() / 1024.0
+}

@@ -1,0 +1,73 @@
+//! The connected pieces of a mesh, each as a mesh of its own.
+
+use crate::handle::{FaceId, VertexId};
+use crate::mesh::{MeshError, TriMesh};
+
+/// A connected piece of a mesh; made by [`TriMesh::pieces`].
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Piece {
+    /// The piece. Vertices and faces keep their order, and faces their first corner.
+    pub mesh: TriMesh,
+    /// Per vertex of the piece, the vertex of the whole.
+    pub vertex_source: Vec<VertexId>,
+    /// Per face of the piece, the face of the whole.
+    pub face_source: Vec<FaceId>,
+}
+
+impl TriMesh {
+    /// The connected pieces of the mesh, in the order of
+    /// [`Topology::components`](crate::Topology::components): by their smallest vertex. Isolated
+    /// vertices are in none. Takes linear time.
+    ///
+    /// ```
+    /// use mesh_core::{TriMesh, shapes::polyhedra};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 5.], [1., 0., 5.], [0., 1., 5.]];
+    /// let mesh = TriMesh::from_triangles(&corners, &[[3, 4, 5], [0, 1, 2]])?;
+    /// let pieces = mesh.pieces()?;
+    /// assert_eq!(pieces.len(), 2);
+    /// assert_eq!(pieces[0].face_source[0].get(), 1);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// A position is not finite.
+    pub fn pieces(&self) -> Result<Vec<Piece>, MeshError> {
+        let topology = self.topology();
+        let components = topology.components();
+        let mut new_index = topology.vertex_map(0_u32);
+        let mut parts: Vec<Part> = Vec::new();
+        parts.resize_with(components.count, Part::default);
+        for (vertex, component) in components.of_vertex.iter() {
+            if let Some(component) = component {
+                let sources = &mut parts[*component as usize].vertex_source;
+                new_index[vertex] = sources.len() as u32;
+                sources.push(vertex);
+            }
+        }
+        for face in topology.faces() {
+            let vertices = topology.face_vertices(face);
+            if let Some(component) = components.of_vertex[vertices[0]] {
+                let part = &mut parts[component as usize];
+                part.triangles.push(vertices.map(|v| new_index[v]));
+                part.face_source.push(face);
+            }
+        }
+        let piece = |part: Part| {
+            let positions: Vec<_> = part.vertex_source.iter().map(|&v| self.position(v)).collect();
+            let mesh = Self::from_triangles(&positions, &part.triangles)?;
+            let Part { vertex_source, face_source, .. } = part;
+            Ok(Piece { mesh, vertex_source, face_source })
+        };
+        parts.into_iter().map(piece).collect()
+    }
+}
+
+#[derive(Default)]
+struct Part {
+    vertex_source: Vec<VertexId>,
+    face_source: Vec<FaceId>,
+    triangles: Vec<[u32; 3]>,
+}

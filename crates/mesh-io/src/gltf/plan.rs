@@ -1,0 +1,334 @@
+//! What a scene holds and how much memory it takes, before any of it is read.
+
+use super::accessor::{Document, Values, at, item, no_such};
+use super::scene::{INSTANCE, Placed, each_placed, instance_count};
+use super::schema::{Attributes, Mesh, Primitive, TextureInfo, TextureTransform};
+use crate::Group;
+use crate::error::ReadErrorKind;
+use crate::notes::Notes;
+use crate::numbering::Numbering;
+use std::collections::HashMap;
+
+/// The meshes of a scene, and the size of the model that they make.
+pub(super) struct Plan {
+    /// The meshes that are drawn.
+    pub meshes: Vec<Option<MeshPlan>>,
+    /// The names of the numbers that vertices have.
+    pub scalars: Numbering,
+    pub vertices: u64,
+    pub faces: u64,
+    pub has_colors: bool,
+    pub has_normals: bool,
+    pub has_uvs: bool,
+    pub has_materials: bool,
+    /// The bytes of the groups, and those that are needed for a while only.
+    groups: u64,
+    passing: u64,
+}
+
+/// What is read of a mesh.
+#[derive(Default)]
+pub(super) struct MeshPlan {
+    /// Primitives that have the same attributes share their vertices.
+    pub sets: Vec<VertexSet>,
+    pub parts: Vec<Part>,
+    /// The accessors of the texture coordinates.
+    pub uvs: Vec<u32>,
+    vertices: u64,
+    faces: u64,
+    passing: u64,
+    has_colors: bool,
+    has_normals: bool,
+    has_materials: bool,
+}
+
+/// Vertices, by the accessors of their attributes.
+pub(super) struct VertexSet {
+    /// A primitive that has them.
+    pub primitive: usize,
+    pub count: usize,
+    pub positions: u32,
+    pub normals: Option<u32>,
+    pub colors: Option<u32>,
+    /// The number of the name, and the accessor.
+    pub scalars: Vec<(u32, u32)>,
+}
+
+/// The triangles of a primitive.
+pub(super) struct Part {
+    pub primitive: usize,
+    pub set: usize,
+    /// Which of the texture coordinates of the mesh, and how to transform them.
+    pub uvs: Option<(usize, TextureTransform)>,
+}
+
+pub(super) const STRIP: u32 = 5;
+pub(super) const FAN: u32 = 6;
+
+/// Where a primitive is in the document.
+pub(super) fn path_of(mesh: u32, primitive: usize) -> String {
+    format!("meshes[{mesh}].primitives[{primitive}]")
+}
+
+impl Plan {
+    /// Looks at everything that the scene draws. `textures` is, for every material, the one that its
+    /// texture coordinates are for.
+    pub(super) fn of(
+        document: &Document,
+        textures: &[Option<TextureInfo>],
+        notes: &mut Notes,
+    ) -> Result<Self, ReadErrorKind> {
+        let count = document.root.meshes.len();
+        let mut plan = Self {
+            meshes: std::iter::repeat_with(|| None).take(count).collect(),
+            scalars: Numbering::default(),
+            vertices: 0,
+            faces: 0,
+            has_colors: false,
+            has_normals: false,
+            has_uvs: false,
+            has_materials: false,
+            groups: 0,
+            passing: 0,
+        };
+        each_placed(&document.root, |placed| plan.place(document, placed, textures, notes))?;
+        Ok(plan)
+    }
+
+    /// The bytes that the model takes, and those that reading it takes beside.
+    pub(super) fn bytes(&self) -> u64 {
+        let of = |there: bool, bytes: u64| if there { bytes } else { 0 };
+        let scalars = 8 * self.scalars.names().len() as u64;
+        let vertex = 24 + of(self.has_colors, 16) + scalars;
+        let corner = 4 + of(self.has_uvs, 8) + of(self.has_normals, 12);
+        let face = 3 * corner + 4 + 4 + of(self.has_materials, 4);
+        let model =
+            self.vertices.saturating_mul(vertex).saturating_add(self.faces.saturating_mul(face));
+        model.saturating_add(self.groups).saturating_add(self.passing)
+    }
+
+    fn place(
+        &mut self,
+        document: &Document,
+        placed: &Placed<'_>,
+        textures: &[Option<TextureInfo>],
+        notes: &mut Notes,
+    ) -> Result<(), ReadErrorKind> {
+        let path = format!("nodes[{}].mesh", placed.index);
+        let mesh = item(&document.root.meshes, placed.mesh, "meshes", &path)?;
+        let Some(slot) = self.meshes.get_mut(placed.mesh as usize) else { return Ok(()) };
+        let is_new = slot.is_none();
+        if placed.node.skin || (is_new && mesh.primitives.iter().any(|p| p.targets)) {
+            notes.add(format!("meshes[{}]: read in its rest pose", placed.mesh));
+        }
+        if is_new {
+            let mut planner = Planner {
+                document,
+                textures,
+                notes,
+                scalars: &mut self.scalars,
+                mesh: placed.mesh,
+            };
+            *slot = Some(planner.mesh(mesh)?);
+        }
+        let Some(mesh_plan) = slot else { return Ok(()) };
+        let times = instance_count(document, placed)?;
+        if mesh_plan.sets.is_empty() || times == 0 {
+            return Ok(());
+        }
+        self.vertices = self.vertices.saturating_add(mesh_plan.vertices.saturating_mul(times));
+        self.faces = self.faces.saturating_add(mesh_plan.faces.saturating_mul(times));
+        self.has_colors |= mesh_plan.has_colors;
+        self.has_normals |= mesh_plan.has_normals;
+        self.has_uvs |= !mesh_plan.uvs.is_empty();
+        self.has_materials |= mesh_plan.has_materials;
+        let name = placed.node.name.as_ref().or(mesh.name.as_ref()).map_or(0, |name| name.len());
+        self.groups = self.groups.saturating_add((size_of::<Group>() + name + 16) as u64 * 2);
+        let passing = mesh_plan.passing.saturating_add(times.saturating_mul(INSTANCE));
+        self.passing = self.passing.max(passing);
+        Ok(())
+    }
+}
+
+struct Planner<'p> {
+    document: &'p Document,
+    textures: &'p [Option<TextureInfo>],
+    notes: &'p mut Notes,
+    scalars: &'p mut Numbering,
+    mesh: u32,
+}
+
+impl Planner<'_> {
+    fn mesh(&mut self, mesh: &Mesh) -> Result<MeshPlan, ReadErrorKind> {
+        let mut plan = MeshPlan::default();
+        let mut sets: HashMap<&Attributes, usize> = HashMap::new();
+        let mut uvs: HashMap<u32, usize> = HashMap::new();
+        let mut most_indices = 0;
+        for (index, primitive) in mesh.primitives.iter().enumerate() {
+            let path = path_of(self.mesh, index);
+            if !(4..=6).contains(&primitive.mode) {
+                self.notes.add(format!("{path}: skipped points or lines"));
+                continue;
+            }
+            let set = match sets.get(&primitive.attributes) {
+                Some(&set) => set,
+                None => {
+                    let set = self.vertices(index, primitive, &path)?;
+                    let normals = if set.normals.is_some() { 12 } else { 0 };
+                    plan.vertices = plan.vertices.saturating_add(set.count as u64);
+                    plan.passing = plan.passing.saturating_add(normals * set.count as u64);
+                    plan.has_colors |= set.colors.is_some();
+                    plan.has_normals |= set.normals.is_some();
+                    plan.sets.push(set);
+                    sets.insert(&primitive.attributes, plan.sets.len() - 1);
+                    plan.sets.len() - 1
+                }
+            };
+            let count = plan.sets[set].count as u64;
+            let indices = self.indices(primitive, count, &path)?;
+            let faces = match primitive.mode {
+                STRIP | FAN => indices.saturating_sub(2),
+                _ => indices / 3,
+            };
+            if faces == 0 {
+                continue;
+            }
+            let own_uvs = self.uvs(primitive, count, &path)?;
+            let uvs = own_uvs.map(|(accessor, transform)| {
+                let place = *uvs.entry(accessor).or_insert_with(|| {
+                    plan.passing = plan.passing.saturating_add(8 * count);
+                    plan.uvs.push(accessor);
+                    plan.uvs.len() - 1
+                });
+                (place, transform)
+            });
+            plan.has_materials |= primitive.material.is_some();
+            plan.faces = plan.faces.saturating_add(faces);
+            most_indices = most_indices.max(indices);
+            plan.parts.push(Part { primitive: index, set, uvs });
+        }
+        plan.sets.shrink_to_fit();
+        plan.parts.shrink_to_fit();
+        plan.passing = plan.passing.saturating_add(most_indices.saturating_mul(4));
+        // Without any vertex, nothing is to be done for the nodes that have the mesh.
+        if plan.vertices == 0 {
+            plan = MeshPlan::default();
+        }
+        Ok(plan)
+    }
+
+    /// Looks at the accessor of an attribute: its values are there, of a fitting width, and as many
+    /// as there are positions. How many these are, and whether any buffer says something about them.
+    fn attribute(
+        &self,
+        primitive: &Primitive,
+        accessor: u32,
+        name: &str,
+        widths: std::ops::RangeInclusive<usize>,
+        count: Option<usize>,
+        path: &str,
+    ) -> Result<(usize, bool), ReadErrorKind> {
+        let path = format!("{path}.attributes.{name}");
+        let values = self.document.values(accessor, &path, widths)?;
+        not_draco(primitive, &values, &path)?;
+        match count {
+            Some(count) if values.count() != count => {
+                let found = values.count().to_string();
+                Err(ReadErrorKind::malformed(at(&path), format!("{count} values"), found))
+            }
+            _ => Ok((values.count(), !values.is_nothing())),
+        }
+    }
+
+    fn vertices(
+        &mut self,
+        index: usize,
+        primitive: &Primitive,
+        path: &str,
+    ) -> Result<VertexSet, ReadErrorKind> {
+        let attributes = &primitive.attributes;
+        let positions = attributes.get("POSITION").ok_or_else(|| {
+            let path = format!("{path}.attributes.POSITION");
+            ReadErrorKind::malformed(at(&path), "an accessor", "nothing")
+        })?;
+        let (count, is_given) =
+            self.attribute(primitive, positions, "POSITION", 3..=3, None, path)?;
+        if !is_given && count > 0 {
+            self.notes.add(format!("{path}: no buffer gives the positions, so that all are zero"));
+        }
+        let all = Some(count);
+        let normals = attributes.get("NORMAL");
+        if let Some(accessor) = normals {
+            self.attribute(primitive, accessor, "NORMAL", 3..=3, all, path)?;
+        }
+        let colors = attributes.get("COLOR_0");
+        if let Some(accessor) = colors {
+            self.attribute(primitive, accessor, "COLOR_0", 3..=4, all, path)?;
+        }
+        let mut scalars = Vec::new();
+        for (name, accessor) in attributes.iter() {
+            let Some(own_name) = name.strip_prefix('_') else { continue };
+            self.attribute(primitive, accessor, name, 1..=16, all, path)?;
+            if self.document.width(accessor, path)? == 1 {
+                scalars.push((self.scalars.number(&own_name.to_lowercase()).0, accessor));
+            }
+        }
+        scalars.shrink_to_fit();
+        Ok(VertexSet { primitive: index, count, positions, normals, colors, scalars })
+    }
+
+    /// How many indices a primitive has: those of its accessor, or one for each vertex.
+    fn indices(
+        &self,
+        primitive: &Primitive,
+        vertices: u64,
+        path: &str,
+    ) -> Result<u64, ReadErrorKind> {
+        if let Some(material) = primitive.material
+            && material as usize >= self.textures.len()
+        {
+            let path = format!("{path}.material");
+            return Err(no_such(&path, "materials", material, self.textures.len()));
+        }
+        let Some(accessor) = primitive.indices else { return Ok(vertices) };
+        let path = format!("{path}.indices");
+        let values = self.document.values(accessor, &path, 1..=1)?;
+        not_draco(primitive, &values, &path)?;
+        Ok(values.count() as u64)
+    }
+
+    /// The texture coordinates that belong to the texture of the material; the first ones where
+    /// there is no texture.
+    fn uvs(
+        &mut self,
+        primitive: &Primitive,
+        count: u64,
+        path: &str,
+    ) -> Result<Option<(u32, TextureTransform)>, ReadErrorKind> {
+        let material = primitive.material.and_then(|material| self.textures.get(material as usize));
+        let texture = material.and_then(Option::as_ref);
+        let transform = texture.and_then(|info| info.extensions.transform).unwrap_or_default();
+        let own = texture.map_or(0, |info| info.tex_coord);
+        let name = format!("TEXCOORD_{}", transform.tex_coord.unwrap_or(own));
+        let Some(accessor) = primitive.attributes.get(&name) else {
+            if texture.is_some() {
+                self.notes.add(format!("{path}: its texture needs {name}, which is not there"));
+            }
+            return Ok(None);
+        };
+        self.attribute(primitive, accessor, &name, 2..=2, Some(count as usize), path)?;
+        Ok(Some((accessor, transform)))
+    }
+}
+
+/// Values that only the compressed data have are not there.
+fn not_draco(primitive: &Primitive, values: &Values<'_>, path: &str) -> Result<(), ReadErrorKind> {
+    if !(primitive.extensions.draco && values.is_nothing()) {
+        return Ok(());
+    }
+    Err(ReadErrorKind::Unsupported {
+        at: at(path),
+        what: "the extension KHR_draco_mesh_compression without other data".to_owned(),
+        cure: "export the file without it",
+    })
+}

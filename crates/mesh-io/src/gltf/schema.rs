@@ -1,0 +1,371 @@
+//! The parts of a glTF document that are read, as they are in the JSON.
+//!
+//! Objects are small, since a document may hold one for every three bytes, and nothing is kept of
+//! what is not used. Indices are as they are: whoever follows one checks it.
+
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use std::fmt;
+
+/// The largest of the objects of which there may be one for every brace in the text, beside what is
+/// counted by its own characters.
+pub(super) const LARGEST: u64 = size_of::<Node>() as u64 + 16;
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Root {
+    #[serde(rename = "asset")]
+    _asset: IgnoredAny,
+    #[serde(default)]
+    pub accessors: Vec<Accessor>,
+    #[serde(default)]
+    pub animations: Vec<IgnoredAny>,
+    #[serde(default)]
+    pub buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub buffer_views: Vec<View>,
+    #[serde(default)]
+    pub extensions_required: Vec<Box<str>>,
+    #[serde(default)]
+    pub images: Vec<Image>,
+    #[serde(default)]
+    pub materials: Vec<Material>,
+    #[serde(default)]
+    pub meshes: Vec<Mesh>,
+    #[serde(default)]
+    pub nodes: Vec<Node>,
+    pub scene: Option<u32>,
+    #[serde(default)]
+    pub scenes: Vec<Scene>,
+    #[serde(default)]
+    pub textures: Vec<Texture>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Accessor {
+    pub buffer_view: Option<u32>,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub component_type: u32,
+    pub count: u64,
+    #[serde(rename = "type")]
+    pub shape: Shape,
+    #[serde(default)]
+    pub normalized: bool,
+    pub sparse: Option<Box<Sparse>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) enum Shape {
+    Scalar,
+    Vec2,
+    Vec3,
+    Vec4,
+    Mat2,
+    Mat3,
+    Mat4,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Sparse {
+    pub count: u64,
+    pub indices: SparsePart,
+    pub values: SparsePart,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SparsePart {
+    pub buffer_view: u32,
+    #[serde(default)]
+    pub byte_offset: u64,
+    /// That of the indices; the values have that of the accessor.
+    #[serde(default)]
+    pub component_type: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Buffer {
+    pub uri: Option<Box<str>>,
+    pub byte_length: u64,
+    #[serde(default)]
+    pub extensions: Compression,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct View {
+    pub buffer: u32,
+    #[serde(default)]
+    pub byte_offset: u64,
+    pub byte_length: u64,
+    pub byte_stride: Option<u32>,
+    #[serde(default)]
+    pub extensions: Compression,
+}
+
+/// Whether the bytes are to be had by another way, which is not taken here.
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct Compression {
+    #[serde(rename = "EXT_meshopt_compression", deserialize_with = "present")]
+    ext: bool,
+    #[serde(rename = "KHR_meshopt_compression", deserialize_with = "present")]
+    khr: bool,
+}
+
+impl Compression {
+    pub(super) fn meshopt(&self) -> Option<&'static str> {
+        match (self.ext, self.khr) {
+            (true, _) => Some("EXT_meshopt_compression"),
+            (_, true) => Some("KHR_meshopt_compression"),
+            _ => None,
+        }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Image {
+    pub uri: Option<Box<str>>,
+    pub mime_type: Option<Box<str>>,
+    pub buffer_view: Option<u32>,
+    pub name: Option<Box<str>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Texture {
+    pub source: Option<u32>,
+    #[serde(default)]
+    pub extensions: TextureExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct TextureExtensions {
+    #[serde(rename = "EXT_texture_webp", deserialize_with = "present")]
+    pub webp: bool,
+    #[serde(rename = "KHR_texture_basisu", deserialize_with = "present")]
+    pub basis: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Material {
+    pub name: Option<Box<str>>,
+    pub pbr_metallic_roughness: Option<Box<Pbr>>,
+    #[serde(default, deserialize_with = "present")]
+    pub normal_texture: bool,
+    #[serde(default, deserialize_with = "present")]
+    pub occlusion_texture: bool,
+    #[serde(default, deserialize_with = "present")]
+    pub emissive_texture: bool,
+    #[serde(default)]
+    pub emissive_factor: [f32; 3],
+    #[serde(default)]
+    pub alpha_mode: AlphaMode,
+    pub alpha_cutoff: Option<f32>,
+    #[serde(default)]
+    pub double_sided: bool,
+    #[serde(default)]
+    pub extensions: MaterialExtensions,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub(super) enum AlphaMode {
+    #[default]
+    Opaque,
+    Mask,
+    Blend,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct MaterialExtensions {
+    #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
+    pub specular_glossiness: Option<Box<SpecularGlossiness>>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct SpecularGlossiness {
+    pub diffuse_factor: [f32; 4],
+    pub diffuse_texture: Option<TextureInfo>,
+}
+
+impl Default for SpecularGlossiness {
+    fn default() -> Self {
+        Self { diffuse_factor: [1.0; 4], diffuse_texture: None }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Pbr {
+    pub base_color_factor: [f32; 4],
+    pub base_color_texture: Option<TextureInfo>,
+    pub metallic_factor: f32,
+    pub roughness_factor: f32,
+    #[serde(deserialize_with = "present")]
+    pub metallic_roughness_texture: bool,
+}
+
+impl Default for Pbr {
+    fn default() -> Self {
+        Self {
+            base_color_factor: [1.0; 4],
+            base_color_texture: None,
+            metallic_factor: 1.0,
+            roughness_factor: 1.0,
+            metallic_roughness_texture: false,
+        }
+    }
+}
+
+#[derive(Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureInfo {
+    pub index: u32,
+    #[serde(default)]
+    pub tex_coord: u32,
+    #[serde(default)]
+    pub extensions: TextureInfoExtensions,
+}
+
+#[derive(Clone, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureInfoExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub transform: Option<TextureTransform>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct TextureTransform {
+    pub offset: [f32; 2],
+    pub rotation: f32,
+    pub scale: [f32; 2],
+    pub tex_coord: Option<u32>,
+}
+
+impl Default for TextureTransform {
+    fn default() -> Self {
+        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], tex_coord: None }
+    }
+}
+
+#[derive(Deserialize)]
+pub(super) struct Mesh {
+    pub name: Option<Box<str>>,
+    pub primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Primitive {
+    pub attributes: Attributes,
+    pub indices: Option<u32>,
+    pub material: Option<u32>,
+    #[serde(default = "triangles")]
+    pub mode: u32,
+    #[serde(default, deserialize_with = "present")]
+    pub targets: bool,
+    #[serde(default)]
+    pub extensions: PrimitiveExtensions,
+}
+
+fn triangles() -> u32 {
+    4
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression", deserialize_with = "present")]
+    pub draco: bool,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Scene {
+    #[serde(default)]
+    pub nodes: Vec<u32>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Node {
+    pub mesh: Option<u32>,
+    #[serde(default, deserialize_with = "present")]
+    pub skin: bool,
+    #[serde(default)]
+    pub children: Box<[u32]>,
+    pub name: Option<Box<str>>,
+    pub matrix: Option<Box<[f32; 16]>>,
+    pub rotation: Option<[f32; 4]>,
+    pub scale: Option<[f32; 3]>,
+    pub translation: Option<[f32; 3]>,
+    #[serde(default)]
+    pub extensions: NodeExtensions,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub instancing: Option<Box<Instancing>>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Instancing {
+    pub attributes: Attributes,
+}
+
+/// Names and the accessors of their values, in the order of the names.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct Attributes(Vec<(Box<str>, u32)>);
+
+impl Attributes {
+    pub(super) fn get(&self, name: &str) -> Option<u32> {
+        let place = self.0.binary_search_by(|(other, _)| other.as_ref().cmp(name)).ok()?;
+        Some(self.0[place].1)
+    }
+
+    pub(super) fn iter(&self) -> impl Iterator<Item = (&str, u32)> {
+        self.0.iter().map(|(name, accessor)| (name.as_ref(), *accessor))
+    }
+}
+
+impl<'de> Deserialize<'de> for Attributes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Entries;
+
+        impl<'de> Visitor<'de> for Entries {
+            type Value = Attributes;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("names with an accessor each")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Attributes, A::Error> {
+                let mut entries = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    entries.push(entry);
+                }
+                entries.sort();
+                // Of a name that is given twice, one will do.
+                entries.dedup_by(|a: &mut (Box<str>, u32), b| a.0 == b.0);
+                Ok(Attributes(entries))
+            }
+        }
+
+        deserializer.deserialize_map(Entries)
+    }
+}
+
+/// Whether there is anything under a name, whatever it is.
+fn present<'de, D: Deserializer<'de>>(deserializer: D) -> Result<bool, D::Error> {
+    IgnoredAny::deserialize(deserializer).map(|_| true)
+}

@@ -1,0 +1,116 @@
+//! Quadric error metrics (Garland and Heckbert 1997).
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+
+use super::{Cost, Reach};
+use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::quadric::Quadric;
+
+/// The quadrics of the original planes, accumulated at the vertices: each face gives a third of its area
+/// times the squared distance to its plane to each of its corners.
+///
+/// The cost is the sum of the quadrics of the two ends at the new place, or, *marginal*, what that
+/// adds to their values where the ends are: the error that this collapse makes, not the error that
+/// its vertices have already made.
+#[derive(Clone, Debug, Default)]
+pub struct GarlandHeckbert {
+    /// Whether errors that have already been made are subtracted.
+    pub marginal: bool,
+    quadrics: AccumulatedQuadrics,
+}
+
+impl GarlandHeckbert {
+    /// The cost as published.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The cost less the errors that have already been made.
+    #[must_use]
+    pub fn marginal() -> Self {
+        Self { marginal: true, ..Self::default() }
+    }
+}
+
+impl Cost for GarlandHeckbert {
+    fn prepare(&mut self, mesh: &TriMesh) {
+        self.quadrics = AccumulatedQuadrics::new(mesh);
+    }
+
+    #[inline]
+    fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
+        Some(self.quadrics.of_edge(patch) + *patch.border())
+    }
+
+    #[inline]
+    fn cost(&self, patch: &EdgePatch<'_>, quadric: Option<&Quadric>, x: DVec3) -> f64 {
+        let value = quadric.map_or(0.0, |q| q.value(x));
+        let made = if self.marginal { self.quadrics.made(patch) } else { 0.0 };
+        (value - made).max(0.0) + length_tie(patch)
+    }
+
+    #[inline]
+    fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
+        let quadric = self.quadric(patch)?;
+        let x = quadric.minimizer(None)?;
+        Some(self.cost(patch, Some(&quadric), x))
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::Star
+    }
+
+    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
+        self.quadrics.merge(collapse);
+    }
+}
+
+/// So little that it decides only between edges whose cost is rounding error: short edges first.
+#[inline]
+pub(super) fn length_tie(patch: &EdgePatch<'_>) -> f64 {
+    1e-12 * patch.squared_length() * patch.squared_length()
+}
+
+/// One quadric per vertex, each about the position of its vertex.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct AccumulatedQuadrics(Vec<Quadric>);
+
+impl AccumulatedQuadrics {
+    pub(crate) fn new(mesh: &TriMesh) -> Self {
+        let topology = mesh.topology();
+        let mut quadrics = vec![Quadric::default(); topology.vertex_capacity()];
+        for face in topology.faces() {
+            let cross = mesh.face_cross(face);
+            let double_area = cross.length();
+            if double_area > 0.0 {
+                // The plane goes through all three corners.
+                let plane = Quadric::plane(cross, 0.0, 1.0 / (6.0 * double_area));
+                for vertex in topology.face_vertices(face) {
+                    quadrics[vertex.index()] += plane;
+                }
+            }
+        }
+        Self(quadrics)
+    }
+
+    /// The sum of the quadrics of both ends, about the midpoint of the edge.
+    #[inline]
+    pub(crate) fn of_edge(&self, patch: &EdgePatch<'_>) -> Quadric {
+        let [a, b] = patch.ends();
+        self.0[patch.removed().index()].moved_by(-a) + self.0[patch.kept().index()].moved_by(-b)
+    }
+
+    /// The values of the quadrics of both ends where these are.
+    #[inline]
+    pub(crate) fn made(&self, patch: &EdgePatch<'_>) -> f64 {
+        self.0[patch.removed().index()].constant + self.0[patch.kept().index()].constant
+    }
+
+    pub(crate) fn merge(&mut self, collapse: &Collapse) {
+        let Collapse { removed, kept, removed_from, kept_from, position } = *collapse;
+        self.0[kept.index()] = self.0[kept.index()].moved_by(position - kept_from)
+            + self.0[removed.index()].moved_by(position - removed_from);
+    }
+}

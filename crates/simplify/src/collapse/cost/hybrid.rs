@@ -1,0 +1,55 @@
+//! The memoryless quadric, with a little memory.
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+
+use super::Cost;
+use super::garland_heckbert::{AccumulatedQuadrics, length_tie};
+use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::quadric::Quadric;
+
+/// The memoryless quadric of the current faces plus a part of the accumulated quadrics of the
+/// original ones.
+///
+/// The first gives the smaller mean error, the second keeps errors from adding up unseen.
+#[derive(Clone, Debug)]
+pub struct Hybrid {
+    /// The weight of the accumulated quadrics.
+    pub memory: f64,
+    quadrics: AccumulatedQuadrics,
+}
+
+impl Hybrid {
+    /// With this weight of the accumulated quadrics.
+    #[must_use]
+    pub fn new(memory: f64) -> Self {
+        Self { memory, quadrics: AccumulatedQuadrics::default() }
+    }
+}
+
+impl Default for Hybrid {
+    fn default() -> Self {
+        Self::new(0.1)
+    }
+}
+
+impl Cost for Hybrid {
+    fn prepare(&mut self, mesh: &TriMesh) {
+        self.quadrics = AccumulatedQuadrics::new(mesh);
+    }
+
+    #[inline]
+    fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
+        let past = self.memory * self.quadrics.of_edge(patch);
+        Some(patch.face_quadric() + past + *patch.border())
+    }
+
+    #[inline]
+    fn cost(&self, patch: &EdgePatch<'_>, quadric: Option<&Quadric>, x: DVec3) -> f64 {
+        quadric.map_or(0.0, |q| q.value(x)).max(0.0) + length_tie(patch)
+    }
+
+    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
+        self.quadrics.merge(collapse);
+    }
+}

@@ -1,0 +1,108 @@
+//! What a collapse costs.
+//!
+//! The driver collapses the cheapest edge first. A new cost implements [`Cost`], most often
+//! through [`Cost::quadric`] and [`Cost::cost`] alone.
+
+mod curvature_change;
+mod curvature_factor;
+mod curvature_norm;
+mod garland_heckbert;
+mod hybrid;
+mod memoryless;
+
+pub use curvature_factor::CurvatureFactor;
+pub use curvature_norm::{CurvatureNorm, Norm};
+pub use garland_heckbert::GarlandHeckbert;
+pub use hybrid::Hybrid;
+pub use memoryless::Memoryless;
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+
+use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::quadric::Quadric;
+
+/// The cost of collapsing an edge, given its neighbourhood.
+///
+/// ```
+/// use glam::DVec3;
+/// use simplify::{Cost, EdgePatch, Quadric};
+///
+/// /// Short edges first.
+/// struct EdgeLength;
+///
+/// impl Cost for EdgeLength {
+///     fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: DVec3) -> f64 {
+///         patch.squared_length()
+///     }
+/// }
+/// ```
+pub trait Cost {
+    /// Called once, before anything is asked for.
+    fn prepare(&mut self, mesh: &TriMesh) {
+        let _ = mesh;
+    }
+
+    /// The quadric whose minimum is the best place for the vertex that remains, about the
+    /// midpoint of the edge. Costs that do not come from one have none.
+    fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
+        let _ = patch;
+        None
+    }
+
+    /// The cost of the collapse when the vertex goes to `x`, relative to the midpoint of the
+    /// edge; `quadric` is what [`Cost::quadric`] returned.
+    fn cost(&self, patch: &EdgePatch<'_>, quadric: Option<&Quadric>, x: DVec3) -> f64;
+
+    /// A number that is not larger than the cost and quicker to have. When there is one, the cost
+    /// itself is evaluated only once an edge reaches the head of the queue.
+    fn lower_bound(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        x: DVec3,
+    ) -> Option<f64> {
+        let _ = (patch, quadric, x);
+        None
+    }
+
+    /// As [`Cost::lower_bound`], for a cost that can be bounded for all places of the vertex by the
+    /// edge and its ends alone: the patch has no faces yet.
+    fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
+        let _ = patch;
+        None
+    }
+
+    /// Whether anything but [`Cost::early_bound`] looks at the faces of the patch. It has none when
+    /// neither cost nor placement do.
+    fn needs_faces(&self) -> bool {
+        true
+    }
+
+    /// How far a collapse is felt.
+    fn reach(&self) -> Reach {
+        Reach::OneRing
+    }
+
+    /// Called before each collapse, which is certain by then, with the place of the vertex relative
+    /// to the midpoint of the edge.
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
+        let _ = (patch, x);
+    }
+
+    /// Called after each collapse, with the mesh as it is then.
+    fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
+        let _ = (mesh, collapse);
+    }
+}
+
+/// Whose costs a collapse changes; see [`Cost::reach`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reach {
+    /// Those of the edges at the vertex that remains.
+    Star,
+    /// Those of the edges at the vertex that remains and at its neighbours.
+    OneRing,
+    /// Those of the edges at the vertex that remains, its neighbours, and their neighbours.
+    TwoRings,
+}

@@ -1,0 +1,140 @@
+//! The greedy loop: collapse the cheapest edges, bring their neighbourhood up to date, go on.
+//!
+//! How edges wait for their turn is what [`Update`] chooses:
+//!
+//! - [`Update::Lazy`] takes the cheapest few percent of them at a time, by keys that may be out of
+//!   date, and visits them in the order in which they are stored ([`Rounds`]). Neighbours are then
+//!   in the cache, and no edge is evaluated that is not about to be collapsed.
+//! - [`Update::Eager`] keeps all keys up to date in a heap ([`Heap`]), and is exact.
+//!
+//! An edge that is known to cost more than a ceiling goes back to where it waits, with what is known
+//! as its key.
+
+use core::ops::ControlFlow;
+
+use mesh_core::{EdgeId, TriMesh};
+
+use crate::collapse::constraint::Constraints;
+use crate::collapse::cost::Cost;
+use crate::collapse::placement::Placement;
+use crate::collapse::policies::{Policies, Update};
+use crate::collapse::run::{Progress, Run};
+use crate::collapse::schedule::heap::Heap;
+use crate::collapse::schedule::queue::Entry;
+use crate::collapse::schedule::rounds::{Round, Rounds, Visit};
+use crate::collapse::step::{Stepper, Turn};
+use crate::collapse::stop::{Limits, StopReason};
+use crate::collapse::watch::Watch;
+
+/// Collapses edges of the mesh, the cheapest first, until a limit is reached.
+///
+/// The mesh keeps removed elements, so that the log and caller-owned maps stay valid; compact it
+/// afterwards. `observe` is called every thousand collapses and may end the run.
+///
+/// Takes O(n log n) time as long as valences are bounded.
+pub fn collapse_edges<C: Cost, P: Placement>(
+    mesh: &mut TriMesh,
+    policies: Policies<'_, C, P>,
+    constraints: &Constraints,
+    limits: &Limits,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Run {
+    let update = policies.update;
+    let mut stepper = Stepper::new(mesh, policies, constraints);
+    let entries = stepper.entries();
+    let mut watch = Watch::new(limits, stepper.mesh().topology().face_count(), observe);
+    let stop = match update {
+        Update::Lazy => run_in_rounds(&mut stepper, &entries, &mut watch),
+        Update::Eager => run_in_order(&mut stepper, entries, &mut watch),
+    };
+    stepper.finish(stop)
+}
+
+/// How many edges are looked at before they have their turn.
+const LOOK_AHEAD: usize = 32;
+
+fn run_in_rounds<C: Cost, P: Placement>(
+    stepper: &mut Stepper<'_, '_, C, P>,
+    entries: &[Entry],
+    watch: &mut Watch<'_>,
+) -> StopReason {
+    let mut rounds = Rounds::new(stepper.mesh().topology(), entries);
+    let mut round = Round::default();
+    let mut bounds = Vec::with_capacity(LOOK_AHEAD);
+    loop {
+        if let Some(reason) = stepper.reached(watch) {
+            return reason;
+        }
+        if !rounds.take(&mut round) {
+            return StopReason::NothingLeft;
+        }
+        if round.least > watch.cost() {
+            return StopReason::Cost;
+        }
+        let ceiling = round.ceiling.min(watch.cost());
+        for ahead in round.visits.chunks(LOOK_AHEAD) {
+            // The early bounds of edges whose turn comes soon bring their surroundings into the
+            // cache, many at a time: the edges do not wait for each other, as collapses do.
+            bounds.clear();
+            bounds.extend(ahead.iter().map(|visit| stepper.early_bound(visit.edge)));
+            for (&visit, &bound) in ahead.iter().zip(&bounds) {
+                if !stepper.mesh().topology().contains_edge(visit.edge) {
+                    continue;
+                }
+                if let Some(reason) = stepper.reached(watch) {
+                    return reason;
+                }
+                let turn = if bound > ceiling {
+                    Turn::Above(bound)
+                } else {
+                    stepper.take_turn(visit.edge, ceiling, &mut rounds)
+                };
+                if let Turn::Above(cost) = turn {
+                    rounds.push_above(Visit { cost, ..visit });
+                }
+            }
+        }
+    }
+}
+
+fn run_in_order<C: Cost, P: Placement>(
+    stepper: &mut Stepper<'_, '_, C, P>,
+    entries: Vec<Entry>,
+    watch: &mut Watch<'_>,
+) -> StopReason {
+    let mut heap = Heap::new(stepper.mesh().topology().edge_capacity(), entries);
+    let mut stale = Vec::new();
+    loop {
+        if let Some(reason) = stepper.reached(watch) {
+            return reason;
+        }
+        let Some(Entry { cost: key, edge }) = heap.pop(stepper.mesh().topology()) else {
+            return StopReason::NothingLeft;
+        };
+        if key > watch.cost() {
+            return StopReason::Cost;
+        }
+        match stepper.take_turn(edge, heap.least().min(watch.cost()), &mut heap) {
+            Turn::Collapsed => refresh(stepper, &mut heap, &mut stale),
+            Turn::Above(cost) => heap.push(edge, cost),
+            Turn::Refused => {}
+        }
+    }
+}
+
+/// Evaluates all edges within reach of the last collapse again. Those whose key has changed are put
+/// into the heap anew; the old entry is noticed to be out of date.
+fn refresh<C: Cost, P: Placement>(
+    stepper: &mut Stepper<'_, '_, C, P>,
+    heap: &mut Heap,
+    stale: &mut Vec<EdgeId>,
+) {
+    stepper.list_stale(stale);
+    for &edge in &*stale {
+        match stepper.key(edge) {
+            Some(cost) => heap.push(edge, cost),
+            None => heap.refuse(edge),
+        }
+    }
+    heap.tidy(stepper.mesh().topology());
+}

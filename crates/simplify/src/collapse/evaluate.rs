@@ -1,0 +1,59 @@
+//! What an edge costs, found out in steps.
+//!
+//! A bound from the ends of the edge alone comes first, then a bound from the faces round it, then
+//! the cost itself; as soon as one of them is above the ceiling, that is enough.
+
+use mesh_core::{EdgeId, TriMesh};
+
+use crate::collapse::cost::Cost;
+use crate::collapse::fixed::Fixed;
+use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::placement::Placement;
+use crate::collapse::policies::Policies;
+use crate::collapse::refusal::Refusal;
+
+/// What is known of the cost of an edge.
+pub(super) enum Assessment {
+    /// It is more than the ceiling, and no less than this.
+    Above(f64),
+    /// It is exactly this when the vertex that remains goes to this place.
+    Exact(Place, f64),
+}
+
+/// A bound of the cost of an edge from its ends alone, if there is one.
+#[inline]
+pub(super) fn early_bound<C: Cost, P>(
+    mesh: &TriMesh,
+    policies: &Policies<'_, C, P>,
+    fixed: &Fixed,
+    edge: EdgeId,
+) -> Option<f64> {
+    let patch = EdgePatch::without_faces(mesh, edge.half_edge());
+    let patch = patch.with_border(fixed.border(&patch));
+    policies.cost.early_bound(&patch).filter(|bound| !bound.is_nan())
+}
+
+/// The place and the cost of an edge, or a bound of the cost when that is above the ceiling.
+#[inline]
+pub(super) fn assess<C: Cost, P: Placement>(
+    Policies { cost, placement, .. }: &Policies<'_, C, P>,
+    fixed: &Fixed,
+    patch: &EdgePatch<'_>,
+    ceiling: f64,
+) -> Result<Assessment, Refusal> {
+    let forced = fixed.place(patch)?;
+    let quadric = cost.quadric(patch);
+    let quadric = quadric.as_ref();
+    let at = |x| cost.cost(patch, quadric, x);
+    let place = forced.unwrap_or_else(|| placement.place(patch, quadric, &at));
+    let x = patch.offset(place);
+    if !x.is_finite() {
+        return Err(Refusal::NotFinite);
+    }
+    match cost.lower_bound(patch, quadric, x) {
+        Some(bound) if bound > ceiling => return Ok(Assessment::Above(bound)),
+        _ => {}
+    }
+    let cost = at(x);
+    if cost.is_nan() { Err(Refusal::NotFinite) } else { Ok(Assessment::Exact(place, cost)) }
+}

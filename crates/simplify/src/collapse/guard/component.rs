@@ -1,0 +1,53 @@
+//! Small parts stay.
+
+use glam::DVec3;
+use mesh_core::{TriMesh, VertexMap};
+
+use super::Guard;
+use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::refusal::Refusal;
+
+/// Keeps a number of vertices in every connected component.
+///
+/// Nothing ever removes the last face of a component, or the tetrahedron that closed ones end as.
+/// This guard stops earlier, so that small parts keep a shape.
+#[derive(Clone, Debug)]
+pub struct ComponentGuard {
+    /// Components do not get fewer vertices than this. Those that have fewer are left alone.
+    pub min_vertices: usize,
+    of_vertex: VertexMap<Option<u32>>,
+    vertices: Vec<usize>,
+}
+
+impl ComponentGuard {
+    /// A guard that keeps this many vertices.
+    #[must_use]
+    pub fn new(min_vertices: usize) -> Self {
+        Self { min_vertices, of_vertex: VertexMap::from_vec(Vec::new()), vertices: Vec::new() }
+    }
+}
+
+impl Guard for ComponentGuard {
+    fn prepare(&mut self, mesh: &TriMesh) {
+        let components = mesh.topology().components();
+        self.vertices = vec![0; components.count];
+        for component in components.of_vertex.as_slice().iter().flatten() {
+            self.vertices[*component as usize] += 1;
+        }
+        self.of_vertex = components.of_vertex;
+    }
+
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3) -> Result<(), Refusal> {
+        let component = self.of_vertex[patch.kept()];
+        match component.and_then(|c| self.vertices.get(c as usize)) {
+            Some(&count) if count <= self.min_vertices => Err(Refusal::Component),
+            _ => Ok(()),
+        }
+    }
+
+    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
+        if let Some(component) = self.of_vertex[collapse.kept] {
+            self.vertices[component as usize] -= 1;
+        }
+    }
+}

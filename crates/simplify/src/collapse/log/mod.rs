@@ -1,0 +1,110 @@
+//! The record of a run: every collapse, in order, and what follows from it.
+
+pub(crate) mod record;
+
+use glam::DVec3;
+use mesh_core::edit::CollapseRefusal;
+use mesh_core::{HalfEdgeId, TriMesh, VertexId, VertexMap};
+
+use crate::collapse::constraint::Marks;
+
+/// The collapses of a run, in order. Replayed on the same mesh they give the same result, stopped
+/// early they give every level in between.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CollapseLog {
+    entries: Vec<LogEntry>,
+}
+
+/// One collapse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LogEntry {
+    /// The half-edge that was collapsed, in the numbering of the original mesh.
+    pub half_edge: HalfEdgeId,
+    /// The vertex that went.
+    pub removed: VertexId,
+    /// The vertex that stayed.
+    pub kept: VertexId,
+    /// Where it stayed.
+    pub position: DVec3,
+    /// What the collapse cost.
+    pub cost: f64,
+    /// How many faces the mesh had before.
+    pub faces_before: u32,
+}
+
+impl CollapseLog {
+    pub(crate) fn push(&mut self, entry: LogEntry) {
+        self.entries.push(entry);
+    }
+
+    pub(crate) fn truncate(&mut self, count: usize) {
+        self.entries.truncate(count);
+    }
+
+    /// The collapses, in order.
+    #[must_use]
+    pub fn entries(&self) -> &[LogEntry] {
+        &self.entries
+    }
+
+    /// The number of collapses.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether nothing was collapsed.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// How many collapses it takes to have at most `faces` faces, or all when they do not suffice.
+    /// With [`CollapseLog::replay`] this gives nested levels of detail from one run: the vertices
+    /// of a coarser level have become of those of every finer one.
+    #[must_use]
+    pub fn count_for_faces(&self, faces: usize) -> usize {
+        self.entries.partition_point(|entry| entry.faces_before as usize > faces)
+    }
+
+    /// Carries out the first `count` collapses, or all when there are fewer, on a copy of the mesh
+    /// that the log was made with. Handles stay those of the original mesh: the result has
+    /// removed elements.
+    ///
+    /// # Errors
+    /// A collapse is not legal: the mesh is another one.
+    pub fn replay(&self, mesh: &TriMesh, count: usize) -> Result<TriMesh, CollapseRefusal> {
+        self.replay_marked(mesh, &mut Marks::default(), count)
+    }
+
+    /// As [`CollapseLog::replay`]; `marks` are those of the mesh, and then those of the result.
+    pub(crate) fn replay_marked(
+        &self,
+        mesh: &TriMesh,
+        marks: &mut Marks,
+        count: usize,
+    ) -> Result<TriMesh, CollapseRefusal> {
+        let mut mesh = mesh.clone();
+        for entry in self.entries.iter().take(count) {
+            let collapse = mesh.topology().check_collapse(entry.half_edge)?;
+            let ends = [collapse.removed(), collapse.kept()];
+            let collapsed = mesh.collapse(collapse, entry.position);
+            marks.collapsed(ends, collapsed.merged_edges);
+        }
+        Ok(mesh)
+    }
+
+    /// For each vertex of the original mesh, the vertex that it has become after the first `count`
+    /// collapses. Vertices that were not touched are themselves.
+    #[must_use]
+    pub fn representatives(&self, mesh: &TriMesh, count: usize) -> VertexMap<VertexId> {
+        let mut map: VertexMap<VertexId> = VertexMap::from_vec(
+            (0..mesh.topology().vertex_capacity()).map(|v| VertexId::new(v as u32)).collect(),
+        );
+        // Backwards, what a vertex was merged into is final when the vertex is met.
+        for entry in self.entries.iter().take(count).rev() {
+            map[entry.removed] = map[entry.kept];
+        }
+        map
+    }
+}

@@ -1,0 +1,328 @@
+//! What a collapse changes: the faces round the two ends of an edge.
+//!
+//! ```text
+//!        o-----c-----o
+//!       /  \  / \  /  \        a: the vertex that goes
+//!      /    \/   \/    \       b: the vertex that stays, at a new place
+//!     o-----a--h--b-----o      h: the half-edge from a to b
+//!      \    /\   /\    /       (a, b, c), (b, a, d): the faces that vanish
+//!       \  /  \ /  \  /        all others: the faces that remain, with a moved corner
+//!        o-----d-----o
+//! ```
+
+use glam::DVec3;
+use mesh_core::{HalfEdgeId, TriMesh, VertexId};
+
+use crate::collapse::quadric::Quadric;
+
+/// The faces round both ends of an edge, each once, measured from the midpoint of the edge.
+///
+/// Costs, placements and guards see a collapse through this.
+#[derive(Clone, Copy, Debug)]
+pub struct EdgePatch<'a> {
+    mesh: &'a TriMesh,
+    half_edge: HalfEdgeId,
+    origin: DVec3,
+    half: DVec3,
+    faces: &'a [PatchFace],
+    remaining: usize,
+    border: Quadric,
+}
+
+/// A face of a patch.
+#[derive(Clone, Copy, Debug)]
+pub struct PatchFace {
+    /// The half-edge of the face from its first to its second corner.
+    pub side: HalfEdgeId,
+    /// The corners, counter-clockwise, relative to the midpoint of the edge. The first one is an
+    /// end of the edge.
+    pub corners: [DVec3; 3],
+    /// The vector area, doubled.
+    pub cross: DVec3,
+}
+
+/// Where the vertex that remains goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// To the end of the edge that would go; it then stays, and the other one goes.
+    Removed,
+    /// Nowhere: it stays where it is.
+    Kept,
+    /// To this point, relative to the midpoint of the edge.
+    At(DVec3),
+}
+
+/// A collapse that has been carried out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Collapse {
+    /// The vertex that is gone.
+    pub removed: VertexId,
+    /// The vertex that remains.
+    pub kept: VertexId,
+    /// Where the removed vertex was.
+    pub removed_from: DVec3,
+    /// Where the remaining vertex was.
+    pub kept_from: DVec3,
+    /// Where the remaining vertex is now.
+    pub position: DVec3,
+}
+
+impl PatchFace {
+    /// The doubled vector area once the first corner has moved to `x`.
+    #[inline]
+    #[must_use]
+    pub fn cross_with(&self, x: DVec3) -> DVec3 {
+        (self.corners[1] - x).cross(self.corners[2] - x)
+    }
+}
+
+impl<'a> EdgePatch<'a> {
+    /// Collects the patch of the edge of `half_edge` into `scratch`.
+    #[inline]
+    pub(crate) fn gather(
+        mesh: &'a TriMesh,
+        half_edge: HalfEdgeId,
+        scratch: &'a mut Vec<PatchFace>,
+    ) -> Self {
+        let bare = Self::without_faces(mesh, half_edge);
+        let (topology, twin) = (mesh.topology(), half_edge.twin());
+        let Self { origin, half, .. } = bare;
+        scratch.clear();
+        for (along, end) in [(half_edge, -half), (twin, half)] {
+            // The faces that vanish: left of the edge, and left of what follows it clockwise.
+            let vanishing = [along, topology.next(along.twin())];
+            gather_fan(mesh, along, vanishing, origin, end, scratch);
+        }
+        let remaining = scratch.len();
+        for (side, end) in [(half_edge, -half), (twin, half)] {
+            if let Some(apex) = topology.apex(side) {
+                let apex = mesh.position(apex) - origin;
+                scratch.push(PatchFace::new(side, [end, -end, apex]));
+            }
+        }
+        Self { faces: scratch, remaining, ..bare }
+    }
+
+    /// The patch with the edge and its ends alone.
+    #[inline]
+    pub(crate) fn without_faces(mesh: &'a TriMesh, half_edge: HalfEdgeId) -> Self {
+        let topology = mesh.topology();
+        let from = mesh.position(topology.origin(half_edge));
+        let to = mesh.position(topology.target(half_edge));
+        let half = 0.5 * (to - from);
+        let origin = from + half;
+        let border = Quadric::default();
+        Self { mesh, half_edge, origin, half, faces: &[], remaining: 0, border }
+    }
+
+    /// The same patch, with the ends of the edge exchanged.
+    #[inline]
+    pub(crate) fn reversed(self) -> Self {
+        Self { half_edge: self.half_edge.twin(), half: -self.half, ..self }
+    }
+
+    #[inline]
+    pub(crate) fn with_border(self, border: Quadric) -> Self {
+        Self { border, ..self }
+    }
+
+    /// The mesh before the collapse.
+    #[must_use]
+    pub fn mesh(&self) -> &'a TriMesh {
+        self.mesh
+    }
+
+    /// The half-edge from the vertex that goes to the vertex that stays.
+    #[must_use]
+    pub fn half_edge(&self) -> HalfEdgeId {
+        self.half_edge
+    }
+
+    /// The vertex that goes.
+    #[must_use]
+    pub fn removed(&self) -> VertexId {
+        self.mesh.topology().origin(self.half_edge)
+    }
+
+    /// The vertex that stays.
+    #[must_use]
+    pub fn kept(&self) -> VertexId {
+        self.mesh.topology().target(self.half_edge)
+    }
+
+    /// The midpoint of the edge, from which everything in the patch is measured.
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// The two ends of the edge relative to its midpoint: that which goes, that which stays.
+    #[inline]
+    #[must_use]
+    pub fn ends(&self) -> [DVec3; 2] {
+        [-self.half, self.half]
+    }
+
+    /// The squared length of the edge.
+    #[inline]
+    #[must_use]
+    pub fn squared_length(&self) -> f64 {
+        4.0 * self.half.length_squared()
+    }
+
+    /// All faces of the patch, the one or two that vanish last.
+    #[inline]
+    #[must_use]
+    pub fn faces(&self) -> &'a [PatchFace] {
+        self.faces
+    }
+
+    /// The faces that remain, with their first corner moved.
+    #[inline]
+    #[must_use]
+    pub fn remaining_faces(&self) -> &'a [PatchFace] {
+        &self.faces[..self.remaining]
+    }
+
+    /// The quadric of the boundary and feature edges that end at the two vertices, of the
+    /// original mesh and accumulated over collapses.
+    #[inline]
+    #[must_use]
+    pub fn border(&self) -> &Quadric {
+        &self.border
+    }
+
+    /// Fills `ring` with half-edges from the ends of the edge to the neighbours of the vertex that
+    /// remains, in the order in which they are after the collapse, clockwise; the left face of
+    /// each but the first joins it to the one before. Returns whether they are closed; if not,
+    /// that vertex lies on the boundary, and the first has no left face.
+    pub(crate) fn merged_ring(&self, ring: &mut Vec<HalfEdgeId>) -> bool {
+        let topology = self.mesh.topology();
+        let (h, twin) = (self.half_edge, self.half_edge.twin());
+        ring.clear();
+        // From the faces of one end to those of the other. The apex that both ends have as a
+        // neighbour has been met when the edge itself comes up.
+        let past_apex = |side: HalfEdgeId| topology.next(topology.next(side).twin());
+        let exterior = [topology.origin(h), topology.target(h)]
+            .map(|v| topology.half_edge_of_vertex(v).filter(|&e| topology.is_exterior(e)));
+        let start = match exterior {
+            _ if topology.is_exterior(h) => topology.next(h),
+            _ if topology.is_exterior(twin) => topology.next(twin),
+            [Some(first), _] | [None, Some(first)] => first,
+            [None, None] => past_apex(twin),
+        };
+        let mut side = start;
+        loop {
+            ring.push(side);
+            side = topology.next(side.twin());
+            if (side == h || side == twin) && !topology.is_exterior(side) {
+                side = past_apex(side);
+            }
+            if side == start || topology.is_exterior(side) {
+                return exterior == [None; 2];
+            }
+        }
+    }
+
+    /// The area of the patch.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        0.5 * self.faces.iter().map(|f| f.cross.length()).sum::<f64>()
+    }
+
+    /// The *memoryless* quadric (Lindstrom and Turk 1998): for each face of the patch its area
+    /// times the squared distance to its plane.
+    #[inline]
+    #[must_use]
+    pub fn face_quadric(&self) -> Quadric {
+        let mut sum = Quadric::default();
+        for face in self.faces {
+            let double_area = face.cross.length();
+            if double_area > 0.0 {
+                let offset = face.cross.dot(face.corners[0]);
+                sum += Quadric::plane(face.cross, offset, 0.5 / double_area);
+            }
+        }
+        sum
+    }
+
+    /// The plane of all points to which the vertex may move without a change of the volume under
+    /// the patch (Lindstrom and Turk 1998), as `(g, h)` with `g·x = h`: the sum over the faces of
+    /// the dot products of the doubled vector area and the way from a corner to x vanishes. `None`
+    /// where the patch is so crumpled that its vector areas cancel.
+    #[inline]
+    #[must_use]
+    pub fn volume_plane(&self) -> Option<(DVec3, f64)> {
+        let (mut normal, mut offset, mut size) = (DVec3::ZERO, 0.0, 0.0);
+        for face in self.faces {
+            normal += face.cross;
+            offset += face.cross.dot(face.corners[0]);
+            size += face.cross.length_squared();
+        }
+        (normal.length_squared() > 1e-6 * size).then_some((normal, offset))
+    }
+
+    /// A place relative to the midpoint of the edge.
+    #[inline]
+    #[must_use]
+    pub fn offset(&self, place: Place) -> DVec3 {
+        match place {
+            Place::Removed => -self.half,
+            Place::Kept => self.half,
+            Place::At(x) => x,
+        }
+    }
+
+    /// A place in the coordinates of the mesh.
+    #[inline]
+    #[must_use]
+    pub fn position(&self, place: Place) -> DVec3 {
+        match place {
+            Place::Removed => self.mesh.position(self.removed()),
+            Place::Kept => self.mesh.position(self.kept()),
+            Place::At(x) => self.origin + x,
+        }
+    }
+}
+
+impl PatchFace {
+    #[inline]
+    fn new(side: HalfEdgeId, corners: [DVec3; 3]) -> Self {
+        let [a, b, c] = corners;
+        Self { side, corners, cross: (b - a).cross(c - a) }
+    }
+}
+
+/// Collects the faces at the origin of `along`, which is at `end`, but for those of `vanishing`.
+///
+/// Every neighbour is looked up once: going round clockwise, it is the third corner of a face
+/// after it has been the second of the one before.
+#[inline]
+fn gather_fan(
+    mesh: &TriMesh,
+    along: HalfEdgeId,
+    vanishing: [HalfEdgeId; 2],
+    origin: DVec3,
+    end: DVec3,
+    scratch: &mut Vec<PatchFace>,
+) {
+    let topology = mesh.topology();
+    let Some(first) = topology.half_edge_of_vertex(topology.origin(along)) else { return };
+    let at = |v: VertexId| mesh.position(v) - origin;
+    // At a boundary vertex, and only there, the first half-edge has no face.
+    let (mut side, mut third) = match topology.apex(first) {
+        Some(apex) => (first, at(apex)),
+        None => (topology.next(first.twin()), at(topology.target(first))),
+    };
+    loop {
+        let second = at(topology.target(side));
+        if !vanishing.contains(&side) {
+            scratch.push(PatchFace::new(side, [end, second, third]));
+        }
+        third = second;
+        side = topology.next(side.twin());
+        if side == first {
+            break;
+        }
+    }
+}

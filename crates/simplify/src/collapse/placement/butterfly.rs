@@ -1,0 +1,30 @@
+//! The butterfly subdivision mask (Dyn, Levin and Gregory 1990), as KKL02 section 4.1 uses it.
+
+use glam::DVec3;
+use mesh_core::butterfly::{ButterflyOptions, IrregularRule};
+
+use super::Placement;
+use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::quadric::Quadric;
+
+/// Puts the vertex where butterfly subdivision would put the middle of the edge: always by the
+/// eight-point mask, on the boundary by the four-point mask along it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ButterflyPoint;
+
+impl Placement for ButterflyPoint {
+    fn place(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: &dyn Fn(DVec3) -> f64) -> Place {
+        let rule = ButterflyOptions { irregular: IrregularRule::EightPoint, ..Default::default() };
+        let (mesh, edge) = (patch.mesh(), patch.half_edge().edge());
+        let mut x = DVec3::ZERO;
+        // The weights add up to one.
+        rule.weights(mesh.topology(), edge, |v, weight| {
+            x += weight * (mesh.position(v) - patch.origin());
+        });
+        Place::At(x)
+    }
+
+    fn needs_faces(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,21 @@
+//! The middle of the edge.
+
+use glam::DVec3;
+
+use super::Placement;
+use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::quadric::Quadric;
+
+/// Puts the vertex in the middle of the edge.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Midpoint;
+
+impl Placement for Midpoint {
+    fn place(&self, _: &EdgePatch<'_>, _: Option<&Quadric>, _: &dyn Fn(DVec3) -> f64) -> Place {
+        Place::At(DVec3::ZERO)
+    }
+
+    fn needs_faces(&self) -> bool {
+        false
+    }
+}

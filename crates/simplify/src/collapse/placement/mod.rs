@@ -1,0 +1,34 @@
+//! Where the vertex goes that remains of a collapsed edge.
+
+mod butterfly;
+mod endpoint;
+mod midpoint;
+mod optimal;
+
+pub use butterfly::ButterflyPoint;
+pub use endpoint::BestEndpoint;
+pub use midpoint::Midpoint;
+pub use optimal::Optimal;
+
+use glam::DVec3;
+
+use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::quadric::Quadric;
+
+/// Chooses the place of the vertex that remains.
+pub trait Placement {
+    /// The place. `quadric` is that of the cost, if it has one, and `cost` the cost as a function
+    /// of the place relative to the midpoint of the edge.
+    fn place(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        cost: &dyn Fn(DVec3) -> f64,
+    ) -> Place;
+
+    /// Whether the faces of the patch are looked at, other than by the cost. It has none when
+    /// neither cost nor placement do.
+    fn needs_faces(&self) -> bool {
+        true
+    }
+}

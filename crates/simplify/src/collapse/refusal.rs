@@ -1,0 +1,117 @@
+//! Why edges are not collapsed, and how often.
+
+use mesh_core::edit::CollapseRefusal;
+
+/// Why an edge was not collapsed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// The ends share a neighbour that is not opposite to the edge: edges would be glued together.
+    LinkCondition,
+    /// An interior edge joins two boundary vertices: the surface would be pinched.
+    JoinsBoundaries,
+    /// The last face of its component would vanish.
+    LastFace,
+    /// The component is a tetrahedron.
+    Tetrahedron,
+    /// Both ends are locked.
+    Locked,
+    /// Feature lines would be joined, shortened or merged.
+    Feature,
+    /// The normal of a face would turn too far.
+    NormalTurn,
+    /// A face would become a sliver or lose its area.
+    Sliver,
+    /// A component would become smaller than it may.
+    Component,
+    /// Faces would run into each other.
+    Intersection,
+    /// A face would turn over in the texture.
+    TextureFold,
+    /// The mesh would be too far from the original.
+    Distance,
+    /// The cost or the new place is not a number.
+    NotFinite,
+    /// Something else, refused by a guard from outside this crate.
+    Other,
+}
+
+impl Refusal {
+    /// All reasons, in order.
+    pub const ALL: [Self; 14] = [
+        Self::LinkCondition,
+        Self::JoinsBoundaries,
+        Self::LastFace,
+        Self::Tetrahedron,
+        Self::Locked,
+        Self::Feature,
+        Self::NormalTurn,
+        Self::Sliver,
+        Self::Component,
+        Self::Intersection,
+        Self::TextureFold,
+        Self::Distance,
+        Self::NotFinite,
+        Self::Other,
+    ];
+
+    /// A short name in lower case, for reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::LinkCondition => "link_condition",
+            Self::JoinsBoundaries => "joins_boundaries",
+            Self::LastFace => "last_face",
+            Self::Tetrahedron => "tetrahedron",
+            Self::Locked => "locked",
+            Self::Feature => "feature",
+            Self::NormalTurn => "normal_turn",
+            Self::Sliver => "sliver",
+            Self::Component => "component",
+            Self::Intersection => "intersection",
+            Self::TextureFold => "texture_fold",
+            Self::Distance => "distance",
+            Self::NotFinite => "not_finite",
+            Self::Other => "other",
+        }
+    }
+}
+
+impl From<CollapseRefusal> for Refusal {
+    fn from(refusal: CollapseRefusal) -> Self {
+        match refusal {
+            CollapseRefusal::LinkCondition(_) => Self::LinkCondition,
+            CollapseRefusal::JoinsBoundaries => Self::JoinsBoundaries,
+            CollapseRefusal::LastFace(_) => Self::LastFace,
+            CollapseRefusal::Tetrahedron => Self::Tetrahedron,
+            _ => Self::Other,
+        }
+    }
+}
+
+/// How often edges were refused, by reason. An edge that was tried several times counts each time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Refusals([usize; Refusal::ALL.len()]);
+
+impl Refusals {
+    pub(crate) fn count(&mut self, refusal: Refusal) {
+        self.0[refusal as usize] += 1;
+    }
+
+    /// How often for this reason.
+    #[must_use]
+    pub fn of(&self, refusal: Refusal) -> usize {
+        self.0[refusal as usize]
+    }
+
+    /// How often for any reason.
+    #[must_use]
+    pub fn total(&self) -> usize {
+        self.0.iter().sum()
+    }
+
+    /// The reasons that occurred, with their numbers.
+    pub fn iter(&self) -> impl Iterator<Item = (Refusal, usize)> + '_ {
+        Refusal::ALL.into_iter().map(|r| (r, self.of(r))).filter(|&(_, count)| count > 0)
+    }
+}

@@ -1,0 +1,77 @@
+//! What a run of collapses did.
+
+use mesh_core::{EdgeMap, VertexMap};
+
+use crate::collapse::log::{CollapseLog, LogEntry};
+use crate::collapse::refusal::{Refusal, Refusals};
+use crate::collapse::stop::StopReason;
+
+/// How far a run has come; given to the observer now and then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// The number of faces at the start.
+    pub faces_before: usize,
+    /// The number of faces now.
+    pub faces: usize,
+    /// The number of faces at which the run ends if nothing ends it earlier.
+    pub face_target: usize,
+    /// The number of collapses so far.
+    pub collapses: usize,
+}
+
+/// What a run of [`collapse_edges`](crate::collapse_edges) did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Why it stopped.
+    pub stop: StopReason,
+    /// Every collapse.
+    pub log: CollapseLog,
+    /// How often edges were refused, by reason.
+    pub refusals: Refusals,
+    /// The largest cost of a collapse.
+    pub max_cost: f64,
+    /// The locked vertices of the mesh as it is now, if there are any.
+    pub locked: Option<VertexMap<bool>>,
+    /// The feature edges of the mesh as it is now, if they were given.
+    pub features: Option<EdgeMap<bool>>,
+    /// Every refusal, in order, with the number of collapses that a run must be allowed to come to
+    /// it.
+    refused: Vec<(u32, Refusal)>,
+}
+
+impl Run {
+    /// A run that has not begun.
+    pub(super) fn new() -> Self {
+        Self {
+            stop: StopReason::NothingLeft,
+            log: CollapseLog::default(),
+            refusals: Refusals::default(),
+            max_cost: 0.0,
+            locked: None,
+            features: None,
+            refused: Vec::new(),
+        }
+    }
+
+    pub(super) fn push(&mut self, entry: LogEntry) {
+        self.log.push(entry);
+        self.max_cost = self.max_cost.max(entry.cost);
+    }
+
+    /// Counts a refusal that takes a run of so many `collapses`.
+    pub(super) fn refuse(&mut self, refusal: Refusal, collapses: usize) {
+        self.refusals.count(refusal);
+        self.refused.push((collapses as u32, refusal));
+    }
+
+    /// Forgets all but the first collapses, as though no more had been allowed. Why it stopped is
+    /// then for the caller to say, and `locked` and `features` are still those of the end.
+    pub(crate) fn truncate(&mut self, collapses: usize) {
+        self.log.truncate(collapses);
+        self.max_cost = self.log.entries().iter().map(|entry| entry.cost).fold(0.0, f64::max);
+        let kept = self.refused.partition_point(|&(needed, _)| needed as usize <= collapses);
+        self.refused.truncate(kept);
+        self.refusals = Refusals::default();
+        self.refused.iter().for_each(|&(_, refusal)| self.refusals.count(refusal));
+    }
+}

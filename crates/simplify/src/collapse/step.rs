@@ -1,0 +1,272 @@
+//! One edge's turn: its cost, the guards, the collapse, and who is told of it.
+
+use mesh_core::{EdgeId, TriMesh, VertexId};
+
+use crate::collapse::constraint::Constraints;
+use crate::collapse::cost::{Cost, Reach};
+use crate::collapse::evaluate::{Assessment, assess, early_bound};
+use crate::collapse::fixed::Fixed;
+use crate::collapse::log::LogEntry;
+use crate::collapse::patch::{Collapse, EdgePatch, PatchFace, Place};
+use crate::collapse::placement::Placement;
+use crate::collapse::policies::Policies;
+use crate::collapse::refusal::Refusal;
+use crate::collapse::run::Run;
+use crate::collapse::schedule::Schedule;
+use crate::collapse::schedule::queue::Entry;
+use crate::collapse::stop::StopReason;
+use crate::collapse::watch::Watch;
+
+/// A mesh under collapse and everything that follows it.
+pub(super) struct Stepper<'a, 'g, C, P> {
+    mesh: &'a mut TriMesh,
+    policies: Policies<'g, C, P>,
+    fixed: Fixed,
+    /// The edges that were refused, and wait for nothing but a change round them.
+    is_refused: Vec<bool>,
+    /// The number of refused edges at each vertex, or more.
+    refused_at: Vec<u32>,
+    used_vertices: usize,
+    /// Whether costs depend on the faces of a patch.
+    gathers: bool,
+    scratch: Vec<PatchFace>,
+    /// The vertex that remains of the last collapse, and its neighbours.
+    touched: Vec<VertexId>,
+    result: Run,
+}
+
+/// What has become of an edge whose turn it was.
+pub(super) enum Turn {
+    Collapsed,
+    /// It costs more than the ceiling, and no less than this.
+    Above(f64),
+    Refused,
+}
+
+impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
+    pub(super) fn new(
+        mesh: &'a mut TriMesh,
+        mut policies: Policies<'g, C, P>,
+        constraints: &Constraints,
+    ) -> Self {
+        let fixed = Fixed::new(mesh, constraints);
+        policies.cost.prepare(mesh);
+        for guard in &mut policies.guards {
+            guard.prepare(mesh);
+        }
+        let topology = mesh.topology();
+        let used_vertices = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+        let used_vertices = used_vertices.count();
+        let is_refused = vec![false; topology.edge_capacity()];
+        let refused_at = vec![0; topology.vertex_capacity()];
+        let gathers = policies.cost.needs_faces() || policies.placement.needs_faces();
+        Self {
+            mesh,
+            policies,
+            fixed,
+            gathers,
+            is_refused,
+            refused_at,
+            used_vertices,
+            scratch: Vec::new(),
+            touched: Vec::new(),
+            result: Run::new(),
+        }
+    }
+
+    pub(super) fn mesh(&self) -> &TriMesh {
+        self.mesh
+    }
+
+    /// What the run did, now that it has stopped.
+    pub(super) fn finish(self, stop: StopReason) -> Run {
+        let (mut run, marks) = (self.result, self.fixed.into_marks());
+        (run.stop, run.locked, run.features) = (stop, marks.locked, marks.features);
+        run
+    }
+
+    pub(super) fn reached(&self, watch: &mut Watch<'_>) -> Option<StopReason> {
+        watch.reached(self.mesh.topology().face_count(), self.used_vertices, self.result.log.len())
+    }
+
+    /// All edges that are not refused, with their costs or the quickest bounds of these.
+    pub(super) fn entries(&mut self) -> Vec<Entry> {
+        let mut entries = Vec::with_capacity(self.mesh.topology().edge_count());
+        for index in 0..self.mesh.topology().edge_capacity() {
+            let edge = EdgeId::new(index as u32);
+            if self.mesh.topology().contains_edge(edge)
+                && let Some(cost) = self.key(edge)
+            {
+                entries.push(Entry { cost, edge });
+            }
+        }
+        entries
+    }
+
+    /// A bound of the cost of an edge from its ends alone; minus infinity when there is none, or the
+    /// edge is gone.
+    pub(super) fn early_bound(&self, edge: EdgeId) -> f64 {
+        let Self { mesh, policies, fixed, .. } = self;
+        let is_there = mesh.topology().contains_edge(edge);
+        let bound = is_there.then(|| early_bound(mesh, policies, fixed, edge));
+        bound.flatten().unwrap_or(f64::NEG_INFINITY)
+    }
+
+    /// The cost of an edge, or the quickest bound of it; `None` when the edge is refused.
+    pub(super) fn key(&mut self, edge: EdgeId) -> Option<f64> {
+        match self.evaluate(edge) {
+            Ok(cost) => Some(cost),
+            Err(refusal) => {
+                self.refuse(edge, refusal, self.result.log.len());
+                None
+            }
+        }
+    }
+
+    fn evaluate(&mut self, edge: EdgeId) -> Result<f64, Refusal> {
+        let Self { mesh, policies, fixed, scratch, gathers, .. } = self;
+        if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
+            return Ok(bound);
+        }
+        let patch = if *gathers {
+            EdgePatch::gather(mesh, edge.half_edge(), scratch)
+        } else {
+            EdgePatch::without_faces(mesh, edge.half_edge())
+        };
+        let patch = patch.with_border(fixed.border(&patch));
+        match assess(policies, fixed, &patch, f64::NEG_INFINITY)? {
+            Assessment::Above(cost) | Assessment::Exact(_, cost) => Ok(cost),
+        }
+    }
+
+    /// Collapses an edge that costs no more than `ceiling`, if everything allows it, and tells the
+    /// schedule of the edges that are to wait again.
+    pub(super) fn take_turn(
+        &mut self,
+        edge: EdgeId,
+        ceiling: f64,
+        schedule: &mut dyn Schedule,
+    ) -> Turn {
+        match self.try_collapse(edge, ceiling) {
+            Ok(Turn::Collapsed) => {
+                self.readmit(schedule);
+                Turn::Collapsed
+            }
+            Ok(turn) => turn,
+            Err(refusal) => {
+                self.refuse(edge, refusal, self.result.log.len() + 1);
+                schedule.refused(edge);
+                Turn::Refused
+            }
+        }
+    }
+
+    fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
+        let Self { mesh, policies, fixed, scratch, .. } = self;
+        let patch = EdgePatch::gather(mesh, edge.half_edge(), scratch);
+        let patch = patch.with_border(fixed.border(&patch));
+        let (place, cost) = match assess(policies, fixed, &patch, ceiling)? {
+            Assessment::Above(cost) => return Ok(Turn::Above(cost)),
+            Assessment::Exact(_, cost) if cost > ceiling => return Ok(Turn::Above(cost)),
+            Assessment::Exact(place, cost) => (place, cost),
+        };
+        // The vertex that stays is the one whose position does, if any.
+        let (patch, place) = match place {
+            Place::Removed => (patch.reversed(), Place::Kept),
+            place => (patch, place),
+        };
+        let offset = patch.offset(place);
+        for guard in &policies.guards {
+            guard.check(&patch, offset)?;
+        }
+        let half_edge = patch.half_edge();
+        let legal = mesh.topology().check_collapse(half_edge)?;
+        let (removed, kept) = (legal.removed(), legal.kept());
+        let collapse = Collapse {
+            removed,
+            kept,
+            removed_from: mesh.position(removed),
+            kept_from: mesh.position(kept),
+            position: patch.position(place),
+        };
+        if !collapse.position.is_finite() {
+            return Err(Refusal::NotFinite);
+        }
+        policies.cost.collapsing(&patch, offset);
+        let faces_before = mesh.topology().face_count() as u32;
+        let collapsed = mesh.collapse(legal, collapse.position);
+        fixed.collapsed(&collapse, collapsed.merged_edges);
+        policies.cost.collapsed(mesh, &collapse);
+        for guard in &mut policies.guards {
+            guard.collapsed(mesh, &collapse);
+        }
+        let Collapse { position, .. } = collapse;
+        self.result.push(LogEntry { half_edge, removed, kept, position, cost, faces_before });
+        self.used_vertices -= 1;
+        self.touch(&collapse);
+        Ok(Turn::Collapsed)
+    }
+
+    /// Takes an edge out of the run; `collapses` is how many of them a run must be allowed for that.
+    fn refuse(&mut self, edge: EdgeId, refusal: Refusal, collapses: usize) {
+        self.result.refuse(refusal, collapses);
+        self.is_refused[edge.index()] = true;
+        for v in self.mesh.topology().edge_vertices(edge) {
+            self.refused_at[v.index()] += 1;
+        }
+    }
+
+    /// Lists the vertices round a collapse.
+    fn touch(&mut self, collapse: &Collapse) {
+        let Collapse { removed, kept, .. } = *collapse;
+        self.refused_at[kept.index()] += self.refused_at[removed.index()];
+        self.touched.clear();
+        self.touched.push(kept);
+        self.touched.extend(self.mesh.topology().one_ring(kept));
+    }
+
+    /// Gives the refused edges round the last collapse another chance.
+    fn readmit(&mut self, schedule: &mut dyn Schedule) {
+        let topology = self.mesh.topology();
+        for &v in &self.touched {
+            if core::mem::take(&mut self.refused_at[v.index()]) == 0 {
+                continue;
+            }
+            for edge in topology.edges_of_vertex(v) {
+                if core::mem::take(&mut self.is_refused[edge.index()]) {
+                    schedule.push_unknown(topology, edge);
+                }
+            }
+        }
+    }
+
+    /// Lists the edges whose cost the last collapse may have changed, by index; not those that are
+    /// refused.
+    pub(super) fn list_stale(&mut self, stale: &mut Vec<EdgeId>) {
+        self.widen_touched();
+        let topology = self.mesh.topology();
+        stale.clear();
+        for &v in &self.touched {
+            stale.extend(topology.edges_of_vertex(v));
+        }
+        stale.sort_unstable();
+        stale.dedup();
+        stale.retain(|edge| !self.is_refused[edge.index()]);
+    }
+
+    /// Brings the list of touched vertices to the reach of the cost.
+    fn widen_touched(&mut self) {
+        match self.policies.cost.reach() {
+            Reach::Star => self.touched.truncate(1),
+            Reach::OneRing => {}
+            Reach::TwoRings => {
+                for index in 1..self.touched.len() {
+                    let v = self.touched[index];
+                    self.touched.extend(self.mesh.topology().one_ring(v));
+                }
+                self.touched.sort_unstable();
+                self.touched.dedup();
+            }
+        }
+    }
+}

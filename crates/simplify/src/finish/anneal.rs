@@ -1,0 +1,204 @@
+//! Trading faces from where they do little for where they are missed.
+//!
+//! Each round cuts the edges with the largest error in two, fits, collapses the cheapest edges until
+//! there are as many faces as before, and fits again. The result is kept when it is closer to the
+//! original.
+
+use glam::DVec3;
+use mesh_core::{EdgeId, Handle, TriMesh, VertexId, VertexMap};
+use mesh_metric::{Surface, SurfaceError, sample_surface};
+
+use crate::collapse::constraint::Boundary;
+use crate::finish::collapse_back::{CollapseBack, collapse_back};
+use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::{FitOptions, fit};
+
+/// How to anneal; see [`anneal`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AnnealOptions {
+    /// How many rounds.
+    pub rounds: usize,
+    /// The part of the edges that are cut in each round, before it is adapted to what succeeds.
+    pub share: f64,
+    /// Samples per face that errors are measured with.
+    pub samples_per_face: usize,
+    /// How the mesh is fitted after each change.
+    pub fit: FitOptions,
+}
+
+impl Default for AnnealOptions {
+    fn default() -> Self {
+        let fit = FitOptions { rounds: 2, ..FitOptions::default() };
+        Self { rounds: 12, share: 0.03, samples_per_face: 30, fit }
+    }
+}
+
+/// What annealing did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnnealReport {
+    /// How many rounds were made.
+    pub rounds: usize,
+    /// How many of them were kept.
+    pub kept: usize,
+    /// The root mean square distance of the original from the mesh at the start.
+    pub rms_before: f64,
+    /// That distance at the end.
+    pub rms_after: f64,
+    /// For each vertex of the mesh that was given, the vertex that it has become.
+    pub vertex_map: VertexMap<Option<VertexId>>,
+}
+
+/// Anneals a mesh without gaps towards the original that it was made from. The number of faces does
+/// not rise, and `constraints` follow the mesh. The boundary stays.
+///
+/// # Errors
+/// The mesh has no faces.
+pub fn anneal(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    constraints: &mut FitConstraints,
+    options: &AnnealOptions,
+) -> Result<AnnealReport, SurfaceError> {
+    let faces = mesh.topology().face_count();
+    let samples = sample_surface(original, options.samples_per_face * faces, options.fit.seed);
+    let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
+    let mut state = State::new(mesh.clone(), constraints.clone(), &points)?;
+    let rms_before = state.rms();
+    let mut kept = 0;
+    let mut share = options.share;
+    for round in 0..options.rounds {
+        let seed = options.fit.seed + round as u64;
+        let fit_options = FitOptions { seed, ..options.fit };
+        let next = state.step(original, &points, share, &fit_options)?;
+        if next.topology_faces() <= faces && next.squares < state.squares {
+            state = next;
+            kept += 1;
+        } else {
+            // Smaller changes are more likely to be for the better.
+            share *= 0.7;
+        }
+    }
+    let rms_after = state.rms();
+    (*mesh, *constraints) = (state.mesh, state.constraints);
+    Ok(AnnealReport { rounds: options.rounds, kept, rms_before, rms_after, vertex_map: state.map })
+}
+
+/// A mesh and its error.
+struct State {
+    mesh: TriMesh,
+    constraints: FitConstraints,
+    map: VertexMap<Option<VertexId>>,
+    /// The sum of the squared distances of the samples that are closest to each face.
+    of_face: Vec<f64>,
+    squares: f64,
+    samples: usize,
+}
+
+impl State {
+    fn new(
+        mesh: TriMesh,
+        constraints: FitConstraints,
+        points: &[DVec3],
+    ) -> Result<Self, SurfaceError> {
+        let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
+        let map = VertexMap::from_vec(identity.collect());
+        let state = Self {
+            mesh,
+            constraints,
+            map,
+            of_face: Vec::new(),
+            squares: 0.0,
+            samples: points.len(),
+        };
+        state.measured(points)
+    }
+
+    fn measured(mut self, points: &[DVec3]) -> Result<Self, SurfaceError> {
+        self.of_face = vec![0.0; self.mesh.topology().face_capacity()];
+        for closest in Surface::new(&self.mesh)?.closest_points(points) {
+            self.of_face[closest.face.index()] += closest.offset.length_squared();
+        }
+        self.squares = self.of_face.iter().sum();
+        Ok(self)
+    }
+
+    fn rms(&self) -> f64 {
+        (self.squares / self.samples.max(1) as f64).sqrt()
+    }
+
+    fn topology_faces(&self) -> usize {
+        self.mesh.topology().face_count()
+    }
+
+    /// The next state, whether it is better or not.
+    fn step(
+        &self,
+        original: &Surface,
+        points: &[DVec3],
+        share: f64,
+        options: &FitOptions,
+    ) -> Result<Self, SurfaceError> {
+        let mut mesh = self.mesh.clone();
+        for edge in self.worst_edges(share) {
+            let [a, b] = mesh.topology().edge_vertices(edge).map(|v| mesh.position(v));
+            if let Ok(split) = mesh.topology().check_split_edge(edge) {
+                mesh.split_edge(split, a + 0.5 * (b - a));
+            }
+        }
+        fit(&mut mesh, original, &self.constraints, &FitOptions { rounds: 1, ..*options })?;
+        let to = CollapseBack {
+            faces: self.topology_faces(),
+            locked: &[],
+            boundary: Boundary::Lock,
+            forbid_intersections: options.forbid_intersections,
+            // No component gets smaller than it was before the splits.
+            min_component_vertices: None,
+        };
+        let back = collapse_back(&mut mesh, &self.constraints, &to);
+        let became = |v: VertexId| back.vertex_map.get(v).copied().flatten();
+        let map = self.map.as_slice().iter().map(|v| v.and_then(became));
+        let map = VertexMap::from_vec(map.collect());
+        let constraints = back.constraints;
+        fit(&mut mesh, original, &constraints, options)?;
+        let (of_face, squares) = (Vec::new(), 0.0);
+        Self { mesh, constraints, map, of_face, squares, samples: points.len() }.measured(points)
+    }
+
+    /// The edges whose faces have the largest error, no two of them at the same face.
+    fn worst_edges(&self, share: f64) -> Vec<EdgeId> {
+        let topology = self.mesh.topology();
+        let is_feature = |e: EdgeId| {
+            let features = self.constraints.features.as_ref();
+            features.and_then(|map| map.get(e)).is_some_and(|&feature| feature)
+        };
+        let error = |e: EdgeId| {
+            let faces = topology.edge_faces(e).into_iter().flatten();
+            faces.map(|f| self.of_face[f.index()]).sum::<f64>()
+        };
+        let candidates =
+            topology.edges().filter(|&e| !topology.is_boundary_edge(e) && !is_feature(e));
+        let length = |e: EdgeId| {
+            let [a, b] = topology.edge_vertices(e).map(|v| self.mesh.position(v));
+            a.distance_squared(b)
+        };
+        // Of the edges of a face, the longest.
+        let mut ranked: Vec<(f64, f64, EdgeId)> =
+            candidates.map(|e| (error(e), length(e), e)).collect();
+        ranked.sort_by(|p, q| q.0.total_cmp(&p.0).then(q.1.total_cmp(&p.1)).then(p.2.cmp(&q.2)));
+        let count = ((share * topology.edge_count() as f64) as usize).max(1);
+        let mut used = vec![false; topology.face_capacity()];
+        let mut worst = Vec::with_capacity(count);
+        for (_, _, e) in ranked {
+            let faces = topology.edge_faces(e);
+            if faces.iter().flatten().any(|f| used[f.index()]) {
+                continue;
+            }
+            faces.iter().flatten().for_each(|f| used[f.index()] = true);
+            worst.push(e);
+            if worst.len() == count {
+                break;
+            }
+        }
+        worst
+    }
+}

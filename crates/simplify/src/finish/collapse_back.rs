@@ -1,0 +1,90 @@
+//! After splits: the cheapest collapses, until there are as many faces as before.
+
+use core::ops::ControlFlow;
+
+use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
+
+use crate::collapse::constraint::{Boundary, Constraints};
+use crate::collapse::cost::Memoryless;
+use crate::collapse::driver::collapse_edges;
+use crate::collapse::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
+use crate::collapse::placement::{Optimal, Placement};
+use crate::collapse::policies::{Policies, Update};
+use crate::collapse::stop::Limits;
+use crate::finish::fit::constraints::FitConstraints;
+
+/// What a mesh is brought back to.
+pub(crate) struct CollapseBack<'a> {
+    pub(crate) faces: usize,
+    /// Vertices that stay, besides those that are fixed.
+    pub(crate) locked: &'a [VertexId],
+    pub(crate) boundary: Boundary,
+    pub(crate) forbid_intersections: bool,
+    pub(crate) min_component_vertices: Option<usize>,
+}
+
+/// What [`collapse_back`] left.
+pub(crate) struct Back {
+    pub(crate) constraints: FitConstraints,
+    /// For each vertex, the one that it has become.
+    pub(crate) vertex_map: VertexMap<Option<VertexId>>,
+}
+
+/// Collapses edges by the memoryless metric and closes the gaps.
+pub(crate) fn collapse_back(
+    mesh: &mut TriMesh,
+    constraints: &FitConstraints,
+    to: &CollapseBack<'_>,
+) -> Back {
+    collapse_guarded(mesh, constraints, to, Optimal::default(), None)
+}
+
+/// The same with a placement and one more guard.
+pub(crate) fn collapse_guarded<'a>(
+    mesh: &mut TriMesh,
+    constraints: &FitConstraints,
+    to: &CollapseBack<'_>,
+    placement: impl Placement,
+    guard: Option<Box<dyn Guard + 'a>>,
+) -> Back {
+    let mut guards: Vec<Box<dyn Guard + 'a>> =
+        vec![Box::new(NormalGuard::default()), Box::new(ShapeGuard::default())];
+    if let Some(min_vertices) = to.min_component_vertices {
+        guards.push(Box::new(ComponentGuard::new(min_vertices)));
+    }
+    if to.forbid_intersections {
+        guards.push(Box::new(IntersectionGuard::default()));
+    }
+    guards.extend(guard);
+    let policies = Policies { cost: Memoryless, placement, guards, update: Update::Lazy };
+    let mut locked = mesh.topology().vertex_map(false);
+    let fixed = constraints.fixed.iter().flat_map(VertexMap::iter);
+    fixed.filter(|(_, fixed)| **fixed).for_each(|(v, _)| locked[v] = true);
+    to.locked.iter().for_each(|&v| locked[v] = true);
+    let fixed = Constraints {
+        boundary: to.boundary,
+        locked: Some(locked),
+        features: constraints.features.clone(),
+    };
+    let limits = Limits { faces: Some(to.faces), ..Limits::default() };
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let run = collapse_edges(mesh, policies, &fixed, &limits, go_on);
+    let became = run.log.representatives(mesh, run.log.len());
+    let remap = mesh.compact();
+    let vertex_map = became.as_slice().iter().map(|&v| remap.new_handle(v)).collect();
+    // What was locked for this run alone is free again.
+    let fixed = constraints.fixed.as_ref().map(|fixed| {
+        let mut new = mesh.topology().vertex_map(false);
+        for (v, _) in fixed.iter().filter(|(_, fixed)| **fixed) {
+            if let Some(v) = remap.new_handle(v) {
+                new[v] = true;
+            }
+        }
+        new
+    });
+    let features = run.features.map(|map| map.compact(&remap));
+    Back {
+        constraints: FitConstraints { fixed, features, ..constraints.clone() },
+        vertex_map: VertexMap::from_vec(vertex_map),
+    }
+}

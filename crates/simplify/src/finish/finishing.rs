@@ -1,0 +1,146 @@
+//! Fitting, annealing and taking down peaks, one after the other.
+
+use std::sync::Arc;
+
+use mesh_core::{TriMesh, VertexId, VertexMap};
+use mesh_metric::{Surface, SurfaceError};
+
+use crate::collapse::constraint::{Boundary, Constraints};
+use crate::collapse::level::Level;
+use crate::finish::anneal::{AnnealOptions, AnnealReport, anneal};
+use crate::finish::curve::Curve;
+use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::{FitOptions, FitReport, fit};
+use crate::finish::peaks::{PeakOptions, PeakReport, cut_peaks};
+use crate::finish::texture_fit::{Texture, TextureCheck, fit_unfolded};
+
+/// A level and what was done with it since.
+pub(crate) struct Finished {
+    pub(crate) mesh: TriMesh,
+    /// For each vertex of the level, the one that it has become; `None` when they are the same.
+    pub(crate) vertex_map: Option<VertexMap<Option<VertexId>>>,
+    pub(crate) fit: Option<FitReport>,
+    pub(crate) anneal: Option<AnnealReport>,
+    pub(crate) peaks: Option<PeakReport>,
+    /// What holds for the mesh as it is now.
+    pub(crate) constraints: FitConstraints,
+}
+
+impl Finished {
+    /// A mesh with which nothing was done yet.
+    pub(crate) fn untouched(mesh: TriMesh, constraints: FitConstraints) -> Self {
+        Self { mesh, vertex_map: None, fit: None, anneal: None, peaks: None, constraints }
+    }
+
+    /// Goes on to the next mesh, unless more faces turn over in the texture there.
+    fn take_unfolded(
+        &mut self,
+        next: TriMesh,
+        then: &VertexMap<Option<VertexId>>,
+        texture: Option<&TextureCheck<'_>>,
+    ) -> bool {
+        let before = self.vertex_map.clone();
+        let folds = texture.map_or(0, |check| check.folded_after(&self.mesh, before.as_ref()));
+        self.follow(then);
+        let then = self.vertex_map.as_ref();
+        if texture.is_some_and(|check| check.folded_after(&next, then) > folds) {
+            self.vertex_map = before;
+            return false;
+        }
+        self.mesh = next;
+        true
+    }
+
+    /// Follows the vertices to what they have become in the next mesh.
+    pub(crate) fn follow(&mut self, then: &VertexMap<Option<VertexId>>) {
+        match &mut self.vertex_map {
+            None => self.vertex_map = Some(then.clone()),
+            Some(map) => map.as_mut_slice().iter_mut().for_each(|new| {
+                *new = new.and_then(|v| then.get(v).copied().flatten());
+            }),
+        }
+    }
+}
+
+/// What is done with a level.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Steps {
+    pub(crate) fit: Option<FitOptions>,
+    pub(crate) anneal: Option<AnnealOptions>,
+    pub(crate) peaks: Option<PeakOptions>,
+}
+
+/// How levels of a mesh are finished.
+pub(crate) struct Finishing<'a> {
+    original: &'a Surface,
+    /// The boundary and the feature lines of the original.
+    curves: [Option<Arc<Curve>>; 2],
+    steps: Steps,
+    texture: Option<Texture<'a>>,
+}
+
+impl<'a> Finishing<'a> {
+    /// For a mesh and its surface. With a texture, no step makes more faces turn over there.
+    pub(crate) fn new(
+        mesh: &TriMesh,
+        original: &'a Surface,
+        constraints: &Constraints,
+        steps: Steps,
+        texture: Option<Texture<'a>>,
+    ) -> Self {
+        let boundary = match constraints.boundary {
+            Boundary::Lock => None,
+            Boundary::Quadrics | Boundary::Free => Curve::boundary(mesh),
+        };
+        let features = constraints.features.as_ref().and_then(|features| {
+            Curve::of_edges(mesh, |e| features.get(e).is_some_and(|&feature| feature))
+        });
+        let curves = [boundary, features].map(|curve| curve.map(Arc::new));
+        Self { original, curves, steps, texture }
+    }
+
+    /// A level as it is.
+    pub(crate) fn leave(&self, level: &Level) -> Finished {
+        Finished::untouched(level.mesh.clone(), self.constraints(level))
+    }
+
+    /// Fits, anneals and takes down peaks, as far as that is wanted.
+    pub(crate) fn finish(&self, level: &Level) -> Result<Finished, SurfaceError> {
+        let mut constraints = self.constraints(level);
+        let unchanged = constraints.clone();
+        let texture = self.texture.as_ref().map(|texture| texture.check(&level.became));
+        let mut done = Finished::untouched(level.mesh.clone(), FitConstraints::default());
+        if let Some(options) = &self.steps.fit {
+            done.fit = Some(match &texture {
+                Some(check) => {
+                    fit_unfolded(&mut done.mesh, self.original, &constraints, options, check)?
+                }
+                None => fit(&mut done.mesh, self.original, &constraints, options)?,
+            });
+        }
+        if let Some(options) = &self.steps.anneal {
+            let mut next = done.mesh.clone();
+            let report = anneal(&mut next, self.original, &mut constraints, options)?;
+            if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+                done.anneal = Some(report);
+            } else {
+                constraints.clone_from(&unchanged);
+            }
+        }
+        if let Some(options) = &self.steps.peaks {
+            let mut next = done.mesh.clone();
+            let report = cut_peaks(&mut next, self.original, &mut constraints, options)?;
+            if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+                done.peaks = Some(report);
+            }
+        }
+        done.constraints = constraints;
+        Ok(done)
+    }
+
+    fn constraints(&self, level: &Level) -> FitConstraints {
+        let [boundary_curve, feature_curve] = self.curves.clone();
+        let (fixed, features) = (level.marks.locked.clone(), level.marks.features.clone());
+        FitConstraints { fixed, features, boundary_curve, feature_curve }
+    }
+}

@@ -1,0 +1,28 @@
+//! What a fit must leave alone.
+
+use std::sync::Arc;
+
+use mesh_core::{EdgeId, EdgeMap, VertexMap};
+
+use crate::finish::curve::Curve;
+
+/// What a fit must leave alone.
+#[derive(Clone, Debug, Default)]
+pub struct FitConstraints {
+    /// Vertices that do not move.
+    pub fixed: Option<VertexMap<bool>>,
+    /// Edges that are not flipped.
+    pub features: Option<EdgeMap<bool>>,
+    /// The boundary of the original. Boundary vertices slide along it and stay as far from it as
+    /// they are; those closest to its corners do not move. Without it no boundary vertex moves.
+    pub boundary_curve: Option<Arc<Curve>>,
+    /// The feature lines of the original, for the vertices of the edges in `features`, in the same
+    /// way.
+    pub feature_curve: Option<Arc<Curve>>,
+}
+
+impl FitConstraints {
+    pub(crate) fn is_feature(&self, e: EdgeId) -> bool {
+        self.features.as_ref().and_then(|map| map.get(e)).is_some_and(|&feature| feature)
+    }
+}

@@ -1,0 +1,84 @@
+//! Edge flips that bring the mesh closer to the samples of the original.
+
+use glam::DVec3;
+use mesh_core::edit::LegalFlip;
+use mesh_core::{EdgeId, Handle, TriMesh};
+use mesh_metric::closest_on_triangle;
+
+use crate::collapse::intersection::{ChangedFace, Intersections};
+use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::moves::keeps_side;
+use crate::finish::fit::pairs::Pairs;
+
+/// Flips every edge whose flip lowers the squared distance of the targets of its two faces.
+pub(super) fn flip_edges(
+    mesh: &mut TriMesh,
+    paired: &mut Pairs,
+    constraints: &FitConstraints,
+    mut found: Option<&mut Intersections>,
+) -> usize {
+    let mut scratch = Vec::new();
+    let mut flips = 0;
+    for index in 0..mesh.topology().edge_capacity() {
+        let edge = EdgeId::from_index(index);
+        if constraints.is_feature(edge) || !flip_is_closer(mesh, paired, edge) {
+            continue;
+        }
+        let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
+        if found.as_ref().is_some_and(|found| flip_crosses(mesh, found, &legal)) {
+            continue;
+        }
+        mesh.flip(legal);
+        flips += 1;
+        if let Some(found) = &mut found {
+            found.update(mesh, mesh.topology().edge_faces(edge).into_iter().flatten());
+        }
+        if let [Some(left), Some(right)] = mesh.topology().edge_faces(edge) {
+            paired.redistribute(mesh, [left, right], &mut scratch);
+        }
+    }
+    flips
+}
+
+fn flip_is_closer(mesh: &TriMesh, paired: &Pairs, edge: EdgeId) -> bool {
+    let topology = mesh.topology();
+    if !topology.contains_edge(edge) {
+        return false;
+    }
+    let [h, twin] = edge.half_edges();
+    let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return false };
+    let [a, b] = topology.edge_vertices(edge).map(|v| mesh.position(v));
+    let (c, d) = (mesh.position(c), mesh.position(d));
+    let new = [[c, a, d], [d, b, c]];
+    let cross = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p);
+    let normal = cross([a, b, c]) + cross([b, a, d]);
+    if !new.into_iter().all(|triangle| keeps_side(cross(triangle), normal)) {
+        return false;
+    }
+    let faces = || topology.edge_faces(edge).into_iter().flatten();
+    let targets = || faces().flat_map(|face| paired.of_face(face));
+    let before: f64 = targets().map(|(_, squared)| squared).sum();
+    let mut left = before * (1.0 - 1e-9);
+    for (point, _) in targets() {
+        let [p, q] = [&new[0], &new[1]].map(|t| closest_on_triangle(point, t).length_squared());
+        left -= p.min(q);
+        // Most flips are for the worse, as the first few targets tell.
+        if left <= 0.0 {
+            return false;
+        }
+    }
+    before > 0.0
+}
+
+fn flip_crosses(mesh: &TriMesh, found: &Intersections, flip: &LegalFlip) -> bool {
+    let [a, b, c, d] = flip.quad();
+    let faces = mesh.topology().edge_faces(flip.edge()).into_iter().flatten();
+    let changed: Vec<ChangedFace> = faces
+        .zip([[c, a, d], [d, b, c]])
+        .map(|(face, vertices)| {
+            let triangle = (vertices, vertices.map(|v| mesh.position(v)));
+            ChangedFace { face, triangle }
+        })
+        .collect();
+    found.would_arise(mesh, &changed, &[])
+}

@@ -1,0 +1,27 @@
+//! What comes after the collapses: the mesh is brought closer to the original.
+//!
+//! **In:** a mesh without gaps, the surface of the original, and what must stay.
+//! **Out:** a mesh with no more faces, closer to the original; which vertex became which; a report of
+//! each step.
+//!
+//! Invariants:
+//!
+//! - Fixed vertices do not move, feature edges are neither flipped nor split, vertices on lines stay
+//!   on the lines of the original.
+//! - No face turns by more than sixty degrees in one step, and none turns over in the texture.
+//! - A step that does not help is undone as a whole.
+//!
+//! Uses the rooms `collapse`, to get rid of faces again, and `attributes`; and `mesh-metric` for
+//! closest points. It proves nothing about distances: that is for `limit`, above.
+//!
+//! From the bottom: `curve` and `face_lists`; `fit`; `texture_fit` and `collapse_back`; `anneal` and
+//! `peaks`; `finishing`, which does one after the other.
+
+pub(crate) mod anneal;
+pub(crate) mod collapse_back;
+pub(crate) mod curve;
+pub(crate) mod face_lists;
+pub(crate) mod finishing;
+pub(crate) mod fit;
+pub(crate) mod peaks;
+pub(crate) mod texture_fit;

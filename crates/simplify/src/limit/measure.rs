@@ -1,0 +1,77 @@
+//! The distance of a mesh from the original.
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+use mesh_metric::{
+    CertifyOptions, CompareOptions, Comparison, Surface, SurfaceError, compare, hausdorff_bounds,
+};
+
+/// How the distance of the result from the original is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ErrorCheck {
+    /// Not at all; from samples when there is a largest allowed error.
+    #[default]
+    None,
+    /// From samples of both surfaces, which may miss the largest distance by a little.
+    Sampled,
+    /// By proven bounds.
+    Certified,
+}
+
+/// A distance between two surfaces: the larger of the two one-sided Hausdorff distances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AchievedError {
+    /// It is not smaller than this.
+    pub lower: f64,
+    /// It is proved not to be larger than this; `None` when it was only sampled.
+    pub upper: Option<f64>,
+}
+
+impl AchievedError {
+    /// Whether the distance is known to be at most `limit`, as far as it is known.
+    #[must_use]
+    pub fn is_within(&self, limit: f64) -> bool {
+        self.upper.unwrap_or(self.lower) <= limit
+    }
+}
+
+/// How distances are measured.
+#[derive(Clone, Copy)]
+pub(crate) struct Measuring<'a> {
+    pub(crate) original: &'a Surface,
+    pub(crate) check: ErrorCheck,
+    /// What the distance is to be compared with, if that is known before.
+    pub(crate) limit: Option<f64>,
+}
+
+/// The pieces of triangles to look at before a distance counts as above the limit.
+const MAX_PIECES: usize = 4_000_000;
+
+/// How many samples of each surface are compared.
+const SAMPLES: usize = 200_000;
+
+impl Measuring<'_> {
+    /// The distance, and a point of one surface that is farthest from the other or nearly so.
+    pub(crate) fn measure(&self, mesh: &TriMesh) -> Result<(AchievedError, DVec3), SurfaceError> {
+        let surface = Surface::new(mesh)?;
+        if self.check == ErrorCheck::Certified {
+            let size = self.original.bounding_box().diagonal();
+            let limit = self.limit;
+            let tolerance = limit.map_or(1e-4 * size, |limit| 0.01 * limit);
+            // Where the distance is so close to the limit that more pieces were needed to tell, it
+            // counts as above.
+            let certify = match limit {
+                None => CertifyOptions { tolerance, ..CertifyOptions::default() },
+                Some(_) => CertifyOptions { tolerance, limit, max_pieces: MAX_PIECES },
+            };
+            let bounds = hausdorff_bounds(self.original, &surface, &certify);
+            let error = AchievedError { lower: bounds.lower, upper: Some(bounds.upper) };
+            Ok((error, bounds.at))
+        } else {
+            let samples = CompareOptions { samples: SAMPLES, ..CompareOptions::default() };
+            let Comparison { forward, backward } = compare(self.original, &surface, &samples);
+            let worse = if backward.max > forward.max { backward } else { forward };
+            Ok((AchievedError { lower: worse.max, upper: None }, worse.worst.from))
+        }
+    }
+}

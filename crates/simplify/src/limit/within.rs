@@ -1,0 +1,40 @@
+//! How far a run may go for the result to stay within a distance, without finishing it.
+
+use mesh_core::TriMesh;
+use mesh_metric::Surface;
+
+use crate::collapse::log::CollapseLog;
+use crate::error::SimplifyError;
+use crate::limit::measure::{ErrorCheck, Measuring};
+
+/// How many of the collapses of a run may be carried out for the level to be within a distance of
+/// the mesh that the run was made on, both ways, up to half a percent of the vertices. The distance
+/// is measured as for [`Options::max_error`](crate::Options::max_error).
+///
+/// # Errors
+/// The mesh has no faces, or the log is that of another mesh.
+pub fn collapses_within(
+    mesh: &TriMesh,
+    log: &CollapseLog,
+    limit: f64,
+    check: ErrorCheck,
+) -> Result<usize, SimplifyError> {
+    let original = Surface::new(mesh)?;
+    let measuring = Measuring { original: &original, check, limit: Some(limit) };
+    let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
+        let (level, _) = log.level(mesh, collapses)?;
+        Ok(measuring.measure(&level)?.0.is_within(limit))
+    };
+    let (mut good, mut bad) = (0, log.len());
+    if is_within(bad)? {
+        return Ok(bad);
+    }
+    let vertices = mesh.topology().vertex_count();
+    while bad - good > 1 + (vertices - good) / 200 {
+        // In between as a ratio: errors grow with the size of the faces.
+        let middle = vertices as f64 - (((vertices - good) * (vertices - bad)) as f64).sqrt();
+        let middle = (middle as usize).clamp(good + 1, bad - 1);
+        *(if is_within(middle)? { &mut good } else { &mut bad }) = middle;
+    }
+    Ok(good)
+}

@@ -1,0 +1,154 @@
+//! Named sets of options.
+
+use core::fmt;
+use core::str::FromStr;
+
+use crate::collapse::constraint::Constraints;
+use crate::collapse::guard::{NormalGuard, ShapeGuard};
+use crate::collapse::policies::Update;
+use crate::collapse::stop::Limits;
+use crate::finish::anneal::AnnealOptions;
+use crate::finish::fit::FitOptions;
+use crate::finish::peaks::PeakOptions;
+use crate::limit::measure::ErrorCheck;
+use crate::options::{Metric, Options, PlacementRule};
+
+/// A named set of options.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Preset {
+    /// Accumulated quadrics with marginal cost and kept volume: the quickest.
+    Fast,
+    /// The hybrid metric with a little curvature, and two rounds of fitting.
+    #[default]
+    Default,
+    /// As the default, with eight rounds of fitting and more done about the largest errors.
+    Quality,
+    /// As quality, and then annealed: many times slower.
+    Extreme,
+    /// As the default, with a curvature factor of full weight: lower maximum on thin parts for a
+    /// little more mean.
+    ThinFeatures,
+    /// The curvature norm KKL02 eq. 1 with butterfly placement, as published.
+    PaperL1,
+    /// The curvature norm KKL02 eq. 2 with butterfly placement, as published.
+    PaperL2,
+}
+
+impl Preset {
+    /// All presets.
+    pub const ALL: [Self; 7] = [
+        Self::Fast,
+        Self::Default,
+        Self::Quality,
+        Self::Extreme,
+        Self::ThinFeatures,
+        Self::PaperL1,
+        Self::PaperL2,
+    ];
+
+    /// The name, as [`FromStr`] takes it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Default => "default",
+            Self::Quality => "quality",
+            Self::Extreme => "extreme",
+            Self::ThinFeatures => "thin-features",
+            Self::PaperL1 => "paper-l1",
+            Self::PaperL2 => "paper-l2",
+        }
+    }
+}
+
+impl fmt::Display for Preset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A name that is no preset.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "there is no preset {0:?}; there are fast, default, quality, extreme, thin-features, paper-l1, paper-l2"
+)]
+pub struct UnknownPreset(pub String);
+
+impl FromStr for Preset {
+    type Err = UnknownPreset;
+
+    fn from_str(name: &str) -> Result<Self, UnknownPreset> {
+        let found = Self::ALL.into_iter().find(|preset| preset.name() == name);
+        found.ok_or_else(|| UnknownPreset(name.to_owned()))
+    }
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self::preset(Preset::Default)
+    }
+}
+
+impl Options {
+    /// The options of a preset. No preset has a limit.
+    #[must_use]
+    pub fn preset(preset: Preset) -> Self {
+        let base = Self {
+            metric: Metric::Hybrid,
+            curvature_weight: 0.1,
+            placement: PlacementRule::OptimalVolume,
+            update: Update::Lazy,
+            limits: Limits::default(),
+            max_error: None,
+            squeeze: true,
+            error: ErrorCheck::None,
+            constraints: Constraints::default(),
+            min_cosine: Some(NormalGuard::default().min_cosine),
+            min_shape: Some(ShapeGuard::default().min_shape),
+            min_component_vertices: None,
+            attributes: None,
+            attribute_weight: 1.0,
+            forbid_intersections: false,
+            fit: Some(FitOptions::default()),
+            anneal: None,
+            peaks: Some(PeakOptions::default()),
+        };
+        let paper = |metric| Self {
+            metric,
+            curvature_weight: 0.0,
+            placement: PlacementRule::Butterfly,
+            update: Update::Eager,
+            squeeze: false,
+            fit: None,
+            peaks: None,
+            ..base.clone()
+        };
+        let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
+        let peaks = PeakOptions::default();
+        let low_peaks = PeakOptions {
+            spacing: 2.0,
+            max_rise: 1.01,
+            fit: FitOptions { rounds: 24, ..peaks.fit },
+            ..peaks
+        };
+        match preset {
+            Preset::Fast => Self {
+                metric: Metric::Marginal,
+                curvature_weight: 0.0,
+                squeeze: false,
+                fit: None,
+                peaks: None,
+                ..base
+            },
+            Preset::Default => base,
+            Preset::Quality => Self { fit: Some(long_fit), peaks: Some(low_peaks), ..base },
+            Preset::Extreme => {
+                let anneal = Some(AnnealOptions::default());
+                Self { fit: Some(long_fit), anneal, peaks: Some(low_peaks), ..base }
+            }
+            Preset::ThinFeatures => Self { curvature_weight: 1.0, ..base },
+            Preset::PaperL1 => paper(Metric::CurvatureL1),
+            Preset::PaperL2 => paper(Metric::CurvatureL2),
+        }
+    }
+}
