@@ -1,6 +1,6 @@
 //! Where the camera is, and what of the model is where in the picture.
 
-use glam::DVec3;
+use glam::{DMat3, DQuat, DVec3};
 use mesh_core::{BoundingBox, TriMesh};
 
 /// Where the camera is and what it frames. The projection is orthographic: the same view of two
@@ -55,6 +55,13 @@ impl View {
         let center = bounds.center() + offset.x * axes[0] + offset.y * axes[1] + offset.z * axes[2];
         let frame = Frame { toward, up, center, half: 0.5 * seen.extent() };
         Some(Self { toward, up, bounds, frame: Some(frame) })
+    }
+
+    /// The rotation that turns the model so that the camera looks along -z and up is y.
+    #[must_use]
+    pub fn rotation(&self) -> DQuat {
+        let [right, up, toward] = axes(self.toward, self.up);
+        DQuat::from_mat3(&DMat3::from_cols(right, up, toward)).inverse()
     }
 
     /// The same box from another direction.

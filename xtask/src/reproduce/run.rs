@@ -8,6 +8,7 @@ use mesh_io::{Model, WriteOptions};
 use super::item::{Figure, Item};
 use crate::failure::Failure;
 use mesh_render::{Paint, Scene, Style, View, render};
+use mesh_view::{Exhibit, Lines, Page};
 
 /// The surroundings of an item.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +73,50 @@ impl Run<'_> {
             let path = self.out.join(name);
             mesh_io::write(&path, &model, &WriteOptions::default()).map_err(Failure::mesh)?;
         }
-        Ok(Figure { caption: picture.caption.into(), file, meshes: meshes.into() })
+        let turning = self.turning(picture)?;
+        Ok(Figure { caption: picture.caption.into(), file, meshes: meshes.into(), turning })
+    }
+
+    /// A page on which the drawn mesh turns, with the lines on it, as `name.html`.
+    fn turning(&self, picture: &Picture<'_>) -> Result<PathBuf, Failure> {
+        let Scene { mesh, paint, strokes, .. } = picture.scene;
+        let mut exhibit = Exhibit::of_mesh(picture.caption, mesh);
+        if let Paint::Vertices(colors) = paint {
+            let opaque = |&[r, g, b]: &[u8; 3]| [r, g, b, 255];
+            exhibit.vertex_colors = Some(colors.as_slice().iter().map(opaque).collect());
+        }
+        // Strokes of one colour and width are one set of lines.
+        for stroke in strokes {
+            let lines = match exhibit.lines.iter_mut().find(|lines| {
+                (lines.color, lines.width.to_bits()) == (stroke.color, stroke.width.to_bits())
+            }) {
+                Some(lines) => lines,
+                None => {
+                    exhibit.lines.push(Lines {
+                        name: format!("lines {}", exhibit.lines.len() + 1),
+                        color: stroke.color,
+                        width: stroke.width,
+                        segments: Vec::new(),
+                        shown: true,
+                    });
+                    let last = exhibit.lines.len() - 1;
+                    &mut exhibit.lines[last]
+                }
+            };
+            match stroke.points[..] {
+                [point] => lines.segments.push([point, point]),
+                _ => lines.segments.extend(stroke.points.windows(2).map(|pair| [pair[0], pair[1]])),
+            }
+        }
+        let mut page = Page::new(picture.caption, vec![exhibit]);
+        page.start.smooth = Some(picture.style.smooth);
+        page.start.edges = Some(picture.style.edge_width > 0.0 && picture.scene.edged.is_none());
+        page.start.turn = Some(picture.view.rotation().to_array());
+        let file = PathBuf::from(picture.name).with_extension("html");
+        let path = self.out.join(&file);
+        let html = page.to_html().map_err(Failure::mesh)?;
+        std::fs::write(&path, html).map_err(Failure::writing(&path))?;
+        Ok(file)
     }
 }
 

@@ -966,7 +966,7 @@ function buildControls() {
   const mapNames = [['auto', 'Usual'], ...maps.map(m => [m.name, m.name])];
   [lineOf, controls.map] = select('Colours', mapNames, 'auto', x => { state.map = x; showRange(); redraw(); }, 'map');
   controls.fieldOnly = [lineOf];
-  [lineOf, controls.range] = select('Range', [['auto', '2nd to 98th percentile'], ['five', '5th to 95th percentile'], ['full', 'All values'], ['given', 'As below']], 'auto', x => { state.range = x; setRange(); }, 'range');
+  [lineOf, controls.range] = select('Range', [['auto', '2 % to 98 % of them'], ['five', '5 % to 95 % of them'], ['full', 'All values'], ['given', 'As below']], 'auto', x => { state.range = x; setRange(); }, 'range');
   controls.fieldOnly.push(lineOf);
   const number = (id, label) => {
     const input = make('input', { type: 'text', inputMode: 'decimal', id, autocomplete: 'off', 'aria-label': label });
@@ -1072,7 +1072,7 @@ const tickText = t => digits(Math.abs(t) < 1e-12 * Math.max(Math.abs(state.low),
 
 function showRange() {
   controls.range.value = state.range;
-  controls.low.value = digits(state.low, 6); controls.high.value = digits(state.high, 6);
+  controls.low.value = digits(state.low, 5); controls.high.value = digits(state.high, 5);
   for (const input of [controls.low, controls.high]) input.setAttribute('aria-invalid', 'false');
   const stops = Array.from({ length: 33 }, (_, i) => colorAt(i / 32)).join(', ');
   element('ramp').style.background = `linear-gradient(to top, ${stops})`;

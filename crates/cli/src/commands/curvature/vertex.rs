@@ -4,14 +4,17 @@ use clap::ValueEnum;
 use dcurv::{CurvatureOptions, Curvatures, Totals, VertexArea, VertexCurvature};
 use mesh_core::{Topology, VertexMap};
 use mesh_io::{Model, Scalars};
+use mesh_render::Scale;
+use mesh_view::Page;
 use serde::Serialize;
 
-use crate::colormap::Scale;
+use crate::colormap::opaque;
 use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loaded, Seconds};
 use crate::task::{Done, Report, Task};
+use crate::view::{self, name_of};
 
 #[derive(Serialize)]
 struct Results {
@@ -44,6 +47,17 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     }
     let results = results(options.quantity, &values, &scale);
     let report = task.report(console, loaded.counts(), results, seconds);
+    if options.look.is_wanted() {
+        let model = colored(&loaded, &values, &shown, &scale)?;
+        let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
+        exhibit.vertex_colors = None;
+        exhibit.directions = view::principal_directions(&loaded.mesh);
+        let mut page = Page::new(format!("{}: curvature", exhibit.name), vec![exhibit]);
+        page.start.color = Some(format!("vertex:{}", options.quantity.property()));
+        page.start.map = options.colors.colormap;
+        page.start.range = Some([scale.low, scale.high]);
+        options.look.write(page, &report, console)?;
+    }
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
     let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
     report.done(console, summary(&report), brief)
@@ -87,7 +101,7 @@ fn colored(
     scale: &Scale,
 ) -> Result<Model, Failure> {
     let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
-    model.vertex_colors = Some(shown.as_slice().iter().map(|&value| scale.color(value)).collect());
+    model.vertex_colors = Some(shown.as_slice().iter().map(|&v| opaque(scale.color(v))).collect());
     for &quantity in Quantity::value_variants() {
         let name = quantity.property();
         model.vertex_scalars.retain(|scalars| scalars.name != name);
