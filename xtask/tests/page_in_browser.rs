@@ -14,7 +14,10 @@ fn pictures_open_to_turning_models() {
     for embed in [false, true] {
         let out = folder.path().join(if embed { "embedded" } else { "beside" });
         let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
-        command.args(["reproduce", "BAR06", "--quick", "--out"]).arg(&out).env_remove("CURVMESH_MODELS");
+        command
+            .args(["reproduce", "BAR06", "--quick", "--out"])
+            .arg(&out)
+            .env_remove("CURVMESH_MODELS");
         if embed {
             command.arg("--embed");
         }

@@ -77,16 +77,10 @@ fn every_command_has_its_page() {
             "simplify.html",
             &["simplify", "a.ply", "-o", "s.ply", "--ratio", "0.2", "--view", "simplify.html"],
         ),
-        (
-            "lod.html",
-            &["lod", "a.ply", "-o", "l.glb", "--levels", "0.5,0.1", "--view", "lod.html"],
-        ),
+        ("lod.html", &["lod", "a.ply", "-o", "l.glb", "--levels", "0.5,0.1", "--view", "lod.html"]),
         ("flip.html", &["flip", "a.ply", "--cost", "f2", "--view", "flip.html"]),
         ("curvature.html", &["curvature", "a.ply", "--view", "curvature.html"]),
-        (
-            "face.html",
-            &["curvature", "a.ply", "--estimator", "face", "--view", "face.html"],
-        ),
+        ("face.html", &["curvature", "a.ply", "--estimator", "face", "--view", "face.html"]),
         ("patch.html", &["patch", "a.ply", "--tolerance", "0.05", "--view", "patch.html"]),
         (
             "distance.html",
