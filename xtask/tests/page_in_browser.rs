@@ -1,5 +1,6 @@
 //! The reproduction page in headless Chromium: each picture opens to the model that turns. Skipped
 //! with a printed reason where there is no Chromium.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 #[path = "../../crates/mesh-view/tests/browser/mod.rs"]
 mod browser;

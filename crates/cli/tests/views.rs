@@ -1,5 +1,6 @@
 //! `view`, `render` and `--view`: what they write, and the pages in headless Chromium (skipped with a
 //! printed reason where there is none).
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 #[path = "../../mesh-view/tests/browser/mod.rs"]
 mod browser;

@@ -124,7 +124,7 @@ impl Canvas<'_> {
         let at = triangle.at.map(|p| p.map(f64::from));
         let double_area = cross(at[0], at[1], at[2]);
         // Seen edge-on, or not a number.
-        if !(double_area.abs() > 1e-9) {
+        if double_area.is_nan() || double_area.abs() <= 1e-9 {
             return;
         }
         let [left, right] = extent(triangle.at.map(|p| p[0]));
@@ -146,11 +146,11 @@ impl Canvas<'_> {
                 let weights = weights.map(|w| w as f32);
                 let depth = mix(triangle.at.map(|p| [p[2]]), weights)[0];
                 let index = start + column as usize;
-                if depth < samples.depth[index] {
-                    if let Some(color) = self.shade(triangle, weights) {
-                        samples.depth[index] = depth;
-                        samples.color[index] = color;
-                    }
+                if depth < samples.depth[index]
+                    && let Some(color) = self.shade(triangle, weights)
+                {
+                    samples.depth[index] = depth;
+                    samples.color[index] = color;
                 }
             }
         }

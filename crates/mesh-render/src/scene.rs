@@ -36,7 +36,7 @@ impl<'a> Scene<'a> {
         };
         match self.paint {
             Paint::Vertices(colors) => {
-                check("the map of colours", colors.len(), "vertices", vertices)?
+                check("the map of colours", colors.len(), "vertices", vertices)?;
             }
             Paint::Faces(colors) => check("the map of colours", colors.len(), "faces", faces)?,
             Paint::Texture(texture) => check("the texture", texture.face_count(), "faces", faces)?,

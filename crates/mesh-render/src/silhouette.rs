@@ -45,10 +45,10 @@ pub(crate) fn outline(
 
 /// The piece of a triangle where a linear function with these values at the corners is zero.
 fn zero_line(points: [DVec3; 3], values: [f64; 3]) -> Option<[DVec3; 2]> {
-    let mut ends = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(|(i, j)| {
-        ((values[i] < 0.0) != (values[j] < 0.0))
-            .then(|| points[i].lerp(points[j], values[i] / (values[i] - values[j])))
-    });
+    let changes = |&(i, j): &(usize, usize)| (values[i] < 0.0) != (values[j] < 0.0);
+    let zero =
+        |(i, j): (usize, usize)| points[i].lerp(points[j], values[i] / (values[i] - values[j]));
+    let mut ends = [(0, 1), (1, 2), (2, 0)].into_iter().filter(changes).map(zero);
     Some([ends.next()?, ends.next()?])
 }
 

@@ -1,4 +1,5 @@
 //! Pictures whose pixels are known: areas, colours, depth, lines, and what is refused.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 use core::f64::consts::PI;
 

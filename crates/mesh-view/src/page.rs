@@ -323,7 +323,7 @@ impl Page {
     fn positions(&self, local: &[DVec3], blobs: &mut Blobs) -> Value {
         let count = local.len();
         if self.precision == Precision::Single {
-            let numbers = local.iter().flat_map(|p| p.to_array()).map(|x| x as f32);
+            let numbers = local.iter().flat_map(DVec3::to_array).map(|x| x as f32);
             return json!({ "count": count, "blob": blobs.floats(numbers) });
         }
         let low = local.iter().copied().fold(DVec3::INFINITY, DVec3::min);

@@ -1,5 +1,6 @@
 //! Pages in headless Chromium: they open from a file without a request, show something, turn, and
 //! tell what is in the input. Skipped with a printed reason where there is no Chromium.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
 mod browser;
 
@@ -497,7 +498,7 @@ fn model(name: &str) -> Option<Model> {
         eprintln!("skipped: CURVMESH_MODELS names no folder");
         return None;
     };
-    Some(mesh_io::read(&PathBuf::from(folder).join(name)).unwrap())
+    Some(mesh_io::read(PathBuf::from(folder).join(name)).unwrap())
 }
 
 /// Igea with three properties: below 25 bytes per face, and the first picture soon. (That it takes

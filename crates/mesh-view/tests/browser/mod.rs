@@ -1,8 +1,15 @@
-//! Headless Chromium, driven through its DevTools protocol: just as much of it as the tests need.
+//! Headless Chromium, driven through its `DevTools` protocol: just as much of it as the tests need.
 //!
 //! The browser is Debian's `chromium`, or what the environment variable `CHROMIUM` names. Where
 //! there is none, [`Browser::start`] says so and returns `None`.
-#![allow(dead_code, clippy::unwrap_used, clippy::panic, clippy::expect_used, clippy::print_stderr)]
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::expect_used,
+    clippy::print_stderr,
+    clippy::needless_pass_by_value
+)]
 
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
