@@ -6,9 +6,10 @@ use dcurv::{BallCurvature, FitOptions, PrincipalFrame, ball_curvatures, fitted_f
 use mesh_core::glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
+use mesh_render::Scale;
 use serde::Serialize;
 
-use crate::colormap::Scale;
+use crate::colormap::opaque;
 use crate::commands::curvature::options::{Curvature, EstimatorName, Integrals, Quantity, Shown};
 use crate::console::Console;
 use crate::failure::Failure;

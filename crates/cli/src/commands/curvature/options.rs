@@ -9,6 +9,7 @@ use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::length::{Length, parse_length};
+use crate::view::Look;
 
 /// Compute the curvature of every vertex or face, and colour the mesh by it
 ///
@@ -40,6 +41,8 @@ pub(crate) struct Curvature {
     pub(crate) colors: ColorOptions,
     #[command(flatten)]
     pub(crate) estimate: Estimate,
+    #[command(flatten)]
+    pub(crate) look: Look,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -150,7 +153,8 @@ fn parse_rings(text: &str) -> Result<usize, String> {
 impl Curvature {
     /// Refuses options that would do nothing, and quantities that there are not.
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
-        if self.job.output.is_none() {
+        self.look.check(&self.job.inputs)?;
+        if self.job.output.is_none() && !self.look.is_wanted() {
             given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
         }
         match self.estimate.estimator {
