@@ -130,8 +130,7 @@ fn measure(
     preset: Preset,
 ) -> Result<Row, Failure> {
     let limit = percent / 100.0 * original.bounding_box().diagonal();
-    let (max_error, error) = (Some(limit), ErrorCheck::Certified);
-    let options = Options { max_error, error, ..Options::preset(preset) };
+    let options = Options::preset(preset).within(limit, ErrorCheck::Certified);
     let start = Instant::now();
     let result = simplify(mesh, &options).map_err(Failure::mesh)?;
     let seconds = start.elapsed().as_secs_f64();

@@ -71,9 +71,12 @@ impl EstimatorPreset {
     }
 }
 
+/// The heading of [`RepairOptions`].
+pub(crate) const REPAIRS: &str = "Repairs (none unless asked for)";
+
 /// Which repairs are allowed. Without any, input that is not an oriented 2-manifold is refused.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Repairs (none unless asked for)")]
+#[command(next_help_heading = REPAIRS)]
 pub(crate) struct RepairOptions {
     /// All of the repairs below, with an exact weld: loads every mesh whose coordinates are finite
     #[arg(long)]

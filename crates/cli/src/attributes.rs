@@ -7,7 +7,9 @@ use clap::Args;
 use glam::DVec3;
 use mesh_core::{HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
 use mesh_io::{Blend, Model};
-use simplify::{CornerAttributes, CornerSource, Options, corner_sources, seam_nodes};
+use simplify::{
+    AttributeOptions, CornerAttributes, CornerSource, Options, corner_sources, seam_nodes,
+};
 
 use crate::args::{parse_angle, parse_not_negative};
 use crate::console::Console;
@@ -77,7 +79,7 @@ impl Attributes {
     pub(crate) fn constrain(&self, mesh: &TriMesh, options: &mut Options) {
         let topology = mesh.topology();
         if self.seams.count() > 0 {
-            let constraints = &mut options.constraints;
+            let constraints = &mut options.collapse.constraints;
             let features = constraints.features.get_or_insert_with(|| topology.edge_map(false));
             for edge in topology.edges() {
                 features[edge] |= self.seams.edges[edge];
@@ -88,9 +90,10 @@ impl Attributes {
                 locked[v] |= nodes[v];
             }
         }
-        options.attributes.clone_from(&self.of_corners);
-        // The numbers are weighted already.
-        options.attribute_weight = 1.0;
+        // Nothing comes on top of the curvature norms. The numbers are weighted already.
+        let counting = !options.collapse.metric.is_norm();
+        let corners = self.of_corners.clone().filter(|_| counting);
+        options.attributes = AttributeOptions { corners, weight: 1.0 };
     }
 
     /// The content of the output: the simplified mesh with the attributes of the file.

@@ -11,7 +11,7 @@ use serde_json::{Map, Value};
 use crate::args::Common;
 use crate::failure::{Described, Failure};
 use crate::given::Given;
-use crate::text::printable_lines;
+use crate::text::{printable_json, printable_lines};
 
 /// The name of this program in its reports.
 const TOOL: &str = "curvmesh";
@@ -121,7 +121,8 @@ impl Console {
     pub(crate) fn signed(&self, content: impl Serialize) -> Result<String, Failure> {
         let version = env!("CARGO_PKG_VERSION");
         let signed = Signed { tool: TOOL, version, content, options: &self.options };
-        serde_json::to_string(&signed).map_err(Failure::json)
+        let json = serde_json::to_string(&signed).map_err(Failure::json)?;
+        Ok(printable_json(&json))
     }
 
     /// The JSON object of a failure.
@@ -135,7 +136,7 @@ impl Console {
             self.message(text);
             return Ok(());
         }
-        // JSON has no control characters, and lines of text are our own.
+        // JSON is printable already, and lines of text are our own.
         let text = printable_lines(text);
         let mut stdout = std::io::stdout().lock();
         match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {

@@ -34,7 +34,7 @@ pub(crate) enum Failure {
     Record { path: PathBuf, source: Box<RecordError> },
     #[error("the record does not fit the mesh: {0}")]
     Replay(Box<CollapseRefusal>),
-    #[error("cannot write {}: {source}", path.display())]
+    #[error("cannot write {}: {}", path.display(), overwriting(&source.to_string()))]
     Write { path: PathBuf, source: Box<WriteError> },
     /// The content does not fit together, which is a mistake of this program.
     #[error("the mesh and its attributes do not fit: {0}")]
@@ -136,7 +136,14 @@ impl Failure {
             | Self::Record { .. }
             | Self::Replay(_) => 3,
             Self::Build { source, .. } if is_malformed(source) => 3,
-            Self::Simplify(error) if matches!(**error, SimplifyError::Option { .. }) => 2,
+            Self::Simplify(error)
+                if matches!(
+                    **error,
+                    SimplifyError::Option { .. } | SimplifyError::Conflict { .. }
+                ) =>
+            {
+                2
+            }
             Self::Write { source, .. } => match **source {
                 WriteError::NoSuchEncoding { .. }
                 | WriteError::UnknownExtension(_)
@@ -163,6 +170,8 @@ impl Failure {
                 ReadErrorKind::UnknownFormat { .. } => "unknown-format",
                 ReadErrorKind::Unsupported { .. } => "unsupported",
                 ReadErrorKind::MissingResource { .. } => "missing-resource",
+                ReadErrorKind::Memory { .. } => "memory",
+                ReadErrorKind::Empty { .. } => "empty",
                 _ => "malformed",
             },
             Self::Folder { .. } => "unreadable",
@@ -186,6 +195,7 @@ impl Failure {
             Self::Write { .. } if self.exit_code() == 4 => "does-not-fit-format",
             Self::Usage(_) => "usage",
             Self::Simplify(_) | Self::Write { .. } if self.exit_code() == 2 => "usage",
+            Self::Write { source, .. } if is_companion(source) => "companion",
             Self::Surface { .. } | Self::Simplify(_) | Self::Refused(_) => "cannot-be-done",
             Self::Write { .. } | Self::Stdout(_) => "cannot-write",
             Self::Model(_) | Self::Json(_) | Self::Threads(_) | Self::Panic(_) => "internal",
@@ -234,6 +244,8 @@ impl Failure {
             Self::Read(error) => match &error.kind {
                 ReadErrorKind::Unsupported { cure, .. } => Some((*cure).to_owned()),
                 ReadErrorKind::UnknownFormat { .. } => Some("--from FORMAT".into()),
+                ReadErrorKind::Memory { .. } => Some("--max-memory BYTES".into()),
+                ReadErrorKind::Empty { .. } => Some("--allow-empty".into()),
                 _ => None,
             },
             Self::Build { source, joined, .. } => {
@@ -249,6 +261,7 @@ impl Failure {
                 }
                 Some(cures.join(", "))
             }
+            Self::Write { source, .. } if is_companion(source) => Some(OVERWRITE.into()),
             _ => None,
         }
     }
@@ -273,6 +286,19 @@ impl Failure {
 /// Whether the file itself is at fault, not only what was asked of it.
 fn is_malformed(error: &BuildError) -> bool {
     matches!(error, BuildError::NonFiniteCoordinate { .. } | BuildError::TooManyElements { .. })
+}
+
+/// Whether a file beside the output is in the way.
+fn is_companion(error: &WriteError) -> bool {
+    matches!(error, WriteError::Companion { .. })
+}
+
+/// The option that lets it be replaced.
+const OVERWRITE: &str = "--overwrite-companions";
+
+/// Names that option in a message of the library as the command line does.
+fn overwriting(message: &str) -> String {
+    message.replace("`overwrite_companions`", OVERWRITE)
 }
 
 /// The option of the command line that allows a repair of the library.

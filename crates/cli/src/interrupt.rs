@@ -71,9 +71,18 @@ pub(crate) fn while_writing<T, E>(
     path: &Path,
     write: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, E> {
+    while_writing_all(&[path], write)
+}
+
+/// Writes files, all of which an interruption waits for.
+pub(crate) fn while_writing_all<T, E>(
+    paths: &[&Path],
+    write: impl FnOnce() -> Result<T, E>,
+) -> Result<T, E> {
     let _writing = WRITING.read().unwrap_or_else(PoisonError::into_inner);
     let result = write()?;
-    WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
+    let mut written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+    written.extend(paths.iter().map(|path| path.to_path_buf()));
     Ok(result)
 }
 

@@ -5,10 +5,10 @@ use std::io::Read;
 use std::path::Path;
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use mesh_core::TriMesh;
 use mesh_core::build::{BuildReport, Built, Provenance, Repair, Weld, build};
-use mesh_io::{Format, Model, ReadError, ReadErrorKind};
+use mesh_io::{External, Format, Model, ReadError, ReadErrorKind};
 use serde::Serialize;
 
 use crate::args::{FormatName, RepairOptions, WeldName, is_standard};
@@ -49,6 +49,51 @@ pub(crate) struct ReadOptions {
     /// The format of the input [default: found out from its content]
     #[arg(long, value_name = "FORMAT")]
     from: Option<FormatName>,
+    /// Which other files the input may name to be read with it, like material libraries and buffers:
+    /// those in its folder and below, none, or any
+    #[arg(long, value_enum, default_value_t)]
+    external: ExternalName,
+    /// The most memory that reading may take, like 500M or 4G [default: 64 MiB and 60 times the size
+    /// of the file]
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    max_memory: Option<u64>,
+    /// Take a file without any vertex for an empty mesh, not for an error
+    #[arg(long)]
+    allow_empty: bool,
+}
+
+/// Which other files may be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum ExternalName {
+    None,
+    #[default]
+    Folder,
+    Any,
+}
+
+impl From<ExternalName> for External {
+    fn from(name: ExternalName) -> Self {
+        match name {
+            ExternalName::None => Self::None,
+            ExternalName::Folder => Self::Folder,
+            ExternalName::Any => Self::Any,
+        }
+    }
+}
+
+/// A number of bytes, with K, M or G for powers of 1024.
+fn parse_bytes(text: &str) -> Result<u64, String> {
+    let expected = || "expected a number of bytes, like 500M or 4G".to_owned();
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let unit: u64 = match &text[digits.len()..].to_ascii_uppercase()[..] {
+        "" => 1,
+        "K" | "KB" | "KIB" => 1 << 10,
+        "M" | "MB" | "MIB" => 1 << 20,
+        "G" | "GB" | "GIB" => 1 << 30,
+        _ => return Err(expected()),
+    };
+    let count: u64 = digits.parse().map_err(|_| expected())?;
+    count.checked_mul(unit).ok_or_else(expected)
 }
 
 /// How input files become meshes.
@@ -87,8 +132,13 @@ impl ReadOptions {
         path: &Path,
         console: &Console,
     ) -> Result<(Model, Option<Format>), Failure> {
-        let mut options =
-            mesh_io::ReadOptions { format: self.from.map(Format::from), ..Default::default() };
+        let mut options = mesh_io::ReadOptions {
+            format: self.from.map(Format::from),
+            external: self.external.into(),
+            max_memory: self.max_memory,
+            allow_empty: self.allow_empty,
+            ..mesh_io::ReadOptions::default()
+        };
         let model = if is_standard(path) {
             let mut head = Vec::with_capacity(HEAD);
             let mut stdin = std::io::stdin().lock();
@@ -169,8 +219,7 @@ impl Loading {
         if !self.repair.any() {
             return self.read(path, console);
         }
-        let loaded = self.load_as_told(path, console)?;
-        loaded.to_model(&loaded.provenance.corner_source)
+        self.load_as_told(path, console)?.into_model()
     }
 
     /// The repairs for a file, lengths in its units.
@@ -203,6 +252,11 @@ pub(crate) fn assemble(
     Ok(Loaded { model, mesh, provenance, report })
 }
 
+/// Whether everything comes from its own place among so many.
+fn is_identity(source: &[u32], count: usize) -> bool {
+    source.len() == count && source.iter().zip(0..).all(|(&found, i): (_, u32)| found == i)
+}
+
 impl Loaded {
     /// The content for the mesh as it is now, each corner taking its data from one of the file.
     pub(crate) fn to_model(&self, corner_source: &[[u32; 3]]) -> Result<Model, Failure> {
@@ -211,6 +265,16 @@ impl Loaded {
         self.model
             .reindexed(self.mesh.positions(), &triangles, vertex_source, face_source, corner_source)
             .map_err(Failure::model)
+    }
+
+    /// The content for the mesh as it was built, without a copy where the file already is that.
+    pub(crate) fn into_model(self) -> Result<Model, Failure> {
+        let Provenance { vertex_source, face_source, corner_source } = &self.provenance;
+        let soup = &self.model.soup;
+        let is_same = is_identity(vertex_source, soup.vertex_count())
+            && is_identity(face_source, soup.face_count())
+            && is_identity(corner_source.as_flattened(), soup.corners().len());
+        if is_same { Ok(self.model) } else { self.to_model(corner_source) }
     }
 
     /// The number of vertices and faces.

@@ -1,4 +1,6 @@
-//! `curvmesh`: curvature-driven work on triangle meshes.
+#![doc = include_str!("../README.md")]
+//!
+//! # The code
 //!
 //! One module per command, in `commands`; the others are what commands share. Results go to stdout,
 //! everything for people to stderr; with `--json`, stdout carries one JSON object and nothing else,

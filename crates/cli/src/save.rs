@@ -4,13 +4,13 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Args, ValueEnum};
-use mesh_io::{Encoding, Format, Model, Precision, WriteError, WriteOptions, WriteReport};
+use mesh_io::{Encoding, Format, Model, Precision, Staged, WriteError, WriteOptions, WriteReport};
 
 use crate::args::{FormatName, is_standard};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::interrupt::while_writing;
+use crate::interrupt::{while_writing, while_writing_all};
 use crate::text::printable;
 
 /// How output files are written.
@@ -26,6 +26,11 @@ pub(crate) struct SaveOptions {
     /// Width of the numbers in PLY: `exact` takes 32 bits where they suffice, 64 otherwise
     #[arg(long, value_enum, default_value_t)]
     pub(crate) precision: PrecisionName,
+    /// Let the material library and the pictures beside an OBJ file replace files of others
+    ///
+    /// Without it they replace only those of an earlier run with the same output.
+    #[arg(long)]
+    pub(crate) overwrite_companions: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -64,12 +69,14 @@ impl SaveOptions {
             PrecisionName::Single => Precision::Single,
             PrecisionName::Double => Precision::Double,
         };
-        WriteOptions { format: self.to.map(Format::from), encoding, precision }
+        let format = self.to.map(Format::from);
+        let overwrite_companions = self.overwrite_companions;
+        WriteOptions { format, encoding, precision, overwrite_companions }
     }
 }
 
 /// The options of [`SaveOptions`].
-pub(crate) const SAVE_OPTIONS: [&str; 3] = ["to", "encoding", "precision"];
+pub(crate) const SAVE_OPTIONS: [&str; 4] = ["to", "encoding", "precision", "overwrite_companions"];
 
 /// Refuses an output that cannot be written as told before any work is done.
 pub(crate) fn check_target(
@@ -93,13 +100,11 @@ pub(crate) fn check_target(
         given
             .refuse(&["precision"], "it is for PLY, the other formats have one width of numbers")?;
     }
-    // The library knows which encodings a format has; nothing is written of an empty model.
-    match mesh_io::write_to(
-        &mut std::io::sink(),
-        &Model::default(),
-        format,
-        &options.write_options(),
-    ) {
+    if format != Format::Obj || is_standard(path) {
+        given.refuse(&["overwrite_companions"], "it is for the files that go with an OBJ file")?;
+    }
+    // The library knows which encodings a format has.
+    match mesh_io::check_write(&Model::default(), format, &options.write_options()) {
         Err(error @ WriteError::NoSuchEncoding { .. }) => Err(Failure::usage(error)),
         _ => Ok(()),
     }
@@ -124,21 +129,65 @@ pub(crate) fn save(
         }
         _ => while_writing(path, || mesh_io::write(path, model, &settings)),
     };
-    explain(path, written, console)
+    let report = written.map_err(|source| Failure::write(path, source))?;
+    explain(path, &report, console);
+    Ok(())
 }
 
-/// Writes levels of detail into one file, whole or not at all.
-pub(crate) fn save_levels(
-    path: &Path,
-    levels: &[Model],
-    coverage: &[f64],
-    options: &SaveOptions,
-    console: &Console,
-) -> Result<(), Failure> {
-    let written = while_writing(path, || {
-        mesh_io::write_levels(path, levels, coverage, &options.write_options())
-    });
-    explain(path, written, console)
+/// Makes a file that is whole but has not taken its place.
+type Stage<'b> = Box<dyn FnOnce() -> Result<Staged, WriteError> + 'b>;
+
+/// Files that belong together: all of them are whole on the disk before the first takes its place.
+#[derive(Default)]
+pub(crate) struct Outputs<'b> {
+    files: Vec<(&'b Path, Stage<'b>)>,
+}
+
+impl<'b> Outputs<'b> {
+    /// Adds a file of any kind.
+    pub(crate) fn add(
+        &mut self,
+        path: &'b Path,
+        stage: impl FnOnce() -> Result<Staged, WriteError> + 'b,
+    ) {
+        self.files.push((path, Box::new(stage)));
+    }
+
+    /// Adds a mesh.
+    pub(crate) fn add_model(&mut self, path: &'b Path, model: &'b Model, options: &SaveOptions) {
+        let options = options.write_options();
+        self.add(path, move || mesh_io::stage(path, model, &options));
+    }
+
+    /// Adds levels of detail in one file.
+    pub(crate) fn add_levels(
+        &mut self,
+        path: &'b Path,
+        levels: &'b [Model],
+        coverage: &'b [f64],
+        options: &SaveOptions,
+    ) {
+        let options = options.write_options();
+        self.add(path, move || mesh_io::stage_levels(path, levels, coverage, &options));
+    }
+
+    /// Writes the files, and says what their formats could not hold.
+    pub(crate) fn write(self, console: &Console) -> Result<(), Failure> {
+        let paths: Vec<&Path> = self.files.iter().map(|(path, _)| *path).collect();
+        let reports = while_writing_all(&paths, || {
+            let stage = |(path, stage): (&Path, Stage<'b>)| {
+                stage().map_err(|error| Failure::write(path, error))
+            };
+            let staged: Vec<Staged> =
+                self.files.into_iter().map(stage).collect::<Result<_, Failure>>()?;
+            let commit = |(staged, path): (Staged, &&Path)| {
+                staged.commit().map_err(|error| Failure::write(path, error))
+            };
+            staged.into_iter().zip(&paths).map(commit).collect::<Result<Vec<_>, Failure>>()
+        })?;
+        paths.iter().zip(&reports).for_each(|(path, report)| explain(path, report, console));
+        Ok(())
+    }
 }
 
 /// Writes what is no mesh: a file, whole or not at all, or the standard output.
@@ -166,20 +215,18 @@ pub(crate) fn make_folder_of(path: &Path) -> Result<(), Failure> {
 }
 
 /// Says what the format could not hold.
-fn explain(
-    path: &Path,
-    written: Result<WriteReport, WriteError>,
-    console: &Console,
-) -> Result<(), Failure> {
-    let report = written.map_err(|source| Failure::write(path, source))?;
+fn explain(path: &Path, report: &WriteReport, console: &Console) {
     let name = printable(path.display());
     if report.rounding > 0.0 {
         let rounding = report.rounding;
         console.message(format_args!("{name}: coordinates were rounded by up to {rounding:.2e}"));
     }
+    for kept in &report.kept {
+        let kept = printable(kept.display());
+        console.message(format_args!("{kept}: was there already and stays as it is"));
+    }
     for dropped in &report.dropped {
         let dropped = printable(dropped);
         console.message(format_args!("{name}: the format has no place for {dropped}"));
     }
-    Ok(())
 }

@@ -9,8 +9,8 @@ use dtri_flip::feature_edges;
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use simplify::{
-    Boundary, Constraints, ErrorCheck, FitOptions, Limits, Options, PlacementRule, Preset,
-    Progress, Refusals,
+    Boundary, Constraints, ErrorCheck, FinishOptions, FitOptions, Limits, Options, PlacementRule,
+    Preset, Progress, Refusals,
 };
 
 use crate::args::{parse_angle, parse_not_negative, parse_seconds};
@@ -99,14 +99,14 @@ pub(crate) struct Policy {
     /// Keep every boundary vertex where it is
     #[arg(long)]
     lock_boundary: bool,
-    /// Keep edges whose faces meet at a larger angle than this as feature lines
+    /// Keep edges as feature lines where the normals of the two faces are farther apart than this
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     feature_angle: Option<f64>,
     /// Refuse collapses, moves and flips that make faces cross that did not before
     #[arg(long)]
     no_intersections: bool,
-    /// Whether small parts may be worn away, `free`; `keep` leaves each as large as a tetrahedron,
-    /// a number leaves it so many vertices
+    /// What becomes of small parts: `free` lets them be worn away, `keep` leaves each at least a
+    /// tetrahedron, a number leaves each at least so many vertices
     #[arg(long, value_name = "free|keep|N", default_value = "free", value_parser = parse_components)]
     components: Components,
     /// Prove the distance from the input, and that it is within --max-error
@@ -151,7 +151,7 @@ impl Policy {
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
         let mut options = Options::preset(self.preset);
         self.adjust_fit(&mut options);
-        if options.fit.is_none() && options.anneal.is_none() {
+        if options.finish.fit.is_none() {
             given.refuse(&["seed"], "the result is not fitted, so there are no random numbers")?;
         }
         Ok(())
@@ -162,22 +162,20 @@ impl Policy {
         if self.verify { ErrorCheck::Certified } else { ErrorCheck::Sampled }
     }
 
-    /// The options of the library.
-    pub(crate) fn options(&self, mesh: &TriMesh, goals: Goals) -> Options {
+    /// The options of the library, without a largest error.
+    pub(crate) fn options(&self, mesh: &TriMesh, limits: Limits) -> Options {
         let mut options = Options::preset(self.preset);
-        options.limits = goals.limits;
-        options.max_error = goals.max_error;
-        if self.verify {
-            options.error = ErrorCheck::Certified;
-        }
-        options.constraints = self.constraints(mesh);
-        options.min_component_vertices = self.components.0;
-        options.forbid_intersections = self.no_intersections;
+        options.limit.check = self.verify.then_some(ErrorCheck::Certified);
+        let collapse = &mut options.collapse;
+        collapse.limits = limits;
+        collapse.constraints = self.constraints(mesh);
+        collapse.min_component_vertices = self.components.0;
+        collapse.forbid_intersections = self.no_intersections;
         if let Some(placement) = self.placement {
-            options.placement = placement.into();
+            collapse.placement = placement.into();
         }
         if let Some(weight) = self.curvature_weight {
-            options.curvature_weight = weight;
+            collapse.curvature_weight = weight;
         }
         self.adjust_fit(&mut options);
         options
@@ -193,20 +191,17 @@ impl Policy {
 
     fn adjust_fit(&self, options: &mut Options) {
         match self.fit_rounds {
-            Some(0) => {
-                (options.fit, options.anneal, options.peaks) = (None, None, None);
-                options.squeeze = false;
-            }
+            Some(0) => options.finish = FinishOptions::default(),
             Some(rounds) => {
-                let fit = options.fit.unwrap_or_default();
-                options.fit = Some(FitOptions { rounds, ..fit });
+                let fit = options.finish.fit.unwrap_or_default();
+                options.finish.fit = Some(FitOptions { rounds, ..fit });
             }
             None => {}
         }
-        if let Some(fit) = &mut options.fit {
+        if let Some(fit) = &mut options.finish.fit {
             fit.seed = self.seed;
         }
-        if let Some(anneal) = &mut options.anneal {
+        if let Some(anneal) = &mut options.finish.anneal {
             anneal.fit.seed = self.seed;
         }
     }

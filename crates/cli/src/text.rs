@@ -17,6 +17,24 @@ pub(crate) fn printable_lines(text: impl Display) -> String {
     shown.text
 }
 
+/// The same for a JSON text, in which such characters are parts of strings and have an escape of their
+/// own.
+pub(crate) fn printable_json(json: &str) -> String {
+    if json.chars().all(is_harmless) {
+        return json.to_owned();
+    }
+    let mut shown = String::with_capacity(json.len());
+    for c in json.chars() {
+        if is_harmless(c) {
+            shown.push(c);
+        } else {
+            let _ =
+                c.encode_utf16(&mut [0; 2]).iter().try_for_each(|u| write!(shown, "\\u{u:04x}"));
+        }
+    }
+    shown
+}
+
 struct Escaped {
     text: String,
     keep_lines: bool,
@@ -52,5 +70,6 @@ mod tests {
         assert_eq!(printable("\u{202E}gpj.exe \u{9b}2J"), r"\u{202e}gpj.exe \u{9b}2J");
         assert_eq!(printable("Überfläche 面"), "Überfläche 面");
         assert_eq!(printable_lines("one\ntwo\x07"), "one\ntwo\\u{7}");
+        assert_eq!(printable_json("[\"a\u{202E}\u{9b}\"]"), r#"["a\u202e\u009b"]"#);
     }
 }

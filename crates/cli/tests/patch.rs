@@ -184,7 +184,8 @@ fn what_cannot_be_done_is_refused_with_its_code() {
 
     let (empty, out) = (folder.path().join("empty.ply"), folder.path().join("of-nothing.ply"));
     write(mesh_core::PolygonSoup::new(), &empty);
-    let arguments = ["patch", empty.to_str().unwrap(), "-o", out.to_str().unwrap()];
+    let arguments =
+        ["patch", empty.to_str().unwrap(), "-o", out.to_str().unwrap(), "--allow-empty"];
     let report = json(&[&arguments[..], &["--tolerance", "1"]].concat());
     assert_eq!((&report["patches"], &report["uncovered_faces"]), (&0.into(), &0.into()));
     let relative = [&arguments[..], &["--tolerance", "1", "--relative"]].concat();

@@ -359,14 +359,17 @@ fn what_files_say_is_spelled_out() {
     std::fs::write(&path, loud).unwrap();
     let named = folder.path().join("a\u{1b}[2Jb\nc.off");
     std::fs::write(&named, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n").unwrap();
-    let flat = folder.path().join("ok\u{1b}[2J.off");
-    write(polyhedra::tetrahedron(), &flat);
-    for path in [&path, &named, &flat] {
-        let output = curvmesh(&["info", text(path)]);
-        let all = [output.stdout, output.stderr].concat();
-        assert!(!all.contains(&0x1b), "{}", String::from_utf8_lossy(&all));
-        assert!(!String::from_utf8(all).unwrap().contains('\u{202e}'));
+    let sound = folder.path().join("ok\u{1b}[2J\u{202e}.off");
+    write(polyhedra::tetrahedron(), &sound);
+    for path in [&path, &named, &sound] {
+        for more in [&[][..], &["--json"]] {
+            let output = curvmesh(&[&["info", text(path)], more].concat());
+            let all = [output.stdout, output.stderr].concat();
+            assert!(!all.contains(&0x1b), "{}", String::from_utf8_lossy(&all));
+            assert!(!String::from_utf8(all).unwrap().contains('\u{202e}'));
+        }
     }
+    assert_eq!(json(&["info", text(&sound)])["input"], text(&sound));
 }
 
 #[test]

@@ -68,6 +68,14 @@ pub(crate) fn unit_scaled(vector: DVec2) -> DVec2 {
     vector * f64::from_bits(2046_u64.wrapping_sub(exponent) << 52)
 }
 
+/// The power of two that brings a positive number between 1 and 2, as far as it exists.
+#[inline]
+#[must_use]
+pub(crate) fn unit_scale(size: f64) -> f64 {
+    let exponent = size.to_bits() >> 52;
+    f64::from_bits(2046_u64.saturating_sub(exponent).max(1) << 52)
+}
+
 /// A sum of angles between 0 and pi that takes one arc tangent in all.
 ///
 /// Multiplying complex numbers adds their angles. The product is kept in the upper half-plane by

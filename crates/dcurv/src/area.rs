@@ -7,6 +7,7 @@ use crate::quantity::Area;
 /// How the area of a triangle is shared out among its corners. The shares of a triangle are never
 /// negative and add up to its area; triangles without area give nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum VertexArea {
     /// The points of the triangle that are nearest to the corner (DHKL01 sec. 5).
     #[default]
@@ -15,7 +16,8 @@ pub enum VertexArea {
     Barycentric,
 }
 
-/// The share of the triangle `(a, b, c)` that belongs to `a`.
+/// The share of the triangle `(a, b, c)` that belongs to `a`. Right for edge lengths between 1e-45
+/// and 1e45; those of a [star](crate::star) may be beyond, it scales them.
 #[inline]
 #[must_use]
 pub fn corner_area(kind: VertexArea, a: DVec3, b: DVec3, c: DVec3) -> Area {

@@ -15,6 +15,8 @@ const BLOCK: usize = 64;
 
 /// How curvature is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct CurvatureOptions {
     /// The area that belongs to a vertex: the divisor of pointwise values.
     pub area: VertexArea,
@@ -25,6 +27,7 @@ pub struct CurvatureOptions {
 /// Each value has the same bits as that of [`vertex_curvature`](crate::vertex_curvature), which
 /// evaluates one vertex.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Curvatures {
     vertices: VertexMap<VertexCurvature>,
 }

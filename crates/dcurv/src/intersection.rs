@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::angle::unit_scale;
 use crate::atan2::atan2;
 
 /// `beta(e)`: the external intersection angle of the circumcircles of the triangles `(i, j, k)` and
@@ -15,16 +16,38 @@ use crate::atan2::atan2;
 /// gives the sine, so that angles near 0 and pi keep their digits.
 ///
 /// It is the same for the flipped edge, `(k, l)` with the apexes `i` and `j`. 0 where a side of the
-/// quadrilateral has no length. Right for edge lengths between 1e-70 and 1e70.
+/// quadrilateral has no length. Right for all lengths between 1e-150 and 1e150, also for very
+/// different ones: beyond what the products can hold, each side is scaled first, which changes no
+/// angle.
 #[inline]
 #[must_use]
 pub fn intersection_angle(i: DVec3, j: DVec3, k: DVec3, l: DVec3) -> f64 {
-    let [a, b, c, d] = [l - i, j - l, k - j, i - k];
+    let sides = [l - i, j - l, k - j, i - k];
+    let (minus_real, imaginary) = product(sides);
+    // The product is as long as the four lengths multiplied. Its squares must fit.
+    let size = minus_real.abs() + imaginary;
+    if size > 1e-100 && size < 1e150 {
+        return atan2(imaginary, minus_real);
+    }
+    scaled_intersection_angle(sides)
+}
+
+/// Minus the real part of the product of four imaginary quaternions, and the length of its
+/// imaginary part.
+#[inline(always)]
+fn product([a, b, c, d]: [DVec3; 4]) -> (f64, f64) {
     let (ab, cd) = (a.dot(b), c.dot(d));
     let (a_x_b, c_x_d) = (a.cross(b), c.cross(d));
     let imaginary = a_x_b.cross(c_x_d) - ab * c_x_d - cd * a_x_b;
-    let minus_real = a_x_b.dot(c_x_d) - ab * cd;
-    atan2(imaginary.length(), minus_real)
+    (a_x_b.dot(c_x_d) - ab * cd, imaginary.length())
+}
+
+/// [`intersection_angle`] of sides that are very long, very short, or without length.
+#[cold]
+fn scaled_intersection_angle(sides: [DVec3; 4]) -> f64 {
+    let (minus_real, imaginary) =
+        product(sides.map(|side| side * unit_scale(side.abs().max_element())));
+    atan2(imaginary, minus_real)
 }
 
 #[cfg(test)]
@@ -82,6 +105,31 @@ mod tests {
         let k = DVec3::new(-1.0, 0.0, 0.0);
         let l = DVec3::new(angle.cos(), 0.0, angle.sin());
         assert!((intersection_angle(i, j, k, l) - angle).abs() < 1e-15 * angle.abs());
+    }
+
+    #[test]
+    fn scale_changes_nothing() {
+        let mut random = SplitMix64::new(5);
+        for _ in 0..100 {
+            let points = random_points(&mut random);
+            let [i, j, k, l] = points;
+            let expected = intersection_angle(i, j, k, l);
+            for exponent in (-145..=145).step_by(5) {
+                let [i, j, k, l] = points.map(|p| p * 10.0_f64.powi(exponent));
+                let found = intersection_angle(i, j, k, l);
+                assert!((found - expected).abs() < 1e-10 * expected, "1e{exponent}: {found}");
+            }
+            for exponent in [-500, -300, -120, 120, 300, 500] {
+                let [i, j, k, l] = points.map(|p| p * 2.0_f64.powi(exponent));
+                let found = intersection_angle(i, j, k, l);
+                assert!((found - expected).abs() < 1e-13 * expected, "2^{exponent}: {found}");
+            }
+        }
+        // One short side beside long ones.
+        let (i, j) = (DVec3::ZERO, DVec3::X);
+        let apex = |height: f64| DVec3::new(0.5, height, 0.0);
+        let found = intersection_angle(i * 1e-60, j * 1e-60, apex(1e60), apex(-1e60));
+        assert!((found - PI).abs() < 1e-15 || found.abs() < 1e-15, "{found}");
     }
 
     #[test]

@@ -10,7 +10,8 @@
 //!
 //! The points are the neighbours of the vertex and, beyond each edge that faces it, the apex of the
 //! face on the other side: about twelve, for five unknowns. That their number is bounded by twice
-//! the valence keeps the whole mesh linear, also round vertices with very many edges.
+//! the valence keeps the whole mesh linear, also round vertices with very many edges. More points,
+//! for noisy surfaces, are taken by [`fit`](crate::fit).
 
 use glam::DVec3;
 use mesh_core::{Handle, Topology, TriMesh, VertexId, VertexMap, parallel};
@@ -19,6 +20,7 @@ use crate::quantity::Pointwise;
 
 /// Principal curvatures and directions of a fitted surface at a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PrincipalFrame {
     /// The larger principal curvature, positive where convex, per model unit.
     pub k_max: Pointwise,
@@ -33,6 +35,20 @@ pub struct PrincipalFrame {
     pub normal: DVec3,
 }
 
+impl PrincipalFrame {
+    /// The mean curvature, `(k_max + k_min) / 2`, positive where convex, per model unit.
+    #[must_use]
+    pub fn mean(&self) -> Pointwise {
+        Pointwise::new(0.5 * (self.k_max.value() + self.k_min.value()))
+    }
+
+    /// The Gaussian curvature, `k_max k_min`, per square of the model unit.
+    #[must_use]
+    pub fn gaussian(&self) -> Pointwise {
+        Pointwise::new(self.k_max.value() * self.k_min.value())
+    }
+}
+
 /// The principal curvatures and directions of a vertex.
 ///
 /// `None` where the points round the vertex do not determine a quadratic surface, or where the
@@ -43,14 +59,24 @@ pub struct PrincipalFrame {
 /// When the vertex is out of range for this mesh.
 #[must_use]
 pub fn principal_frame(mesh: &TriMesh, vertex: VertexId) -> Option<PrincipalFrame> {
-    let tangent = TangentFrame::of(mesh.vertex_normal(vertex))?;
     let origin = mesh.position(vertex);
     let spread = mesh.topology().one_ring(vertex).map(|v| mesh.position(v).distance(origin));
     let scale = spread.fold(0.0, f64::max);
+    fit_frame(mesh, vertex, scale, |add| visit_fit_points(mesh.topology(), vertex, add))
+}
+
+/// The frame of the quadratic height function over the tangent plane of a vertex that fits the
+/// visited vertices best. `scale` is about as long as they are far away.
+pub(crate) fn fit_frame(
+    mesh: &TriMesh,
+    vertex: VertexId,
+    scale: f64,
+    visit: impl FnOnce(&mut dyn FnMut(VertexId)),
+) -> Option<PrincipalFrame> {
+    let tangent = TangentFrame::of(mesh.vertex_normal(vertex))?;
+    let origin = mesh.position(vertex);
     let mut fit = JetFit::default();
-    visit_fit_points(mesh.topology(), vertex, |v| {
-        fit.add(tangent.coordinates(mesh.position(v) - origin) / scale);
-    });
+    visit(&mut |v| fit.add(tangent.coordinates(mesh.position(v) - origin) / scale));
     fit.solve().map(|jet| jet.frame(&tangent, scale))
 }
 
@@ -64,7 +90,7 @@ pub fn principal_frames(mesh: &TriMesh) -> VertexMap<Option<PrincipalFrame>> {
 
 /// Visits the neighbours of a vertex and the apexes beyond the edges that face it. An apex may come
 /// more than once, which gives it more weight.
-fn visit_fit_points(topology: &Topology, vertex: VertexId, mut visit: impl FnMut(VertexId)) {
+fn visit_fit_points(topology: &Topology, vertex: VertexId, visit: &mut dyn FnMut(VertexId)) {
     for h in topology.outgoing(vertex) {
         visit(topology.target(h));
         let beyond = topology.apex(topology.next(h).twin());
@@ -75,14 +101,14 @@ fn visit_fit_points(topology: &Topology, vertex: VertexId, mut visit: impl FnMut
 }
 
 /// An orthonormal frame whose z-axis is the normal.
-struct TangentFrame {
-    x: DVec3,
-    y: DVec3,
-    z: DVec3,
+pub(crate) struct TangentFrame {
+    pub(crate) x: DVec3,
+    pub(crate) y: DVec3,
+    pub(crate) z: DVec3,
 }
 
 impl TangentFrame {
-    fn of(normal: DVec3) -> Option<Self> {
+    pub(crate) fn of(normal: DVec3) -> Option<Self> {
         let x = (normal != DVec3::ZERO).then(|| normal.any_orthonormal_vector())?;
         Some(Self { x, y: normal.cross(x), z: normal })
     }
@@ -169,15 +195,31 @@ impl Jet {
             -(bend + self.xy * (s.x * t.y + s.y * t.x)) / (stretch * scale)
         };
         let (ee, ef, ff) = (second(e, e), second(e, f), second(f, f));
-        let (mean, half_difference) = (0.5 * (ee + ff), 0.5 * (ee - ff));
-        let radius = half_difference.hypot(ef);
-        let (sin, cos) = (0.5 * ef.atan2(half_difference)).sin_cos();
+        let Axes { max, min, cos, sin } = Axes::of([ee, ef, ff]);
         PrincipalFrame {
-            k_max: Pointwise::new(mean + radius),
-            k_min: Pointwise::new(mean - radius),
+            k_max: Pointwise::new(max),
+            k_min: Pointwise::new(min),
             direction_max: tangent.vector(cos * e + sin * f),
             direction_min: tangent.vector(cos * f - sin * e),
             normal: tangent.vector(normal),
         }
+    }
+}
+
+/// The eigenvalues of a symmetric matrix of two rows, and the direction of the larger one.
+pub(crate) struct Axes {
+    pub(crate) max: f64,
+    pub(crate) min: f64,
+    pub(crate) cos: f64,
+    pub(crate) sin: f64,
+}
+
+impl Axes {
+    /// Those of the matrix with the rows `(ee, ef)` and `(ef, ff)`.
+    pub(crate) fn of([ee, ef, ff]: [f64; 3]) -> Self {
+        let (mean, half_difference) = (0.5 * (ee + ff), 0.5 * (ee - ff));
+        let radius = half_difference.hypot(ef);
+        let (sin, cos) = (0.5 * ef.atan2(half_difference)).sin_cos();
+        Self { max: mean + radius, min: mean - radius, cos, sin }
     }
 }

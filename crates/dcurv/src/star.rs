@@ -8,8 +8,9 @@
 use core::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use mesh_core::{TriMesh, VertexId};
 
-use crate::angle::{AngleSum, corner_direction, unit_scaled};
+use crate::angle::{AngleSum, corner_direction, unit_scale, unit_scaled};
 use crate::area::{VertexArea, corner_share};
 use crate::dihedral::hinge_angle;
 use crate::quantity::{Area, Integral};
@@ -30,6 +31,7 @@ pub struct VertexStar<'a> {
 
 /// What is integrated over the area of a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VertexIntegrals {
     /// Gaussian curvature: `2 pi - sum of angles` (DHKL01 eq. 1). At a boundary vertex, the
     /// geodesic curvature of the boundary: `pi - sum of angles`. In radians.
@@ -78,8 +80,11 @@ impl VertexStar<'_> {
     /// All that is integrated over the vertex, in one turn round it.
     ///
     /// A star without faces, that of an isolated vertex, has no curvature and no area. A boundary
-    /// vertex whose faces have no area still has an angle defect. Never NaN; right for edge
-    /// lengths between 1e-70 and 1e70.
+    /// vertex whose faces have no area still has an angle defect. Never NaN for finite positions;
+    /// right for edge lengths between 1e-70 and 1e70, as long as those at one vertex are within a
+    /// factor of 1e50 of each other. (Shorter ones then add nothing that shows.) Where the products
+    /// would leave the range of numbers, the star is scaled by a power of two first, which changes
+    /// no bits.
     #[inline]
     #[must_use]
     pub fn integrals(&self, area: VertexArea) -> VertexIntegrals {
@@ -115,12 +120,66 @@ impl VertexStar<'_> {
 #[inline]
 pub(crate) fn integrals(
     center: DVec3,
-    ring: impl Iterator<Item = DVec3>,
+    ring: impl Iterator<Item = DVec3> + Clone,
+    closed: bool,
+    area: VertexArea,
+) -> VertexIntegrals {
+    let found = spoke_integrals(ring.clone().map(|neighbour| neighbour - center), closed, area);
+    if found.is_in_range() { found } else { scaled_integrals(center, ring, closed, area) }
+}
+
+/// What is integrated over a vertex of a mesh.
+#[inline]
+pub(crate) fn vertex_integrals(
+    mesh: &TriMesh,
+    vertex: VertexId,
+    area: VertexArea,
+) -> VertexIntegrals {
+    let topology = mesh.topology();
+    let ring = topology.one_ring(vertex).map(|v| mesh.position(v));
+    integrals(mesh.position(vertex), ring, !topology.is_boundary_vertex(vertex), area)
+}
+
+/// [`integrals`] of a star that is very large, very small, or without area.
+#[cold]
+fn scaled_integrals(
+    center: DVec3,
+    ring: impl Iterator<Item = DVec3> + Clone,
+    closed: bool,
+    area: VertexArea,
+) -> VertexIntegrals {
+    let spokes = ring.map(|neighbour| neighbour - center);
+    let longest = spokes.clone().map(|spoke| spoke.abs().max_element()).fold(0.0, f64::max);
+    // Without any length there is nothing to scale.
+    let scale = if longest > 0.0 { unit_scale(longest.min(f64::MAX)) } else { 1.0 };
+    let found = spoke_integrals(spokes.map(|spoke| spoke * scale), closed, area);
+    VertexIntegrals {
+        angle_defect: found.angle_defect,
+        mean: Integral::new(found.mean.value() / scale),
+        abs_mean: Integral::new(found.abs_mean.value() / scale),
+        area: Area::new(found.area.value() / scale / scale),
+    }
+}
+
+impl VertexIntegrals {
+    /// Whether nothing that was multiplied on the way to these values left the range of numbers:
+    /// products have up to six lengths. What overflows shows as a value that is not finite, what
+    /// underflows is small beside an area of this size.
+    #[inline]
+    pub(crate) fn is_in_range(&self) -> bool {
+        let area = self.area.value();
+        area > 1e-60 && area < 1e60 && self.abs_mean.value() < 1e100
+    }
+}
+
+/// The integrals over a star with these spokes.
+#[inline]
+fn spoke_integrals(
+    mut spokes: impl Iterator<Item = DVec3>,
     closed: bool,
     area: VertexArea,
 ) -> VertexIntegrals {
     let mut totals = StarTotals::ZERO;
-    let mut spokes = ring.map(|neighbour| neighbour - center);
     let (Some(first), Some(second)) = (spokes.next(), spokes.next()) else {
         return VertexIntegrals::default();
     };
@@ -242,6 +301,42 @@ mod tests {
         assert!((found.angle_defect.value() - 0.5 * PI).abs() < 1e-15);
         assert_eq!((found.mean, found.abs_mean), (Integral::default(), Integral::default()));
         assert_eq!(found.area, Area::new(1.0 / 6.0));
+    }
+
+    #[test]
+    fn values_are_right_for_edge_lengths_from_1e_minus_70_to_1e70() {
+        // Obtuse at the centre, obtuse at the rim, and a boundary.
+        let stars = [(pyramid(3, 0.2), true), (pyramid(9, 4.0), true), (pyramid(4, 0.5), false)];
+        for ((center, ring), closed) in stars {
+            for kind in [VertexArea::Voronoi, VertexArea::Barycentric] {
+                let at = |scale: f64| {
+                    let ring: Vec<DVec3> = ring.iter().map(|&p| p * scale).collect();
+                    VertexStar { center: center * scale, ring: &ring, closed }.integrals(kind)
+                };
+                let unit = at(1.0);
+                let is_close = |found: f64, expected: f64| {
+                    (found - expected).abs() <= 1e-12 * expected.abs() + 1e-15
+                };
+                for exponent in -70..=70 {
+                    let scale = 10.0_f64.powi(exponent);
+                    let found = at(scale);
+                    let message = format!("1e{exponent}: {found:?}");
+                    let defect = found.angle_defect.value();
+                    assert!(is_close(defect, unit.angle_defect.value()), "{message}");
+                    assert!(is_close(found.mean.value() / scale, unit.mean.value()), "{message}");
+                    let area = found.area.value() / scale / scale;
+                    assert!(is_close(area, unit.area.value()), "{message}");
+                }
+                // Powers of two change no bits.
+                for exponent in [-220, -190, -100, 100, 190, 220] {
+                    let scale = 2.0_f64.powi(exponent);
+                    let found = at(scale);
+                    assert_eq!(found.angle_defect, unit.angle_defect);
+                    assert_eq!(found.mean.value() / scale, unit.mean.value());
+                    assert_eq!(found.area.value() / scale / scale, unit.area.value());
+                }
+            }
+        }
     }
 
     #[test]

@@ -17,7 +17,7 @@ use mesh_core::{TriMesh, VertexId};
 use crate::angle::{collapsed_corner, unit_scaled};
 use crate::area::{VertexArea, barycentric_share, voronoi_share};
 use crate::dihedral::hinge_angle;
-use crate::star::{StarTotals, VertexIntegrals, full_angle};
+use crate::star::{StarTotals, VertexIntegrals, full_angle, vertex_integrals};
 
 /// Memory for the stars of a block of vertices. What the arrays hold beyond the row of spokes is
 /// left over from earlier blocks and never read.
@@ -101,14 +101,18 @@ impl StarBlock {
     pub(crate) fn integrals(
         &mut self,
         mesh: &TriMesh,
-        vertices: impl Iterator<Item = VertexId>,
+        vertices: impl Iterator<Item = VertexId> + Clone,
         area: VertexArea,
     ) -> impl Iterator<Item = VertexIntegrals> {
-        self.line_up(mesh, vertices);
+        self.line_up(mesh, vertices.clone());
         dispatch!(self.level, _ => self.evaluate(mesh.positions(), area));
         self.add_up();
         dispatch!(self.level, _ => self.evaluate_defects());
-        zip(&self.totals, &self.angle_defects).map(|(totals, &defect)| totals.integrals(defect))
+        let rows = zip(&self.totals, &self.angle_defects).zip(vertices);
+        rows.map(move |((totals, &defect), vertex)| {
+            let found = totals.integrals(defect);
+            if found.is_in_range() { found } else { vertex_integrals(mesh, vertex, area) }
+        })
     }
 
     /// Sets the spokes of all stars.
@@ -291,6 +295,11 @@ mod tests {
         mesh
     }
 
+    fn scaled(mut mesh: TriMesh, scale: f64) -> TriMesh {
+        mesh.positions_mut().iter_mut().for_each(|p| *p *= scale);
+        mesh
+    }
+
     #[test]
     fn side_by_side_and_one_by_one_give_the_same_bits() {
         let mut random = SplitMix64::new(3);
@@ -299,6 +308,8 @@ mod tests {
             cone(3000, true, &mut random),
             cone(3000, false, &mut random),
             crumpled_grid(&mut random),
+            scaled(cone(40, true, &mut random), 1e-65),
+            scaled(crumpled_grid(&mut random), 1e60),
         ];
         for (mesh, level) in meshes.iter().flat_map(|m| levels().into_iter().map(move |l| (m, l))) {
             let mut block = StarBlock::new(level);

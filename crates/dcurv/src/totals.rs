@@ -11,6 +11,7 @@ use crate::vertex::VertexCurvature;
 /// At boundary vertices the Gaussian curvature is taken as 0, except in `gaussian`; see
 /// [`VertexCurvature`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Totals {
     /// The sum of all angle defects, those of the boundary included: `2 pi` times the Euler
     /// characteristic of the part of the mesh that has faces.

@@ -7,7 +7,7 @@ use mesh_core::{TriMesh, VertexId};
 use crate::area::VertexArea;
 use crate::atan2::atan2;
 use crate::quantity::Pointwise;
-use crate::star::{self, VertexIntegrals};
+use crate::star::{VertexIntegrals, vertex_integrals};
 
 /// The curvature of a vertex: integrals, and the pointwise values that follow from them.
 ///
@@ -19,6 +19,7 @@ use crate::star::{self, VertexIntegrals};
 /// **Degenerate cases.** Where the area is 0, all pointwise values are 0. An isolated vertex has
 /// no curvature and no area. No value is ever NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VertexCurvature {
     integrals: VertexIntegrals,
     principal: [Pointwise; 2],
@@ -33,11 +34,8 @@ pub struct VertexCurvature {
 #[inline]
 #[must_use]
 pub fn vertex_curvature(mesh: &TriMesh, vertex: VertexId, area: VertexArea) -> VertexCurvature {
-    let topology = mesh.topology();
-    let boundary = topology.is_boundary_vertex(vertex);
-    let ring = topology.one_ring(vertex).map(|v| mesh.position(v));
-    let integrals = star::integrals(mesh.position(vertex), ring, !boundary, area);
-    VertexCurvature::from_integrals(integrals, boundary)
+    let boundary = mesh.topology().is_boundary_vertex(vertex);
+    VertexCurvature::from_integrals(vertex_integrals(mesh, vertex, area), boundary)
 }
 
 impl VertexCurvature {

@@ -4,7 +4,11 @@
 use core::f64::consts::TAU;
 use std::path::PathBuf;
 
-use dcurv::{CurvatureOptions, Curvatures, VertexCurvature, principal_frames, willmore_energies};
+use dcurv::{
+    CurvatureOptions, Curvatures, FitOptions, VertexCurvature, ball_curvatures, fitted_frames,
+    principal_frames, willmore_energies,
+};
+use mesh_core::fill::{FillOptions, FillRefusal};
 use mesh_core::{Repair, TriMesh, build};
 
 /// The meshes of the folder that load, repaired where they need it.
@@ -72,4 +76,52 @@ fn is_finite(at: &VertexCurvature) -> bool {
         k2,
     ];
     values.iter().all(|value| value.is_finite())
+}
+
+#[test]
+fn fits_and_averages_are_finite_on_real_meshes() {
+    for (name, mesh) in meshes() {
+        let frames = fitted_frames(&mesh, &FitOptions::default());
+        let fitted = frames.iter().filter(|(_, frame)| frame.is_some()).count();
+        // Where triangles are of very different sizes, a ball may hold most of the mesh.
+        if mesh.topology().face_count() > 15_000 {
+            continue;
+        }
+        let radius = 0.5 * mesh.mean_edge_length().unwrap();
+        let balls = ball_curvatures(&mesh, radius).unwrap();
+        println!("{name:28} {fitted} of {} vertices fitted", frames.len());
+        for frame in frames.as_slice().iter().flatten() {
+            let values = [frame.mean(), frame.gaussian(), frame.k_max, frame.k_min];
+            assert!(values.iter().all(|k| k.value().is_finite()), "{name}");
+        }
+        for ball in balls.as_slice() {
+            let values = [ball.mean(), ball.gaussian(), ball.abs_mean()];
+            assert!(values.iter().all(|k| k.value().is_finite()), "{name} {ball:?}");
+            assert!(ball.area.value() >= 0.0 && ball.area.value() < 100.0 * mesh.area(), "{name}");
+        }
+    }
+}
+
+#[test]
+fn holes_of_real_meshes_are_filled_and_curvature_adds_up() {
+    for (name, mut mesh) in meshes() {
+        let report = mesh.fill_holes(&FillOptions::default());
+        let topology = mesh.topology();
+        topology.validate().unwrap();
+        assert_eq!(topology.boundary_loops().len(), report.left.len(), "{name}");
+        assert!(report.left.iter().all(|left| matches!(left.1, FillRefusal::Pillow(_))), "{name}");
+        if report.filled.is_empty() {
+            continue;
+        }
+        println!(
+            "{name:28} {} holes, {} faces, {} vertices",
+            report.filled.len(),
+            report.new_faces(),
+            report.new_vertices()
+        );
+        let totals = Curvatures::of(&mesh, &CurvatureOptions::default()).totals();
+        let euler = topology.euler_characteristic() as f64;
+        let residual = (totals.gaussian.value() - TAU * euler).abs();
+        assert!(residual < 1e-9 * topology.vertex_count() as f64, "{name} {residual}");
+    }
 }

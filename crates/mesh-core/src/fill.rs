@@ -38,13 +38,13 @@ pub struct FillOptions {
     /// default): all are filled.
     pub max_edges: Option<usize>,
     /// Loops of at most so many edges get the best triangles, in time proportional to the cube; at
-    /// most 512. 96 by default.
+    /// most 512. 64 by default.
     pub optimal_edges: usize,
 }
 
 impl Default for FillOptions {
     fn default() -> Self {
-        Self { max_edges: None, optimal_edges: 96 }
+        Self { max_edges: None, optimal_edges: 64 }
     }
 }
 

@@ -1,41 +1,4 @@
-//! Half-edge triangle meshes: the layer that everything else in the workspace stands on.
-//!
-//! - [`PolygonSoup`] is what a file holds: positions and polygons, nothing checked.
-//! - [`build()`] turns a soup into a [`TriMesh`], refusing or [repairing](Repair) what is not an
-//!   oriented 2-manifold, and saying what it did.
-//! - [`TriMesh`] is a [`Topology`], paired half-edges without any notion of place, and a position
-//!   per vertex. Data per vertex, edge, half-edge or face lives in [`AttributeMap`]s of the caller.
-//! - [`edit`] flips, collapses and splits: check first, then apply.
-//! - [`shapes`] makes meshes of surfaces whose curvature is known exactly; [`butterfly`] subdivides.
-//!
-//! ```
-//! use mesh_core::shapes::Torus;
-//! use mesh_core::{Repair, build};
-//!
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let soup = Torus { major: 5.0, minor: 2.0 }.mesh(12, 6)?;
-//! let mesh = build(&soup, &Repair::strict())?.mesh;
-//! let topology = mesh.topology();
-//! assert_eq!(topology.genus(), 1);
-//! for vertex in topology.vertices() {
-//!     assert_eq!(topology.one_ring(vertex).count(), 6);
-//! }
-//! # Ok(())
-//! # }
-//! ```
-//!
-//! # Conventions
-//!
-//! Positions are `glam::DVec3`, indices are `u32`, angles are in radians and lengths in the units of
-//! the model. Faces are counter-clockwise seen from outside, so that the normal of `(a, b, c)` is
-//! that of `(b - a) x (c - a)`. Methods that take a handle panic, like slice indexing, when it
-//! belongs to no element of the mesh; whatever depends on input returns an error instead.
-//!
-//! # Features
-//!
-//! - `rayon` (default): loops whose order does not matter run on all cores. Results are bitwise the
-//!   same without it and for any number of threads.
-//! - `hull` (default): convex hulls with exact predicates, and the shapes made from them.
+#![doc = include_str!("../README.md")]
 
 pub mod attribute;
 pub mod build;

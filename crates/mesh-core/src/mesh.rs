@@ -88,7 +88,7 @@ impl TriMesh {
     ) -> Result<Self, MeshError> {
         let triangles: Cow<'_, [[u32; 3]]> = I::triangles(triangles);
         let topology = Topology::from_triangles(positions.len(), &triangles)?;
-        Self::new(topology, positions.iter().map(|p| p.to_dvec3()).collect())
+        Self::new(topology, positions.iter().map(Position::to_dvec3).collect())
     }
 
     /// A mesh from flat arrays: three coordinates to a vertex, three indices to a triangle;

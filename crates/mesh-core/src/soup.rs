@@ -78,7 +78,7 @@ impl PolygonSoup {
         triangles: &[[I; 3]],
     ) -> Result<Self, TooManyCorners> {
         let mut soup = Self::with_capacity(positions.len(), triangles.len(), 3 * triangles.len());
-        soup.positions.extend(positions.iter().map(|p| p.to_dvec3()));
+        soup.positions.extend(positions.iter().map(Position::to_dvec3));
         for triangle in triangles {
             soup.push_face(triangle)?;
         }

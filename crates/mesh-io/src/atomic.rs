@@ -1,43 +1,94 @@
 //! Writing a file so that the old one is whole until the new one is.
 
-use crate::WriteError;
+use crate::error::WriteError;
 use std::fs::{self, File, Metadata};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use tempfile::TempPath;
 
-/// Replaces the file at `path` by what `write` produces.
+/// A file that is whole and on the disk, under a temporary name in the folder of its target.
+/// Dropped, it is removed.
+#[derive(Debug)]
+pub(crate) struct Beside {
+    /// Nothing when the target is a device, which has got the bytes already.
+    temporary: Option<TempPath>,
+    target: PathBuf,
+    /// Whether a file that is at the target by then is replaced.
+    replaces: bool,
+}
+
+impl Beside {
+    /// Gives the file its place: whoever looks at the target, at any time and after any failure,
+    /// sees the old file or the new one.
+    pub(crate) fn commit(self) -> Result<(), WriteError> {
+        let Some(temporary) = self.temporary else { return Ok(()) };
+        let renamed = if self.replaces {
+            temporary.persist(&self.target)
+        } else {
+            temporary.persist_noclobber(&self.target)
+        };
+        renamed.map_err(|error| at(&self.target, error.error))?;
+        // The rename itself survives a power failure once the folder is on the disk too. Not every
+        // file system can do that, and the file is whole either way.
+        #[cfg(unix)]
+        let _ = File::open(folder_of(&self.target)).and_then(|folder| folder.sync_all());
+        Ok(())
+    }
+}
+
+/// Prepares the file at `path` with what `write` produces.
 ///
-/// The bytes go to a temporary file in the same folder, which is flushed to the disk and then
-/// renamed onto `path`: whoever looks at `path`, at any time and after any failure, sees the old
-/// file or the new one. The new file keeps the permissions of the old one; a symbolic link stays a
-/// link, and its target is replaced. A target that is not a regular file (a pipe, a device) is
-/// written directly.
+/// The new file keeps the permissions of the old one; a symbolic link stays a link, and its target
+/// is replaced. A target that is not a regular file (a pipe, a device) is written directly.
 ///
 /// # Errors
-/// Those of `write`, and whatever keeps the file from being made or renamed.
-pub(crate) fn replace<T>(
+/// Those of `write`, and whatever keeps the file from being made.
+pub(crate) fn prepare<T>(
     path: &Path,
     write: impl FnOnce(&mut dyn Write) -> Result<T, WriteError>,
-) -> Result<T, WriteError> {
-    let failed = |source| WriteError::Io { path: Some(path.to_owned()), source };
-    let target = resolve_link(path).map_err(failed)?;
+) -> Result<(Beside, T), WriteError> {
+    let target = resolve_link(path).map_err(|source| at(path, source))?;
     let old = match fs::metadata(&target) {
         Ok(metadata) => Some(metadata),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
-        Err(error) => return Err(failed(error)),
+        Err(error) => return Err(at(path, error)),
     };
-    let written = match &old {
-        Some(old) if old.is_dir() => {
-            Err(std::io::Error::from(std::io::ErrorKind::IsADirectory).into())
+    match &old {
+        Some(old) if old.is_dir() => Err(at(path, std::io::ErrorKind::IsADirectory.into())),
+        Some(old) if old.permissions().readonly() => Err(WriteError::ReadOnly(target)),
+        Some(old) if !old.is_file() => {
+            let result = write_device(&target, write).map_err(|error| error.in_file(path))?;
+            Ok((Beside { temporary: None, target, replaces: true }, result))
         }
-        Some(old) if old.permissions().readonly() => return Err(WriteError::ReadOnly(target)),
-        Some(old) if !old.is_file() => write_device(&target, write),
-        _ => write_beside(&target, old.as_ref(), write),
-    };
-    written.map_err(|error| match error {
-        WriteError::Io { path: None, source } => failed(source),
-        other => other,
-    })
+        _ => {
+            let written = write_beside(&target, old.as_ref(), write);
+            let (temporary, result) = written.map_err(|error| error.in_file(path))?;
+            Ok((Beside { temporary: Some(temporary), target, replaces: true }, result))
+        }
+    }
+}
+
+/// As [`prepare`], for a file that has to be written but that nobody named: it never goes through a
+/// link. With `old`, the file that is there, it is replaced; otherwise there must be none.
+#[cfg(feature = "obj")]
+pub(crate) fn prepare_unlinked(
+    path: &Path,
+    old: Option<&Metadata>,
+    write: impl FnOnce(&mut dyn Write) -> Result<(), WriteError>,
+) -> Result<Beside, WriteError> {
+    let old_file = old.filter(|old| old.is_file());
+    let (temporary, ()) =
+        write_beside(path, old_file, write).map_err(|error| error.in_file(path))?;
+    Ok(Beside { temporary: Some(temporary), target: path.to_owned(), replaces: old.is_some() })
+}
+
+/// Whether bytes for this path go straight to a pipe, a terminal or another device.
+pub(crate) fn is_device(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|metadata| !metadata.is_file() && !metadata.is_dir())
+}
+
+fn at(path: &Path, source: std::io::Error) -> WriteError {
+    WriteError::Io { path: Some(path.to_owned()), source }
 }
 
 /// The file that a symbolic link leads to, or `path` itself; the file need not exist.
@@ -77,10 +128,9 @@ fn write_beside<T>(
     target: &Path,
     old: Option<&Metadata>,
     write: impl FnOnce(&mut dyn Write) -> Result<T, WriteError>,
-) -> Result<T, WriteError> {
-    let folder = folder_of(target);
+) -> Result<(TempPath, T), WriteError> {
     // Dropping the temporary file, as every early return does, removes it.
-    let temporary = new_temporary(folder)?;
+    let temporary = new_temporary(folder_of(target))?;
     let mut writer = BufWriter::with_capacity(1 << 16, temporary);
     let result = write(&mut writer)?;
     let temporary = writer.into_inner().map_err(std::io::IntoInnerError::into_error)?;
@@ -88,12 +138,8 @@ fn write_beside<T>(
         temporary.as_file().set_permissions(old.permissions())?;
     }
     temporary.as_file().sync_all()?;
-    temporary.persist(target).map_err(|error| error.error)?;
-    // The rename itself survives a power failure once the folder is on the disk too. Not every
-    // file system can do that, and the file is whole either way.
-    #[cfg(unix)]
-    let _ = File::open(folder).and_then(|folder| folder.sync_all());
-    Ok(result)
+    // Closed, so that any number of files can wait for their places.
+    Ok((temporary.into_temp_path(), result))
 }
 
 /// A temporary file with the permissions of any new file, not the private ones of `tempfile`.

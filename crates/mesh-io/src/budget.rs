@@ -24,6 +24,7 @@ impl Budget {
     }
 
     /// Counts a file that the content refers to.
+    #[cfg(any(feature = "obj", feature = "gltf"))]
     pub(crate) fn add_file(&mut self, bytes: u64) {
         self.others = self.others.saturating_add(bytes);
     }
@@ -35,13 +36,25 @@ impl Budget {
         size: u64,
         at: impl FnOnce() -> Location,
     ) -> Result<(), ReadErrorKind> {
+        self.require(bytes, size, at)?;
         self.spent = self.spent.saturating_add(bytes);
+        Ok(())
+    }
+
+    /// Whether there is room for memory that will be taken note of as it is filled.
+    pub(crate) fn require(
+        &self,
+        bytes: u64,
+        size: u64,
+        at: impl FnOnce() -> Location,
+    ) -> Result<(), ReadErrorKind> {
+        let needed = self.spent.saturating_add(bytes);
         let by_size =
             || FLOOR.saturating_add(size.saturating_add(self.others).saturating_mul(PER_BYTE));
         let limit = self.limit.unwrap_or_else(by_size);
-        if self.spent <= limit {
+        if needed <= limit {
             return Ok(());
         }
-        Err(ReadErrorKind::Memory { at: at(), needed: self.spent, limit })
+        Err(ReadErrorKind::Memory { at: at(), needed, limit })
     }
 }

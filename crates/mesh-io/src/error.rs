@@ -104,8 +104,8 @@ pub enum ReadErrorKind {
     /// The content takes more memory than a file of its size may: a scene that draws the same
     /// meshes very often, or a file that is made to use up memory.
     #[error(
-        "{at}: the content needs {} MiB of memory, more than the {} MiB that a file of this size may take; allow it with --max-memory {}MiB",
-        mebibytes(*needed), mebibytes(*limit), mebibytes(*needed)
+        "{at}: the content needs {}, more than the {} MiB that a file of this size may take; allow it with --max-memory {}MiB",
+        need(at, *needed), mebibytes(*limit), enough(at, *needed)
     )]
     Memory {
         /// Where the limit is passed.
@@ -131,6 +131,21 @@ pub enum ReadErrorKind {
 
 fn mebibytes(bytes: u64) -> u64 {
     bytes.div_ceil(1 << 20)
+}
+
+/// A scene says what it needs in all; other content, what it needs so far.
+fn need(at: &Location, needed: u64) -> String {
+    let more = if is_in_all(at) { "" } else { "more than " };
+    format!("{more}{} MiB of memory", mebibytes(needed))
+}
+
+/// What to allow, so that it need not be asked for again and again.
+fn enough(at: &Location, needed: u64) -> u64 {
+    mebibytes(if is_in_all(at) { needed } else { needed.saturating_mul(2) })
+}
+
+fn is_in_all(at: &Location) -> bool {
+    matches!(at, Location::Json(_))
 }
 
 fn because(notes: &[String]) -> String {
@@ -183,6 +198,18 @@ pub enum WriteError {
     /// The target exists and is write-protected.
     #[error("{}: the file is read-only; make it writable or choose another target", shown(.0))]
     ReadOnly(PathBuf),
+    /// A file beside the target would have to be replaced that is not known to be from an earlier
+    /// run of the same output.
+    #[error(
+        "{}: this companion of the output would be replaced, but it {why}; move it away, write to another folder, or allow it with `overwrite_companions`",
+        shown(path)
+    )]
+    Companion {
+        /// The file that is in the way.
+        path: PathBuf,
+        /// What is wrong with it.
+        why: &'static str,
+    },
     /// The extension is not that of a known format.
     #[error(
         "{}: the extension names no format; use .obj, .ply, .stl, .off, .gltf or .glb, or name the format",
@@ -239,9 +266,29 @@ pub enum WriteError {
     /// The format holds no levels of detail.
     #[error("{0} holds no levels of detail; write glTF or GLB, or a file for each level")]
     NoLevels(Format),
+    /// The part of the screen at which a level of detail is to be shown is no number from zero up.
+    #[error(
+        "level {level} is to be shown from {value} of the screen up; give a finite number, not below zero"
+    )]
+    Coverage {
+        /// The level.
+        level: usize,
+        /// The number given.
+        value: f64,
+    },
     /// The model contradicts itself.
     #[error(transparent)]
     Model(#[from] ModelError),
+}
+
+impl WriteError {
+    /// With the file that it is about, if it does not say.
+    pub(crate) fn in_file(self, path: &Path) -> Self {
+        match self {
+            Self::Io { path: None, source } => Self::Io { path: Some(path.to_owned()), source },
+            other => other,
+        }
+    }
 }
 
 impl From<std::io::Error> for WriteError {

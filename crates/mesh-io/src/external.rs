@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 ///
 /// Whatever is allowed, only regular files are opened: no pipes, no devices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum External {
     /// None. A glTF document that needs a buffer of its own is an error then; an OBJ file has
     /// materials of which nothing but the name is known.

@@ -5,6 +5,8 @@ use std::path::Path;
 
 /// A mesh file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Format {
     /// Wavefront OBJ.
     Obj,
@@ -35,7 +37,8 @@ impl fmt::Display for Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 6] = [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb];
+    pub const ALL: &'static [Self] =
+        &[Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb];
 
     /// The usual extension, without the dot.
     #[must_use]
@@ -58,7 +61,7 @@ impl Format {
         match extension.as_str() {
             "stla" | "stlb" => Some(Self::Stl),
             "coff" | "noff" | "cnoff" | "stoff" => Some(Self::Off),
-            other => Self::ALL.into_iter().find(|format| format.extension() == other),
+            other => Self::ALL.iter().copied().find(|format| format.extension() == other),
         }
     }
 

@@ -1,6 +1,8 @@
 //! A window that slides over a stream, and knows where in the file it is.
 
 use crate::budget::Budget;
+#[cfg(feature = "gltf")]
+use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::text::quote;
 use std::io::Read;
@@ -51,8 +53,24 @@ impl<'a> Input<'a> {
         bytes: u64,
         at: impl FnOnce() -> Location,
     ) -> Result<(), ReadErrorKind> {
+        let size = self.size_so_far();
+        self.budget.spend(bytes, size, at)
+    }
+
+    /// Whether there is memory for room that is about to be reserved, and that is taken note of as it
+    /// is filled.
+    pub(crate) fn require(
+        &self,
+        bytes: u64,
+        at: impl FnOnce() -> Location,
+    ) -> Result<(), ReadErrorKind> {
+        self.budget.require(bytes, self.size_so_far(), at)
+    }
+
+    /// The length of the file, as far as it is known.
+    fn size_so_far(&self) -> u64 {
         let there = self.offset + (self.window.len() - self.start) as u64;
-        self.budget.spend(bytes, self.size.unwrap_or(0).max(there), at)
+        self.size.unwrap_or(0).max(there)
     }
 
     /// As [`Input::spend`], for the line last returned.
@@ -261,8 +279,9 @@ impl<'a> Input<'a> {
     /// The next `length` bytes as one block; memory grows only as the bytes arrive.
     #[cfg(feature = "gltf")]
     pub(crate) fn block(&mut self, length: u64, what: &str) -> Result<Vec<u8>, ReadErrorKind> {
-        let mut block =
-            Vec::with_capacity(self.plausible(length, 1, self.here(), what)?.min(1 << 26));
+        let room = self.plausible(length, 1, self.here(), what)?.min(1 << 26);
+        self.require(room as u64, || self.here())?;
+        let mut block = Vec::with_capacity(room);
         while (block.len() as u64) < length {
             let missing = length - block.len() as u64;
             let there = self.peek(1)?;
@@ -272,6 +291,8 @@ impl<'a> Input<'a> {
             let step = missing.min(there.len() as u64) as usize;
             block.extend_from_slice(&there[..step]);
             self.consume(step);
+            let at = self.here();
+            self.spend(GROWING * step as u64, || at)?;
         }
         Ok(block)
     }
@@ -282,6 +303,8 @@ impl<'a> Input<'a> {
         let mut rest = Vec::new();
         while !self.peek(1)?.is_empty() {
             rest.extend_from_slice(self.window());
+            let at = self.here();
+            self.spend(GROWING * self.window().len() as u64, || at)?;
             self.consume(usize::MAX);
         }
         Ok(rest)

@@ -1,8 +1,9 @@
 //! What a mesh file holds, in one shape for all formats.
 
+use crate::color::are_bytes;
 use crate::text::brief;
 use glam::DVec3;
-use mesh_core::PolygonSoup;
+use mesh_core::{PolygonSoup, TriMesh};
 
 /// The content of a mesh file: a polygon soup and whatever the file says about its vertices,
 /// faces and corners.
@@ -11,6 +12,8 @@ use mesh_core::PolygonSoup;
 /// between the faces at a vertex (texture coordinates, normals across a crease) is kept per corner.
 /// Every attribute is optional, and as long as what it describes; [`Model::check`] tells.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 pub struct Model {
     /// Positions and faces.
     pub soup: PolygonSoup,
@@ -49,6 +52,7 @@ pub struct Model {
 
 /// A number per vertex or per face under a name, such as PLY's `quality`.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scalars {
     /// The name.
     pub name: String,
@@ -58,6 +62,7 @@ pub struct Scalars {
 
 /// A named part of a mesh.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Group {
     /// The object (`o` in OBJ, a node in glTF), or empty.
     pub object: String,
@@ -67,6 +72,8 @@ pub struct Group {
 
 /// How a surface looks.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
 pub struct Material {
     /// The name, or empty.
     pub name: String,
@@ -103,6 +110,7 @@ impl Default for Material {
 
 /// What the opacity of a material means.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Alpha {
     /// Nothing: the surface is opaque.
     #[default]
@@ -115,6 +123,7 @@ pub enum Alpha {
 
 /// An image.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Image {
     /// The name, or empty.
     pub name: String,
@@ -126,6 +135,7 @@ pub struct Image {
 
 /// Where an image is.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ImageData {
     /// Embedded: the bytes of an encoded image file.
     Bytes(Vec<u8>),
@@ -281,6 +291,7 @@ impl Model {
 
 /// A weighted mean of the data of three corners or vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Blend {
     /// Which ones.
     pub sources: [u32; 3],
@@ -353,7 +364,7 @@ impl Model {
 }
 
 fn blend_colors(colors: &[[f32; 4]], blends: &[Blend]) -> Vec<[f32; 4]> {
-    let eight_bits = crate::write::as_bytes(colors).is_some();
+    let eight_bits = are_bytes(colors);
     let round = |c: f32| if eight_bits { (255.0 * c).round() / 255.0 } else { c };
     blends.iter().map(|b| b.of(colors).map(round)).collect()
 }
@@ -361,6 +372,55 @@ fn blend_colors(colors: &[[f32; 4]], blends: &[Blend]) -> Vec<[f32; 4]> {
 impl From<PolygonSoup> for Model {
     fn from(soup: PolygonSoup) -> Self {
         Self { soup, ..Self::default() }
+    }
+}
+
+/// Vertices and faces keep their order; the gaps that edits have left are closed.
+impl From<&TriMesh> for Model {
+    fn from(mesh: &TriMesh) -> Self {
+        mesh.to_soup().into()
+    }
+}
+
+impl Model {
+    /// Texture coordinates by vertex, when there are any and the corners of every vertex agree.
+    /// Zero at vertices that no face uses.
+    #[must_use]
+    pub fn vertex_uvs(&self) -> Option<Vec<[f32; 2]>> {
+        let corner_uvs = self.corner_uvs.as_deref()?;
+        let mut uvs = vec![None; self.soup.vertex_count()];
+        for (&vertex, &uv) in self.soup.corners().iter().zip(corner_uvs) {
+            let bits = uv.map(f32::to_bits);
+            if uvs.get_mut(vertex as usize)?.replace(bits).is_some_and(|other| other != bits) {
+                return None;
+            }
+        }
+        Some(uvs.into_iter().map(|uv| uv.unwrap_or_default().map(f32::from_bits)).collect())
+    }
+}
+
+impl Image {
+    /// The media type; told by the first bytes when the file does not say, and empty when these do
+    /// not tell.
+    #[must_use]
+    pub fn media_type(&self) -> &str {
+        const STARTS: [(&[u8], &str); 3] = [
+            (b"\x89PNG", "image/png"),
+            (b"\xFF\xD8\xFF", "image/jpeg"),
+            (b"\xABKTX 20", "image/ktx2"),
+        ];
+        match &self.data {
+            ImageData::Bytes(bytes) if self.media_type.is_empty() => {
+                if bytes.starts_with(b"RIFF")
+                    && bytes.get(8..12).is_some_and(|word| word == b"WEBP")
+                {
+                    return "image/webp";
+                }
+                let known = STARTS.iter().find(|(start, _)| bytes.starts_with(start));
+                known.map_or("", |(_, media_type)| media_type)
+            }
+            _ => &self.media_type,
+        }
     }
 }
 

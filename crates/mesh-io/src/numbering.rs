@@ -7,19 +7,21 @@ use std::hash::{BuildHasher, RandomState};
 #[derive(Default)]
 pub(crate) struct Numbering {
     names: Vec<String>,
-    /// Places by a hash that no file can foresee.
-    places: HashMap<u64, u32>,
+    /// Places by a hash that no file can foresee; a quick one of it will do for the table.
+    places: HashMap<u64, u32, foldhash::fast::RandomState>,
     state: RandomState,
 }
 
 impl Numbering {
     /// The memory that a name takes, beside its bytes.
+    #[cfg(feature = "obj")]
     pub(crate) const COST: u64 = 160;
 
     pub(crate) fn names(&self) -> &[String] {
         &self.names
     }
 
+    #[cfg(feature = "obj")]
     pub(crate) fn into_names(self) -> Vec<String> {
         self.names
     }
@@ -38,6 +40,7 @@ impl Numbering {
     }
 
     /// The number of a name that has been seen.
+    #[cfg(feature = "obj")]
     pub(crate) fn get(&self, name: &str) -> Option<u32> {
         self.find(name).ok()
     }

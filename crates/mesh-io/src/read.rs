@@ -17,6 +17,8 @@ const HEAD: usize = 4096;
 ///
 /// The defaults are safe for files of strangers.
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct ReadOptions {
     /// The format; found out from the content, then the extension, when absent.
     pub format: Option<Format>,

@@ -1,95 +1,157 @@
 //! Writing a file of any format.
 
-use crate::{Format, Model, WriteError, atomic};
-use glam::DVec3;
-use mesh_core::PolygonSoup;
-use mesh_core::build::Triangulator;
+use crate::atomic::{self, Beside};
+use crate::dropped::dropped;
+use crate::error::WriteError;
+use crate::format::Format;
+use crate::model::Model;
+use crate::single::check_range;
+use crate::to_model::ToModel;
+use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
 
-/// How to write.
-#[derive(Clone, Debug, Default)]
-pub struct WriteOptions {
-    /// The format; told by the extension when absent.
-    pub format: Option<Format>,
-    /// Text or binary.
-    pub encoding: Encoding,
-    /// The width of the numbers in PLY.
-    pub precision: Precision,
-}
-
-/// Text or binary.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Encoding {
-    /// What is usual for the format: binary for PLY (little-endian) and STL, text for OFF.
-    #[default]
-    Usual,
-    /// Text.
-    Text,
-    /// Binary, the least significant byte first (PLY, STL).
-    LittleEndian,
-    /// Binary, the most significant byte first (PLY, OFF).
-    BigEndian,
-}
-
-impl Encoding {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Usual => "its usual encoding",
-            Self::Text => "text",
-            Self::LittleEndian => "little-endian binary",
-            Self::BigEndian => "big-endian binary",
-        }
-    }
-}
-
-/// The width of floating-point numbers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// 32 bits for numbers that all fit, 64 bits otherwise: nothing is lost.
-    #[default]
-    Exact,
-    /// 32 bits.
-    Single,
-    /// 64 bits.
-    Double,
-}
-
-/// What was written.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct WriteReport {
-    /// The largest distance, along one axis, between a position and what the file holds, in model
-    /// units: the price of 32-bit coordinates. Zero where positions are exact.
-    pub rounding: f64,
-    /// What the format has no place for, in words.
-    pub dropped: Vec<String>,
-}
-
-/// Writes a model to a file, in the format that the options or the extension name.
+/// Writes a model or a mesh to a file, in the format that the options or the extension name.
 ///
 /// The file is written beside the target and renamed onto it when it is whole, so that no failure
 /// leaves anything else than the old file or the new one.
 ///
 /// An OBJ file comes with a material library, `NAME.mtl`, and with its embedded images as files
 /// beside it, unless the libraries that the model names are there already or nothing is known of its
-/// materials. Images in files keep their names, which are relative to the OBJ or glTF file.
+/// materials. Such companions are never written through a link, and replace only those of an earlier
+/// run of the same output, which are told by a checksum in the library, unless
+/// [`WriteOptions::overwrite_companions`] is set. Images in files keep their names, which are
+/// relative to the OBJ or glTF file. A target that is a pipe or a device gets no companions.
+///
+/// ```no_run
+/// use mesh_core::TriMesh;
+/// use mesh_io::WriteOptions;
+///
+/// let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+/// let mesh = TriMesh::from_triangles(&corners, &[[0, 1, 2]])?;
+/// mesh_io::write("triangle.ply", &mesh, &WriteOptions::default())?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
-/// A [`WriteError`]: nothing has been written then, save for the companions of an OBJ file.
-pub fn write(
+/// A [`WriteError`]: nothing has been written then. (Only when it is a *rename* that fails, the
+/// companions may be new already.)
+pub fn write<M: ToModel + ?Sized>(
     path: impl AsRef<Path>,
-    model: &Model,
+    model: &M,
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
+    stage(path, model, options)?.commit()
+}
+
+/// A file and its companions, whole and on the disk under temporary names beside their targets.
+///
+/// [`Staged::commit`] gives them their places; dropped, they are removed. With several of them,
+/// whatever can fail slowly has failed before the first old file is replaced.
+#[derive(Debug)]
+#[must_use = "the file takes its place when it is committed"]
+pub struct Staged {
+    companions: Vec<Beside>,
+    file: Beside,
+    report: WriteReport,
+}
+
+impl Staged {
+    /// What is going to be written.
+    #[must_use]
+    pub fn report(&self) -> &WriteReport {
+        &self.report
+    }
+
+    /// Replaces the files at the targets, companions first.
+    ///
+    /// # Errors
+    /// A file cannot be renamed: the target is as it was.
+    pub fn commit(self) -> Result<WriteReport, WriteError> {
+        self.companions.into_iter().try_for_each(Beside::commit)?;
+        self.file.commit()?;
+        Ok(self.report)
+    }
+}
+
+/// Does all that [`write()`] does except for the last step, [`Staged::commit`].
+///
+/// # Errors
+/// As [`write()`].
+pub fn stage<M: ToModel + ?Sized>(
+    path: impl AsRef<Path>,
+    model: &M,
+    options: &WriteOptions,
+) -> Result<Staged, WriteError> {
     let path = path.as_ref();
     let format = format_of(path, options)?;
-    model.check()?;
-    let (libraries, has_images) = companions(path, model, format)?;
+    let model = model.to_model()?;
+    check(&model, format, options)?;
+    let beside = Companions::prepare(path, &model, format, options)?;
     let written =
-        atomic::replace(path, |writer| write_stream(writer, model, format, options, &libraries));
-    let mut report = written?;
-    report.dropped.retain(|what| !(has_images && what == EMBEDDED_IMAGES));
-    Ok(report)
+        atomic::prepare(path, |writer| put(writer, &model, format, options, &beside.names));
+    let (file, mut report) = written?;
+    report.dropped.extend(dropped(&model, format, beside.any));
+    (report.companions, report.kept) = (beside.paths, beside.kept);
+    Ok(Staged { companions: beside.prepared, file, report })
+}
+
+/// Whether a model can be written in a format, as far as can be told without writing it: it must not
+/// contradict itself, the format must have the encoding, and must be able to hold the coordinates.
+///
+/// # Errors
+/// What [`write()`] would say.
+pub fn check_write<M: ToModel + ?Sized>(
+    model: &M,
+    format: Format,
+    options: &WriteOptions,
+) -> Result<(), WriteError> {
+    check(&*model.to_model()?, format, options)
+}
+
+fn check(model: &Model, format: Format, options: &WriteOptions) -> Result<(), WriteError> {
+    model.check()?;
+    check_encoding(format, options.encoding)?;
+    let positions = model.soup.positions();
+    let single = match format {
+        Format::Ply => options.precision == Precision::Single,
+        Format::Off => options.encoding == Encoding::BigEndian,
+        Format::Stl | Format::Gltf | Format::Glb => true,
+        Format::Obj => false,
+    };
+    if single {
+        check_range(positions, format)?;
+    }
+    match format {
+        #[cfg(feature = "gltf")]
+        Format::Gltf | Format::Glb => crate::single::check_finite(positions, format),
+        _ => Ok(()),
+    }
+}
+
+/// Whether this build writes the format, and in this encoding.
+fn check_encoding(format: Format, encoding: Encoding) -> Result<(), WriteError> {
+    use Encoding::{BigEndian, LittleEndian, Text, Usual};
+    let disabled = match format {
+        Format::Obj => !cfg!(feature = "obj"),
+        Format::Gltf | Format::Glb => !cfg!(feature = "gltf"),
+        Format::Ply | Format::Stl | Format::Off => false,
+    };
+    if disabled {
+        return Err(WriteError::FormatDisabled(format));
+    }
+    let known = match format {
+        Format::Ply => true,
+        Format::Stl => matches!(encoding, Usual | Text | LittleEndian),
+        Format::Off => matches!(encoding, Usual | Text | BigEndian),
+        Format::Obj | Format::Gltf => matches!(encoding, Usual | Text),
+        Format::Glb => matches!(encoding, Usual | LittleEndian),
+    };
+    if known {
+        return Ok(());
+    }
+    Err(WriteError::NoSuchEncoding { format, encoding: encoding.name() })
 }
 
 /// The format that the options or the extension name.
@@ -102,28 +164,66 @@ fn format_of(path: &Path, options: &WriteOptions) -> Result<Format, WriteError> 
 /// extension `MSFT_lod`. They share the materials and images of the first.
 ///
 /// `coverage` holds for each level the part of the screen that the object must cover for the level
-/// to be shown; below the last number nothing is.
+/// to be shown; below the last number nothing is. Levels without faces are left out.
 ///
 /// # Errors
 /// A [`WriteError`], also for any other format: nothing has been written then.
 #[cfg(feature = "gltf")]
-pub fn write_levels(
+pub fn write_levels<M: ToModel>(
     path: impl AsRef<Path>,
-    levels: &[Model],
+    levels: &[M],
     coverage: &[f64],
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
+    stage_levels(path, levels, coverage, options)?.commit()
+}
+
+/// Does all that [`write_levels`] does except for the last step, [`Staged::commit`].
+///
+/// # Errors
+/// As [`write_levels`].
+#[cfg(feature = "gltf")]
+pub fn stage_levels<M: ToModel>(
+    path: impl AsRef<Path>,
+    levels: &[M],
+    coverage: &[f64],
+    options: &WriteOptions,
+) -> Result<Staged, WriteError> {
     let path = path.as_ref();
     let format = format_of(path, options)?;
-    levels.iter().try_for_each(Model::check)?;
-    let all = crate::gltf::Levels { models: levels.iter().collect(), coverage: coverage.to_vec() };
-    let mut report = atomic::replace(path, |writer| match format {
-        Format::Gltf => crate::gltf::write_levels_json(writer, &all),
-        Format::Glb => crate::gltf::write_levels_binary(writer, &all),
-        _ => Err(WriteError::NoLevels(format)),
-    })?;
-    report.dropped = levels.first().map_or_else(Vec::new, |model| dropped(model, format));
-    Ok(report)
+    if !matches!(format, Format::Gltf | Format::Glb) {
+        return Err(WriteError::NoLevels(format));
+    }
+    let models: Vec<Cow<'_, Model>> = levels.iter().map(M::to_model).collect::<Result<_, _>>()?;
+    models.iter().try_for_each(|model| check(model, format, options))?;
+    check_coverage(coverage, models.len())?;
+    let all = crate::gltf::Levels { models: models.iter().map(|m| &**m).collect(), coverage };
+    let (file, mut report) = atomic::prepare(path, |writer| put_gltf(writer, &all, format))?;
+    for what in models.iter().flat_map(|model| dropped(model, format, false)) {
+        if !report.dropped.contains(&what) {
+            report.dropped.push(what);
+        }
+    }
+    Ok(Staged { companions: Vec::new(), file, report })
+}
+
+/// Whether there is a part of the screen for each level.
+#[cfg(feature = "gltf")]
+fn check_coverage(coverage: &[f64], levels: usize) -> Result<(), WriteError> {
+    if coverage.len() != levels {
+        return Err(crate::model::ModelError::Length {
+            attribute: "coverage".to_owned(),
+            found: coverage.len(),
+            of: "levels",
+            expected: levels,
+        }
+        .into());
+    }
+    let is_wrong = |&value: &f64| !value.is_finite() || value < 0.0;
+    match coverage.iter().position(is_wrong) {
+        Some(level) => Err(WriteError::Coverage { level, value: coverage[level] }),
+        None => Ok(()),
+    }
 }
 
 /// Writes a file of any kind as [`write()`] does: the file at `path` is the old one until the new one
@@ -135,195 +235,112 @@ pub fn replace_file(
     path: impl AsRef<Path>,
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<(), WriteError> {
-    atomic::replace(path.as_ref(), |writer| Ok(content(writer)?))
+    stage_file(path, content)?.commit().map(|_| ())
 }
 
-/// Writes the files that go with the one at `path`; the material libraries that it is to name, and
-/// whether embedded images have got files of their own.
-#[cfg(feature = "obj")]
-fn companions(
-    path: &Path,
-    model: &Model,
-    format: Format,
-) -> Result<(Vec<String>, bool), WriteError> {
-    match format {
-        Format::Obj => Ok((crate::obj::write_library(path, model)?, true)),
-        _ => Ok((Vec::new(), false)),
+/// Does all that [`replace_file`] does except for the last step, [`Staged::commit`].
+///
+/// # Errors
+/// As [`replace_file`].
+pub fn stage_file(
+    path: impl AsRef<Path>,
+    content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+) -> Result<Staged, WriteError> {
+    let (file, ()) = atomic::prepare(path.as_ref(), |writer| Ok(content(writer)?))?;
+    Ok(Staged { companions: Vec::new(), file, report: WriteReport::default() })
+}
+
+/// The files that go with another one, prepared.
+#[derive(Default)]
+struct Companions {
+    /// The material libraries that the file is to name.
+    names: Vec<String>,
+    prepared: Vec<Beside>,
+    paths: Vec<std::path::PathBuf>,
+    kept: Vec<std::path::PathBuf>,
+    /// Whether embedded images have got files of their own, where there are any.
+    any: bool,
+}
+
+impl Companions {
+    fn prepare(
+        path: &Path,
+        model: &Model,
+        format: Format,
+        options: &WriteOptions,
+    ) -> Result<Self, WriteError> {
+        if format != Format::Obj || atomic::is_device(path) {
+            return Ok(Self { names: model.material_libraries.clone(), ..Self::default() });
+        }
+        #[cfg(feature = "obj")]
+        {
+            let library = crate::obj::prepare_library(path, model, options.overwrite_companions)?;
+            let crate::obj::Library { names, prepared, paths, kept } = library;
+            Ok(Self { names, prepared, paths, kept, any: true })
+        }
+        #[cfg(not(feature = "obj"))]
+        {
+            let _ = options.overwrite_companions;
+            Err(WriteError::FormatDisabled(format))
+        }
     }
-}
-
-#[cfg(not(feature = "obj"))]
-fn companions(_: &Path, _: &Model, _: Format) -> Result<(Vec<String>, bool), WriteError> {
-    Ok((Vec::new(), false))
 }
 
 /// Writes a model to a stream, many small pieces at a time: buffer it.
 ///
 /// # Errors
-/// A [`WriteError`]; part of the file may have been written when the stream itself fails, or when
-/// a coordinate turns out not to fit into the 32-bit numbers of the format.
-pub fn write_to(
-    writer: &mut dyn Write,
-    model: &Model,
+/// A [`WriteError`]; part of the file may have been written only when the stream itself fails.
+pub fn write_to<M: ToModel + ?Sized>(
+    mut writer: &mut dyn Write,
+    model: &M,
     format: Format,
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
-    model.check()?;
-    write_stream(writer, model, format, options, &model.material_libraries)
+    let model = model.to_model()?;
+    check(&model, format, options)?;
+    let mut report = put(&mut writer, &model, format, options, &model.material_libraries)?;
+    report.dropped.extend(dropped(&model, format, false));
+    Ok(report)
 }
 
-fn write_stream(
-    mut writer: &mut dyn Write,
+/// Writes a model that has been checked.
+fn put(
+    writer: &mut dyn Write,
     model: &Model,
     format: Format,
     options: &WriteOptions,
     libraries: &[String],
 ) -> Result<WriteReport, WriteError> {
-    let encoding = options.encoding;
-    let no_such_encoding = WriteError::NoSuchEncoding { format, encoding: encoding.name() };
-    let mut report = match (format, encoding) {
-        (Format::Ply, _) => crate::ply::write(&mut writer, model, options),
-        (Format::Stl, Encoding::Text) => crate::stl::write_text(&mut writer, model),
-        (Format::Stl, Encoding::Usual | Encoding::LittleEndian) => {
-            crate::stl::write_binary(&mut writer, model)
-        }
-        (Format::Off, Encoding::Usual | Encoding::Text) => {
-            crate::off::write_text(&mut writer, model)
-        }
-        (Format::Off, Encoding::BigEndian) => crate::off::write_binary(&mut writer, model),
+    let report = match (format, options.encoding) {
+        (Format::Ply, _) => crate::ply::write(writer, model, options),
+        (Format::Stl, Encoding::Text) => crate::stl::write_text(writer, model),
+        (Format::Stl, _) => crate::stl::write_binary(writer, model),
+        (Format::Off, Encoding::BigEndian) => crate::off::write_binary(writer, model),
+        (Format::Off, _) => crate::off::write_text(writer, model),
         #[cfg(feature = "obj")]
-        (Format::Obj, Encoding::Usual | Encoding::Text) => {
-            crate::obj::write(&mut writer, model, libraries)
-        }
+        (Format::Obj, _) => crate::obj::write(writer, model, libraries),
         #[cfg(feature = "gltf")]
-        (Format::Gltf, Encoding::Usual | Encoding::Text) => {
-            crate::gltf::write_json(&mut writer, model)
+        (Format::Gltf | Format::Glb, _) => {
+            put_gltf(writer, &crate::gltf::Levels { models: vec![model], coverage: &[] }, format)
         }
-        #[cfg(feature = "gltf")]
-        (Format::Glb, Encoding::Usual | Encoding::LittleEndian) => {
-            crate::gltf::write_binary(&mut writer, model)
-        }
-        #[cfg(not(feature = "obj"))]
-        (Format::Obj, _) => {
+        #[cfg(not(all(feature = "obj", feature = "gltf")))]
+        _ => {
             let _ = libraries;
             Err(WriteError::FormatDisabled(format))
         }
-        #[cfg(not(feature = "gltf"))]
-        (Format::Gltf | Format::Glb, _) => Err(WriteError::FormatDisabled(format)),
-        _ => Err(no_such_encoding),
     }?;
-    if report.rounding.is_infinite() {
-        return Err(out_of_single_range(model, format));
-    }
     writer.flush()?;
-    report.dropped = dropped(model, format);
     Ok(report)
 }
 
-/// The error for a coordinate that became infinite on its way to 32 bits.
-fn out_of_single_range(model: &Model, format: Format) -> WriteError {
-    let coordinates = model.soup.positions().iter().flat_map(DVec3::to_array);
-    let largest = coordinates.enumerate().filter(|(_, value)| value.is_finite());
-    let (index, value) =
-        largest.max_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())).unwrap_or_default();
-    WriteError::OutOfSingleRange { format, vertex: index / 3, value }
-}
-
-const EMBEDDED_IMAGES: &str = "embedded images";
-
-/// What a model has and a format has no place for.
-fn dropped(model: &Model, format: Format) -> Vec<String> {
-    use Format::{Glb, Gltf, Obj, Off, Ply};
-    let holds = |formats: &[Format]| formats.contains(&format);
-    let polygons = model.soup.faces().any(|face| face.len() > 3);
-    let images = model.images.iter().any(|i| matches!(i.data, crate::ImageData::Bytes(_)));
-    let seams = model.corner_uvs.is_some() && format == Off && vertex_uvs(model).is_none();
-    [
-        (polygons && !holds(&[Obj, Ply, Off]), "polygons (cut into triangles)"),
-        (model.vertex_normals.is_some() && holds(&[Format::Stl]), "vertex normals"),
-        (model.vertex_colors.is_some() && holds(&[Format::Stl]), "vertex colours"),
-        (!model.vertex_scalars.is_empty() && !holds(&[Ply, Gltf, Glb]), "numbers per vertex"),
-        (model.corner_normals.is_some() && holds(&[Ply, Off, Format::Stl]), "corner normals"),
-        (model.corner_uvs.is_some() && holds(&[Format::Stl]), "texture coordinates"),
-        (seams && holds(&[Off]), "texture coordinates (they differ between faces)"),
-        (model.face_colors.is_some() && !holds(&[Ply, Off]), "face colours"),
-        (!model.face_scalars.is_empty() && !holds(&[Ply]), "numbers per face"),
-        (model.face_groups.is_some() && !holds(&[Obj, Format::Stl]), "groups"),
-        (model.face_materials.is_some() && !holds(&[Obj, Gltf, Glb]), "materials"),
-        (images && !holds(&[Gltf, Glb]), EMBEDDED_IMAGES),
-    ]
-    .into_iter()
-    .filter(|(lost, _)| *lost)
-    .map(|(_, what)| what.to_owned())
-    .collect()
-}
-
-/// The largest error of a coordinate when stored in 32 bits.
-pub(crate) fn rounding(positions: &[DVec3]) -> f64 {
-    positions
-        .iter()
-        .flat_map(DVec3::to_array)
-        .map(|value| (value - f64::from(value as f32)).abs())
-        .fold(0.0, f64::max)
-}
-
-/// Cuts faces into triangles for formats that hold nothing else, along diagonals that stay inside.
-#[derive(Default)]
-pub(crate) struct Cutter {
-    triangulator: Triangulator,
-    positions: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Cutter {
-    /// The triangles of a face, as places in the face.
-    pub(crate) fn cut(&mut self, soup: &PolygonSoup, face: usize) -> &[[u32; 3]] {
-        let vertices = soup.face(face);
-        self.triangles.clear();
-        self.positions.clear();
-        self.positions.extend(vertices.iter().map(|&v| soup.positions()[v as usize]));
-        if self.positions.iter().all(|p| p.is_finite()) {
-            self.triangulator.triangulate(&self.positions, vertices, &mut self.triangles);
-        } else {
-            // Nowhere is inside; any triangles will do.
-            self.triangles.extend((2..vertices.len() as u32).map(|last| [0, last - 1, last]));
-        }
-        &self.triangles
+#[cfg(feature = "gltf")]
+fn put_gltf(
+    writer: &mut dyn Write,
+    levels: &crate::gltf::Levels<'_>,
+    format: Format,
+) -> Result<WriteReport, WriteError> {
+    match format {
+        Format::Gltf => crate::gltf::write_json(writer, levels),
+        _ => crate::gltf::write_binary(writer, levels),
     }
-}
-
-/// A colour in eight bits, when that is exact for all of them.
-pub(crate) fn as_bytes(colors: &[[f32; 4]]) -> Option<Vec<[u8; 4]>> {
-    colors
-        .iter()
-        .map(|color| {
-            let bytes = color.map(|value| (value * 255.0).round() as u8);
-            let exact = bytes.iter().zip(color).all(|(&byte, &value)| from_byte(byte) == value);
-            exact.then_some(bytes)
-        })
-        .collect()
-}
-
-/// An eight-bit colour from 0 to 1.
-pub(crate) fn from_byte(byte: u8) -> f32 {
-    f32::from(byte) / 255.0
-}
-
-/// Texture coordinates by vertex, when there are any and the corners of every vertex agree.
-pub(crate) fn vertex_uvs(model: &Model) -> Option<Vec<[f32; 2]>> {
-    let corner_uvs = model.corner_uvs.as_deref()?;
-    let mut uvs = vec![None; model.soup.vertex_count()];
-    for (&vertex, &uv) in model.soup.corners().iter().zip(corner_uvs) {
-        let bits = uv.map(f32::to_bits);
-        if uvs[vertex as usize].replace(bits).is_some_and(|other| other != bits) {
-            return None;
-        }
-    }
-    // A vertex that no face uses has no coordinate; the value is never looked at.
-    Some(uvs.into_iter().map(|uv| uv.unwrap_or_default().map(f32::from_bits)).collect())
-}
-
-/// The unit normal of a triangle, or zero for one without an area.
-pub(crate) fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a).normalize_or_zero()
 }

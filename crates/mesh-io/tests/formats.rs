@@ -284,3 +284,253 @@ fn blends_are_weighted_means() {
     let beyond = [[Blend::one(0), middle(0, 99), Blend::one(2)]];
     assert!(model.blended(&positions, &[[0, 1, 2]], &vertices, &[1], &beyond).is_err());
 }
+
+/// Normals that no valid document may hold.
+#[test]
+fn gltf_gets_unit_normals_or_none() {
+    let mut model = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 5 5\nf 1 2 3\n").unwrap();
+    let h = std::f32::consts::FRAC_1_SQRT_2;
+    model.vertex_normals =
+        Some(vec![[0.0, 3.0, 4.0], [h, h, 0.0], [0.0; 3], [f32::NAN, 0.0, f32::INFINITY]]);
+    for format in [Format::Glb, Format::Gltf] {
+        let mut bytes = Vec::new();
+        let report = write_to(&mut bytes, &model, format, &WriteOptions::default()).unwrap();
+        let again = parse(&bytes).unwrap();
+        // Scaled; untouched; that of the face.
+        let expected = [[0.0, 0.6, 0.8], [h, h, 0.0], [0.0, 0.0, 1.0]];
+        assert_eq!(again.corner_normals.unwrap(), expected);
+        assert!(report.dropped.iter().any(|what| what.contains("without length")), "{report:?}");
+    }
+    // 1e-30 has a direction, although its square is nothing in 32 bits.
+    model.vertex_normals = Some(vec![[0.0, 0.0, -1e-30]; 4]);
+    let again_tiny = again(&model, Format::Glb, Encoding::Usual);
+    assert_eq!(again_tiny.corner_normals.unwrap(), [[0.0, 0.0, -1.0]; 3]);
+    model.vertex_normals = Some(vec![[0.0; 3]; 4]);
+    let mut bytes = Vec::new();
+    let report = write_to(&mut bytes, &model, Format::Glb, &WriteOptions::default()).unwrap();
+    assert_eq!(report.dropped, ["normals (none of them has a length)"]);
+    assert_eq!(parse(&bytes).unwrap().corner_normals, None);
+}
+
+/// Fails the test when anything is written.
+struct Untouched;
+
+impl std::io::Write for Untouched {
+    fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
+        panic!("written to");
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn coordinates_beyond_32_bits_are_refused_before_anything_is_written() {
+    let mut model = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    model.soup.positions_mut()[2].y = -1e39;
+    let single = mesh_io::Precision::Single;
+    for (format, encoding, precision) in [
+        (Format::Glb, Encoding::Usual, single),
+        (Format::Gltf, Encoding::Usual, single),
+        (Format::Stl, Encoding::Text, single),
+        (Format::Stl, Encoding::LittleEndian, single),
+        (Format::Off, Encoding::BigEndian, single),
+        (Format::Ply, Encoding::Usual, single),
+        (Format::Ply, Encoding::Text, single),
+    ] {
+        let options = WriteOptions { encoding, precision, ..WriteOptions::default() };
+        let error = write_to(&mut Untouched, &model, format, &options).unwrap_err();
+        let WriteError::OutOfSingleRange { vertex, value, .. } = error else { panic!("{error}") };
+        assert_eq!((vertex, value), (2, -1e39), "{format}");
+        assert!(mesh_io::check_write(&model, format, &options).is_err());
+    }
+    for (format, encoding) in [(Format::Off, Encoding::Text), (Format::Obj, Encoding::Text)] {
+        assert_eq!(again(&model, format, encoding).soup, model.soup);
+    }
+    assert_eq!(again(&model, Format::Ply, Encoding::Usual).soup, model.soup);
+    model.soup.positions_mut()[2].y = f64::NAN;
+    for format in [Format::Glb, Format::Gltf] {
+        let error = write_to(&mut Untouched, &model, format, &WriteOptions::default()).unwrap_err();
+        assert!(matches!(error, WriteError::NotFinite { vertex: 2, .. }), "{error}");
+    }
+}
+
+#[test]
+fn what_gltf_may_not_hold_is_not_in_it() {
+    let mut model = painted();
+    model.materials[0].base_color = [2.0, f32::NAN, -1.0, 1.0];
+    model.materials[0].alpha = Alpha::Mask(f32::NAN);
+    model.materials[0].metallic = f32::INFINITY;
+    model.corner_uvs.as_mut().unwrap()[0] = [f32::NAN, 0.0];
+    model.corner_uvs.as_mut().unwrap()[1] = [0.0, f32::INFINITY];
+    model.vertex_colors = Some(vec![[f32::NAN, 0.5, 0.0, 1.0]; 4]);
+    let values = vec![1.0, f64::NAN, 1e300, 2.0];
+    model.vertex_scalars = vec![mesh_io::Scalars { name: "h".into(), values }];
+    // An image without a content, which no view can hold; the one after it moves up.
+    let ImageData::Bytes(bytes) = &mut model.images[0].data else { panic!() };
+    bytes.clear();
+    let mut bytes = Vec::new();
+    let report = write_to(&mut bytes, &model, Format::Gltf, &WriteOptions::default()).unwrap();
+    let told = |what: &str| report.dropped.iter().any(|dropped| dropped.contains(what));
+    assert!(told("numbers that are not finite"), "{report:?}");
+    let document: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+    assert!(!String::from_utf8(bytes.clone()).unwrap().contains("null"));
+    let views = document["bufferViews"].as_array().unwrap();
+    assert!(views.iter().all(|view| view["byteLength"].as_u64().unwrap() > 0));
+    let again = parse(&bytes).unwrap();
+    assert_eq!(again.materials[0].base_color, [1.0, 1.0, 0.0, 1.0]);
+    assert_eq!(again.materials[0].alpha, Alpha::Mask(0.5));
+    assert_eq!(again.materials[0].base_color_image, None);
+    assert_eq!(again.images.len(), 1);
+    assert_eq!(again.materials[1].base_color_image, Some(0));
+    assert!(again.corner_uvs.unwrap().as_flattened().iter().all(|value| value.is_finite()));
+    assert!(again.vertex_scalars[0].values.iter().all(|value| value.is_finite()));
+}
+
+#[test]
+fn names_of_pictures_are_files_in_mtl_and_uris_in_gltf() {
+    let mut model = painted();
+    let name = "maps/my skin #1 100%.png";
+    model.images[1].data = ImageData::Uri(name.into());
+    let mut bytes = Vec::new();
+    write_to(&mut bytes, &model, Format::Gltf, &WriteOptions::default()).unwrap();
+    let document: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
+    assert_eq!(document["images"][1]["uri"], "maps/my%20skin%20%231%20100%25.png");
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path().join("x.obj"), &model, &WriteOptions::default()).unwrap();
+    let library = std::fs::read_to_string(folder.path().join("x.mtl")).unwrap();
+    assert!(library.lines().any(|line| line == "map_Kd maps/my skin #1 100%.png"), "{library}");
+    // No line holds this one, and a hyphen would begin an option.
+    model.images[1].data = ImageData::Uri("two\nlines.png".into());
+    let report = write(folder.path().join("x.obj"), &model, &WriteOptions::default()).unwrap();
+    assert!(report.dropped.iter().any(|what| what.contains("line breaks")), "{report:?}");
+    model.images[1].data = ImageData::Uri("-s.png".into());
+    write(folder.path().join("x.obj"), &model, &WriteOptions::default()).unwrap();
+    let library = std::fs::read_to_string(folder.path().join("x.mtl")).unwrap();
+    assert!(library.contains("map_Kd ./-s.png"), "{library}");
+}
+
+#[test]
+fn materials_of_equal_names_stay_apart_in_obj() {
+    let mut model = painted();
+    let names = ["one\nname", "one name"];
+    for (material, name) in model.materials.iter_mut().zip(names) {
+        material.name = name.into();
+        material.base_color_image = None;
+    }
+    model.materials[1].base_color = [0.0, 1.0, 0.0, 1.0];
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.obj");
+    write(&path, &model, &WriteOptions::default()).unwrap();
+    let back = read(&path).unwrap();
+    assert_eq!(back.materials[0].name, "one name");
+    assert_eq!(back.materials[1].name, "one name_2");
+    assert_eq!(back.materials[1].base_color, [0.0, 1.0, 0.0, 1.0]);
+}
+
+#[test]
+fn numbers_in_ply_do_not_become_something_else() {
+    let mut model = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let scalars = |names: &[&str], value: f64| -> Vec<_> {
+        let scalars =
+            |name: &&str| mesh_io::Scalars { name: (*name).into(), values: vec![value; 3] };
+        names.iter().map(scalars).collect()
+    };
+    // A coordinate, a normal, a colour, texture coordinates, two of one name, two words.
+    let names = ["x", "nx", "ny", "nz", "red", "green", "blue", "u", "v", "k", "k", "two words"];
+    model.vertex_scalars = scalars(&names, 0.25);
+    let back = again(&model, Format::Ply, Encoding::Text);
+    let found: Vec<&str> = back.vertex_scalars.iter().map(|s| s.name.as_str()).collect();
+    let expected = [
+        "x_2",
+        "nx_2",
+        "ny_2",
+        "nz_2",
+        "red_2",
+        "green_2",
+        "blue_2",
+        "u_2",
+        "v_2",
+        "k",
+        "k_2",
+        "two_words",
+    ];
+    assert_eq!(found, expected);
+    assert_eq!(back.soup, model.soup);
+    // Alone they are what they are.
+    model.vertex_scalars = scalars(&["nx", "red", "u"], 0.25);
+    let back = again(&model, Format::Ply, Encoding::Text);
+    assert_eq!(back.vertex_scalars, model.vertex_scalars);
+}
+
+#[test]
+fn levels_need_a_coverage_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("levels.glb");
+    let levels = [painted(), painted()];
+    for coverage in [&[0.5][..], &[0.5, f64::NAN], &[0.5, -1.0]] {
+        assert!(write_levels(&path, &levels, coverage, &WriteOptions::default()).is_err());
+    }
+    assert!(!path.exists());
+    // A level without faces has no mesh, and takes its coverage with it.
+    let levels = [painted(), Model::default(), painted()];
+    let path = folder.path().join("levels.gltf");
+    write_levels(&path, &levels, &[0.5, 0.25, 0.125], &WriteOptions::default()).unwrap();
+    let document: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let coverage = &document["nodes"][0]["extras"]["MSFT_screencoverage"];
+    assert_eq!(coverage, &serde_json::json!([0.5, 0.125]));
+}
+
+#[test]
+fn points_that_a_format_has_no_place_for_are_told() {
+    let model = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\n").unwrap();
+    let told = |model: &Model, format| {
+        let report =
+            write_to(&mut std::io::sink(), model, format, &WriteOptions::default()).unwrap();
+        report.dropped.contains(&"vertices that no face uses".to_owned())
+    };
+    assert!(told(&model, Format::Stl) && !told(&model, Format::Glb));
+    let mut cloud = PolygonSoup::new();
+    cloud.push_vertex([1.0, 2.0, 3.0]);
+    assert!(told(&cloud.into(), Format::Glb));
+}
+
+/// Edits leave gaps; a file has none.
+#[test]
+fn a_mesh_is_written_in_one_call_with_or_without_gaps() {
+    use mesh_core::{Topology, TriMesh};
+    let corners: Vec<[f64; 3]> = (0..3)
+        .flat_map(|y| (0..3).map(move |x| [f64::from(x), f64::from(y), f64::from(x * y)]))
+        .collect();
+    let faces: Vec<[u32; 3]> =
+        [0, 1, 3, 4].into_iter().flat_map(|a| [[a, a + 1, a + 4], [a, a + 4, a + 3]]).collect();
+    let mut mesh = TriMesh::from_triangles(&corners, &faces).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let count = |topology: &Topology| (topology.vertex_count(), topology.face_count());
+    for (name, collapses) in [("whole.ply", 0), ("gaps.obj", 1)] {
+        for _ in 0..collapses {
+            let topology = mesh.topology();
+            let legal = topology.half_edges().find_map(|h| topology.check_collapse(h).ok());
+            mesh.collapse(legal.unwrap(), glam::DVec3::splat(0.5));
+        }
+        let path = folder.path().join(name);
+        write(&path, &mesh, &WriteOptions::default()).unwrap();
+        let soup = read(&path).unwrap().soup;
+        assert_eq!((soup.vertex_count(), soup.face_count()), count(mesh.topology()));
+        let mut compact = mesh.clone();
+        compact.compact();
+        assert_eq!(soup.positions(), compact.positions());
+        let faces = soup.faces().map(|face| <[u32; 3]>::try_from(face).unwrap());
+        assert!(faces.eq(compact.topology().triangles()));
+        // What has positions and faces only is a model too.
+        assert_eq!(Model::from(&mesh).soup, soup);
+        let mut bytes = Vec::new();
+        write_to(&mut bytes, &soup, Format::Stl, &WriteOptions::default()).unwrap();
+        write_to(&mut bytes, &mesh, Format::Glb, &WriteOptions::default()).unwrap();
+        write_levels(folder.path().join("l.glb"), &[soup], &[0.0], &WriteOptions::default())
+            .unwrap();
+    }
+    assert!(mesh.topology().vertex_capacity() > mesh.topology().vertex_count());
+}

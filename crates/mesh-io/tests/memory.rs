@@ -92,7 +92,11 @@ fn obj_groups_of_an_object_with_a_long_name() {
     let mut file = format!("v 0 0 0\no {}\n", "n".repeat(300_000));
     (0..3000).for_each(|group| writeln!(file, "g {group}").unwrap());
     assert!(file.len() < 350_000);
-    too_much(within(file.as_bytes()));
+    let needed = too_much(within(file.as_bytes()));
+    // How much more the rest of the file needs is not known yet.
+    let message = within(file.as_bytes()).unwrap_err().to_string();
+    let allow = format!("--max-memory {}MiB", (2 * needed).div_ceil(1 << 20));
+    assert!(message.contains("more than") && message.contains(&allow), "{message}");
     // The same group again is no more than one.
     let file = format!("v 0 0 0\no {}\n{}", "n".repeat(300_000), "g a\n".repeat(50_000));
     assert_eq!(within(file.as_bytes()).unwrap().groups.len(), 2);
@@ -399,15 +403,14 @@ fn a_limit_of_the_caller_holds_for_every_format() {
     for index in 0..99_998 {
         model.soup.push_face(&[index, index + 1, index + 2]).unwrap();
     }
-    for format in Format::ALL {
+    for &format in Format::ALL {
         let mut bytes = Vec::new();
         mesh_io::write_to(&mut bytes, &model, format, &mesh_io::WriteOptions::default()).unwrap();
         let size = Some(bytes.len() as u64);
         let options = |max_memory| ReadOptions { size, max_memory, ..ReadOptions::default() };
         let (result, peak) = measure(&bytes, &options(Some(1 << 20)));
         assert!(matches!(result.unwrap_err().kind, ReadErrorKind::Memory { .. }), "{format}");
-        // What has been reserved for as many vertices as the file holds is within its size.
-        assert!(peak < 12 << 20, "{format}: {peak}");
+        assert!(peak < 2 << 20, "{format}: {peak}");
         let (result, peak) = measure(&bytes, &options(Some(64 << 20)));
         assert_eq!(result.unwrap().soup.face_count(), 99_998);
         assert!(peak < 64 << 20, "{format}: {peak}");

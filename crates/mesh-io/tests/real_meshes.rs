@@ -129,7 +129,7 @@ fn every_mesh_survives_every_format() {
         if model.soup.vertex_count() > 40_000 {
             continue;
         }
-        for format in Format::ALL {
+        for &format in Format::ALL {
             let path = target.path().join("mesh").with_extension(format.extension());
             let finite = model.soup.positions().iter().all(|p| p.is_finite());
             let gltf = matches!(format, Format::Gltf | Format::Glb);

@@ -23,6 +23,33 @@ fn rich_model() -> Model {
     model
 }
 
+/// Everything that the reader of glTF knows beside what is written: sparse values, strips, instances
+/// on the graphics card, transforms of textures, compressed data with a fallback.
+const RICH_SCENE: &str = r#"{"asset":{"version":"2.0"},"extensionsRequired":["EXT_mesh_gpu_instancing"],
+"buffers":[{"byteLength":36,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"},{"byteLength":8,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],
+"bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":12,"byteLength":24,"byteStride":8,"extensions":{"EXT_meshopt_compression":{"buffer":0}}}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","sparse":{"count":2,"indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":0}}},
+{"bufferView":1,"componentType":5126,"count":3,"type":"VEC2"},{"componentType":5123,"count":9,"type":"SCALAR"},{"bufferView":1,"componentType":5120,"normalized":true,"count":3,"type":"VEC4"}],
+"images":[{"uri":"a%20b.png"},{"bufferView":0,"mimeType":"image/png"},{"bufferView":0}],
+"textures":[{"source":0},{"extensions":{"EXT_texture_webp":{"source":1}}}],
+"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"texCoord":1,"extensions":{"KHR_texture_transform":{"offset":[0,1],"rotation":1.5,"scale":[2,3]}}}}},
+{"alphaMode":"MASK","extensions":{"KHR_materials_pbrSpecularGlossiness":{"diffuseTexture":{"index":1}}}}],
+"meshes":[{"name":"m","primitives":[{"attributes":{"POSITION":0,"NORMAL":0,"TEXCOORD_0":1,"TEXCOORD_1":1,"COLOR_0":3},"material":0},
+{"attributes":{"POSITION":0,"NORMAL":0},"indices":2,"mode":5,"material":1},{"attributes":{"POSITION":0,"_A":0},"mode":6},{"mode":1,"attributes":{"POSITION":0}}]}],
+"nodes":[{"mesh":0,"scale":[1,2,-3],"children":[1]},{"mesh":0,"name":"n","extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"TRANSLATION":0,"ROTATION":3}}}},{"skin":0}],
+"scene":0,"scenes":[{"nodes":[0,2]}],"animations":[{}]}"#;
+
+const TEXTURED_PLY: &str = "ply\nformat ascii 1.0\ncomment TextureFile a.png\ncomment TextureFile b.png\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nelement face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty int texnumber\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 1 1\n3 0 2 1 6 0 0 1 0 0 1 0\n";
+
+#[test]
+fn the_samples_are_sound() {
+    for (format, bytes) in samples() {
+        let model = parse(&bytes, None).unwrap_or_else(|error| panic!("{format}: {error}"));
+        model.check().unwrap();
+        assert!(model.soup.face_count() > 0, "{format}");
+    }
+}
+
 fn samples() -> Vec<(Format, Vec<u8>)> {
     let model = rich_model();
     let plain = Model::from(model.soup.clone());
@@ -45,6 +72,23 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
         of(&normals, Format::Off, Encoding::BigEndian),
         of(&model, Format::Gltf, Encoding::Text),
         of(&model, Format::Glb, Encoding::Usual),
+        (Format::Gltf, RICH_SCENE.into()),
+        (
+            Format::Obj,
+            String::from_utf8_lossy(&of(&model, Format::Obj, Encoding::Text).1)
+                .replace('\n', "\r")
+                .into(),
+        ),
+        (Format::Ply, TEXTURED_PLY.into()),
+        (
+            Format::Off,
+            b"OFF BINARY\n\x03\0\0\0\x01\0\0\0\0\0\0\0"
+                .iter()
+                .chain(&[0; 36])
+                .chain(b"\x03\0\0\0\0\0\0\0\x01\0\0\0\x02\0\0\0")
+                .copied()
+                .collect(),
+        ),
     ]
 }
 
@@ -122,6 +166,8 @@ fn headers_that_promise_too_much_are_refused() {
         (br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":99999999999,"uri":"data:;base64,AAAA"}]}"#, None),
         (br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"count":99999999999,"componentType":5126,"type":"VEC3"}]}"#, None),
         (br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":7}}]}]}"#, None),
+        (br#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":0,"_A":1},"indices":1}]}],"accessors":[{"count":18446744073709551615,"componentType":5126,"type":"VEC3"},{"count":18446744073709551615,"componentType":5125,"type":"SCALAR"}]}"#, None),
+        (br#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{"SCALE":0}}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"count":18446744073709551615,"componentType":5126,"type":"VEC3"}]}"#, None),
         (br#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]}"#, None),
         (br#"{"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"missing.bin"}]}"#, None),
     ];
@@ -181,7 +227,7 @@ impl Write for FailingWriter {
 #[test]
 fn a_writer_that_fails_at_any_byte_fails_the_write() {
     let model = rich_model();
-    for format in Format::ALL {
+    for &format in Format::ALL {
         let mut whole = Vec::new();
         write_to(&mut whole, &model, format, &WriteOptions::default()).unwrap();
         for room in (0..whole.len()).step_by(7) {

@@ -19,6 +19,16 @@ pub enum SimplifyError {
         /// What it must be.
         expected: &'static str,
     },
+    /// Two options exclude each other.
+    #[error("{option} does not go with {with}: {cure}")]
+    Conflict {
+        /// The option.
+        option: &'static str,
+        /// What it does not go with.
+        with: &'static str,
+        /// What would help.
+        cure: &'static str,
+    },
     /// A position is infinite or not a number.
     #[error("{vertex:?} is at {position}, which is not finite; remove it or give it a place")]
     NotFinite {

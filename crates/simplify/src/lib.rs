@@ -5,62 +5,95 @@
 //! loop over separate policies that can be mixed and replaced:
 //!
 //! - [`Cost`]: what a collapse costs. [`GarlandHeckbert`] (quadrics accumulated from the original),
-//!   [`Memoryless`] (quadrics of the current faces), [`Hybrid`] (both), [`CurvatureFactor`] (any of
-//!   them, raised where curvature changes), [`CurvatureNorm`] (Kim, Kim and Levin 2002).
+//!   [`Memoryless`] (quadrics of the current faces), [`Hybrid`] (both), [`CurvatureNorm`] (Kim, Kim
+//!   and Levin 2002).
+//! - [`Surcharge`]: what comes on top of a cost. [`CurvatureFactor`] where curvature changes,
+//!   [`AttributeDeviation`] where texture coordinates, normals and colours would shift.
 //! - [`Placement`]: where the remaining vertex goes. [`Optimal`], with or without keeping the volume,
 //!   [`ButterflyPoint`], [`BestEndpoint`], [`Midpoint`].
 //! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`],
 //!   [`IntersectionGuard`]; manifoldness is always guarded.
 //! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
 //!
+//! Policies from outside this crate go the same way, and with [`simplify_with`] all the way.
+//!
 //! [`fit()`] then moves the vertices closer to the original, [`anneal()`] spends patience on it, and
-//! [`cut_peaks()`] takes down the largest errors. With [`Options::max_error`], and no attributes, the
-//! coarsest level within it is collapsed further where that does not exceed it.
+//! [`cut_peaks()`] takes down the largest errors. With [`LimitOptions::distance`] the
+//! result is the coarsest that is found within it, and with [`LimitOptions::squeeze`] that is collapsed
+//! further where that does not exceed it.
 //!
 //! The source has four rooms, each above those before it: `collapse` (the loop and its policies),
 //! `attributes`, `finish` (fit, anneal, peaks) and `limit` (the largest error).
 //!
 //! All lengths are in model units. Results are bitwise the same for any number of threads.
 
+#[cfg(feature = "finish")]
 mod attributes;
+#[cfg_attr(not(feature = "finish"), allow(dead_code, reason = "rooms above use the rest"))]
 mod collapse;
+#[cfg(feature = "finish")]
 mod error;
+#[cfg(feature = "finish")]
 mod finish;
+#[cfg(feature = "finish")]
 mod limit;
+#[cfg(feature = "finish")]
 mod named;
+#[cfg(feature = "finish")]
 mod options;
+#[cfg(feature = "finish")]
 mod preset;
+#[cfg(feature = "finish")]
 mod simplify;
 
+#[cfg(feature = "finish")]
 pub use attributes::attribute_deviation::AttributeDeviation;
-pub use attributes::texture_guard::TextureGuard;
+#[cfg(feature = "finish")]
 pub use attributes::transfer::seams::seam_nodes;
+#[cfg(feature = "finish")]
 pub use attributes::transfer::{CornerSource, corner_sources};
+#[cfg(feature = "finish")]
 pub use attributes::wedges::{CornerAttributes, MAX_CHANNELS};
 pub use collapse::constraint::{Boundary, Constraints};
-pub use collapse::cost::{
-    Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm, Reach,
-};
+pub use collapse::cost::{Cost, GarlandHeckbert, Hybrid, Memoryless, Reach, Surcharge};
+#[cfg(feature = "curvature")]
+pub use collapse::cost::{CurvatureFactor, CurvatureNorm, Norm};
 pub use collapse::driver::collapse_edges;
-pub use collapse::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
+pub use collapse::guard::{
+    CloneGuard, ComponentGuard, Guard, Guards, IntersectionGuard, NormalGuard, ShapeGuard,
+};
 pub use collapse::log::record::RecordError;
 pub use collapse::log::{CollapseLog, LogEntry};
 pub use collapse::patch::{Collapse, EdgePatch, PatchFace, Place};
 pub use collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use collapse::policies::{Policies, Update};
+pub use collapse::policy::{Policy, Scratch};
 pub use collapse::quadric::Quadric;
 pub use collapse::refusal::{Refusal, Refusals};
 pub use collapse::run::{Progress, Run};
 pub use collapse::stop::{Limits, StopReason};
 pub use collapse::symmetric::Symmetric3;
+#[cfg(feature = "finish")]
 pub use error::SimplifyError;
+#[cfg(feature = "finish")]
 pub use finish::anneal::{AnnealOptions, AnnealReport, anneal};
+#[cfg(feature = "finish")]
 pub use finish::curve::Curve;
+#[cfg(feature = "finish")]
 pub use finish::fit::constraints::FitConstraints;
+#[cfg(feature = "finish")]
 pub use finish::fit::{FitOptions, FitReport, fit};
+#[cfg(feature = "finish")]
 pub use finish::peaks::{PeakOptions, PeakReport, cut_peaks};
+#[cfg(feature = "finish")]
 pub use limit::measure::{AchievedError, ErrorCheck};
+#[cfg(feature = "finish")]
 pub use limit::within::collapses_within;
-pub use options::{Metric, Options, PlacementRule};
+#[cfg(feature = "finish")]
+pub use options::{
+    AttributeOptions, CollapseOptions, FinishOptions, LimitOptions, Metric, Options, PlacementRule,
+};
+#[cfg(feature = "finish")]
 pub use preset::{Preset, UnknownPreset};
-pub use simplify::{Simplified, simplify, simplify_observed};
+#[cfg(feature = "finish")]
+pub use simplify::{Simplified, simplify, simplify_observed, simplify_with};

@@ -2,6 +2,7 @@
 
 use crate::attributes::wedges::CornerAttributes;
 use crate::collapse::constraint::Constraints;
+use crate::collapse::guard::{ComponentGuard, Guards, IntersectionGuard, NormalGuard, ShapeGuard};
 use crate::collapse::policies::Update;
 use crate::collapse::stop::Limits;
 use crate::error::SimplifyError;
@@ -11,12 +12,32 @@ use crate::finish::peaks::PeakOptions;
 use crate::limit::measure::ErrorCheck;
 
 /// How a mesh is simplified; see [`crate::simplify`].
+///
+/// In the order of what is done: edges collapse, as [`CollapseOptions`] say and with an eye on the
+/// [`AttributeOptions`]; [`FinishOptions`] bring the result closer to the original; and
+/// [`LimitOptions`] hold it to a distance. No option changes the meaning of another one; those that
+/// exclude each other are an error.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Options {
+    /// Which edges collapse, and when that ends.
+    pub collapse: CollapseOptions,
+    /// What is done with the mesh that is left.
+    pub finish: FinishOptions,
+    /// How far the result may be from the original.
+    pub limit: LimitOptions,
+    /// What should stay at the corners of the faces, besides the shape.
+    pub attributes: AttributeOptions,
+}
+
+/// Which edges collapse, and when that ends.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CollapseOptions {
     /// What a collapse costs.
     pub metric: Metric,
     /// The weight of the curvature factor on top of the cost; 0 for none. See
-    /// [`CurvatureFactor`](crate::CurvatureFactor).
+    /// [`CurvatureFactor`](crate::CurvatureFactor). Not with the curvature norms.
     pub curvature_weight: f64,
     /// Where the remaining vertex goes.
     pub placement: PlacementRule,
@@ -24,49 +45,82 @@ pub struct Options {
     pub update: Update,
     /// When to stop.
     pub limits: Limits,
-    /// The largest allowed distance from the original, in model units, both ways. The result is
-    /// the coarsest one in the sequence of collapses, up to three percent of its vertices, that was
-    /// found within it after it was fitted; or a finer one, collapsed further as
-    /// [`Options::squeeze`] says.
-    pub max_error: Option<f64>,
-    /// Whether, when `max_error` ends the collapses, a level within it is collapsed further, edge by
-    /// edge, wherever that leaves it within. The result has far fewer faces than a fitted level, most
-    /// of them nearly as far from the original as they may be, and is not fitted. Not with attributes
-    /// that count, nor with limits of vertices, cost, collapses or time.
-    pub squeeze: bool,
-    /// How the distance from the original is found.
-    pub error: ErrorCheck,
     /// What must stay.
     pub constraints: Constraints,
     /// The smallest cosine between the normals of a face before and after a collapse; `None`
-    /// allows all. See [`NormalGuard`](crate::NormalGuard).
+    /// allows all. See [`NormalGuard`].
     pub min_cosine: Option<f64>,
-    /// The shape below which faces must not get worse; `None` allows all. See
-    /// [`ShapeGuard`](crate::ShapeGuard).
+    /// The shape below which faces must not get worse; `None` allows all. See [`ShapeGuard`].
     pub min_shape: Option<f64>,
-    /// How many vertices every component keeps; `None` for as few as possible. See
-    /// [`ComponentGuard`](crate::ComponentGuard).
+    /// How many vertices every component keeps, here and when the mesh is finished; `None` for as few
+    /// as possible. See [`ComponentGuard`].
     pub min_component_vertices: Option<usize>,
-    /// What should stay at the corners of the faces, besides the shape; see
-    /// [`AttributeDeviation`](crate::AttributeDeviation). The curvature norms pass over it. The
-    /// seams between wedges are not kept by this: give them as features.
-    pub attributes: Option<CornerAttributes>,
-    /// The weight of the attributes; 0 for none.
-    pub attribute_weight: f64,
-    /// Whether collapses, fitting and annealing must not make faces cross that did not before. See
-    /// [`IntersectionGuard`](crate::IntersectionGuard).
+    /// Whether faces must not come to cross that did not before, here and when the mesh is finished.
+    /// See [`IntersectionGuard`].
     pub forbid_intersections: bool,
+}
+
+/// What is done with the mesh that the collapses leave.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct FinishOptions {
     /// Whether and how the result is fitted to the original. See [`fit`](crate::fit()).
     pub fit: Option<FitOptions>,
-    /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()).
+    /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()). Not without
+    /// `fit`.
     pub anneal: Option<AnnealOptions>,
     /// Whether and how the largest errors are taken down in the end. See
-    /// [`cut_peaks`](crate::cut_peaks()). Guards are those of these options.
+    /// [`cut_peaks`](crate::cut_peaks()).
     pub peaks: Option<PeakOptions>,
+}
+
+/// How far the result may be from the original.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct LimitOptions {
+    /// The largest allowed distance from the original, in model units, both ways. The result is
+    /// the coarsest one in the sequence of collapses, up to three percent of its vertices, that was
+    /// found within it after it was finished. Needs `check`.
+    pub distance: Option<f64>,
+    /// Whether and how the distance of the result is found.
+    pub check: Option<ErrorCheck>,
+    /// Whether a level within `distance`, where that is what ends the collapses, is collapsed further,
+    /// edge by edge, wherever that leaves it within. The result has far fewer faces than a finished
+    /// level, most of them nearly as far from the original as they may be, and is not finished. Needs
+    /// `distance`; not with attributes that count, nor with limits of vertices, cost, collapses or
+    /// time.
+    pub squeeze: bool,
+}
+
+/// What should stay at the corners of the faces, besides the shape.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct AttributeOptions {
+    /// The values; see [`AttributeDeviation`](crate::AttributeDeviation). The seams between wedges are not kept by this: give
+    /// them as features. Not with the curvature norms.
+    pub corners: Option<CornerAttributes>,
+    /// Their weight; 0 for none.
+    pub weight: f64,
+}
+
+impl Default for AttributeOptions {
+    fn default() -> Self {
+        Self { corners: None, weight: 1.0 }
+    }
+}
+
+impl AttributeOptions {
+    /// The attributes, if they count.
+    #[must_use]
+    pub fn counting(&self) -> Option<&CornerAttributes> {
+        self.corners.as_ref().filter(|_| self.weight > 0.0)
+    }
 }
 
 /// A cost by name.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Metric {
     /// [`GarlandHeckbert`](crate::GarlandHeckbert) as published.
     Classic,
@@ -84,6 +138,8 @@ pub enum Metric {
 
 /// A placement by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum PlacementRule {
     /// [`Optimal`](crate::Optimal) among the places that keep the volume.
     OptimalVolume,
@@ -97,39 +153,114 @@ pub enum PlacementRule {
     Butterfly,
 }
 
+impl Metric {
+    /// Whether it is one of the curvature norms, which nothing comes on top of.
+    #[must_use]
+    pub fn is_norm(self) -> bool {
+        matches!(self, Self::CurvatureL1 | Self::CurvatureL2)
+    }
+}
+
+impl CollapseOptions {
+    /// The guards that the options name.
+    #[must_use]
+    pub fn guards(&self) -> Guards {
+        let mut guards = Guards::default();
+        if let Some(min_vertices) = self.min_component_vertices {
+            guards.push(ComponentGuard::new(min_vertices));
+        }
+        if let Some(min_cosine) = self.min_cosine {
+            guards.push(NormalGuard { min_cosine });
+        }
+        if let Some(min_shape) = self.min_shape {
+            guards.push(ShapeGuard { min_shape });
+        }
+        // The most expensive check comes last.
+        if self.forbid_intersections {
+            guards.push(IntersectionGuard::default());
+        }
+        guards
+    }
+}
+
 impl Options {
     /// The same with a number of faces to stop at.
     #[must_use]
     pub fn to_faces(mut self, faces: usize) -> Self {
-        self.limits.faces = Some(faces);
+        self.collapse.limits.faces = Some(faces);
         self
     }
 
-    /// Whether the options make sense.
+    /// The same with a largest distance from the original, in model units, and how that is found. To be
+    /// called last: where the options take care of the largest errors ([`FinishOptions::peaks`]) and
+    /// nothing in them speaks against it, as few faces are left as can be
+    /// ([`LimitOptions::squeeze`]).
+    #[must_use]
+    pub fn within(mut self, distance: f64, check: ErrorCheck) -> Self {
+        let squeeze = self.finish.peaks.is_some() && self.squeeze_conflict().is_none();
+        self.limit = LimitOptions { distance: Some(distance), check: Some(check), squeeze };
+        self
+    }
+
+    /// What a mesh cannot be squeezed with: what is left of other limits would not be known, and
+    /// attributes would be passed over.
+    fn squeeze_conflict(&self) -> Option<&'static str> {
+        let Limits { vertices, cost, collapses, time, .. } = self.collapse.limits;
+        let conflicts = [
+            (vertices.is_some(), "collapse.limits.vertices"),
+            (cost.is_some(), "collapse.limits.cost"),
+            (collapses.is_some(), "collapse.limits.collapses"),
+            (time.is_some(), "collapse.limits.time"),
+            (self.attributes.counting().is_some(), "attributes.corners"),
+        ];
+        conflicts.into_iter().find_map(|(is_set, option)| is_set.then_some(option))
+    }
+
+    /// Whether the options make sense, each by itself and all together.
     pub(crate) fn check(&self) -> Result<(), SimplifyError> {
+        let Self { collapse, finish, limit, attributes } = self;
         let check = |option, value: Option<f64>, fits: fn(f64) -> bool, expected| match value {
             Some(value) if !fits(value) => Err(SimplifyError::Option { option, value, expected }),
             _ => Ok(()),
         };
         let positive = |x: f64| x > 0.0 && x.is_finite();
-        let not_negative = |x: f64| x >= 0.0 && x.is_finite();
-        check("ratio", self.limits.ratio, |x| (0.0..=1.0).contains(&x), "between 0 and 1")?;
-        check("cost limit", self.limits.cost, |x| x >= 0.0, "a number that is not negative")?;
-        check("max_error", self.max_error, positive, "positive and finite")?;
+        let share = |x: f64| (0.0..=1.0).contains(&x);
+        let weight = |option, value: f64| {
+            check(option, Some(value), |x| x >= 0.0 && x.is_finite(), "at least 0 and finite")
+        };
+        check("collapse.limits.ratio", collapse.limits.ratio, share, "between 0 and 1")?;
+        check("collapse.limits.cost", collapse.limits.cost, |x| x >= 0.0, "at least 0")?;
+        weight("collapse.curvature_weight", collapse.curvature_weight)?;
+        let cosine = |x: f64| (-1.0..=1.0).contains(&x);
+        check("collapse.min_cosine", collapse.min_cosine, cosine, "between -1 and 1")?;
+        check("collapse.min_shape", collapse.min_shape, share, "between 0 and 1")?;
+        check("limit.distance", limit.distance, positive, "positive and finite")?;
+        weight("attributes.weight", attributes.weight)?;
         check(
-            "curvature_weight",
-            Some(self.curvature_weight),
-            not_negative,
+            "finish.fit.pull",
+            finish.fit.map(|f| f.pull),
+            |x| x >= 0.0 && x.is_finite(),
             "at least 0 and finite",
         )?;
-        check(
-            "attribute_weight",
-            Some(self.attribute_weight),
-            not_negative,
-            "at least 0 and finite",
-        )?;
-        check("min_cosine", self.min_cosine, |x| (-1.0..=1.0).contains(&x), "between -1 and 1")?;
-        check("min_shape", self.min_shape, |x| (0.0..=1.0).contains(&x), "between 0 and 1")?;
-        check("fit pull", self.fit.map(|f| f.pull), not_negative, "at least 0 and finite")
+
+        let norm = collapse.metric.is_norm().then_some("collapse.metric, a curvature norm");
+        let squeeze = limit.squeeze.then_some("limit.squeeze");
+        let conflict =
+            |option: Option<&'static str>, with: Option<&'static str>, cure| match (option, with) {
+                (Some(option), Some(with)) => Err(SimplifyError::Conflict { option, with, cure }),
+                _ => Ok(()),
+            };
+        let factor = (collapse.curvature_weight > 0.0).then_some("collapse.curvature_weight");
+        conflict(factor, norm, "set it to 0")?;
+        let corners = attributes.counting().map(|_| "attributes.corners");
+        conflict(corners, norm, "take another metric, or none of the attributes")?;
+        let no_fit = finish.fit.is_none().then_some("finish.fit = None");
+        conflict(finish.anneal.map(|_| "finish.anneal"), no_fit, "fit as well")?;
+        let unchecked = limit.check.is_none().then_some("limit.check = None");
+        let cure = "say how the distance is found: sampled or certified";
+        conflict(limit.distance.map(|_| "limit.distance"), unchecked, cure)?;
+        let unlimited = limit.distance.is_none().then_some("limit.distance = None");
+        conflict(squeeze, unlimited, "set a distance")?;
+        conflict(squeeze, self.squeeze_conflict(), "do without one of them")
     }
 }

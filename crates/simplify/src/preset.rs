@@ -10,11 +10,14 @@ use crate::collapse::stop::Limits;
 use crate::finish::anneal::AnnealOptions;
 use crate::finish::fit::FitOptions;
 use crate::finish::peaks::PeakOptions;
-use crate::limit::measure::ErrorCheck;
-use crate::options::{Metric, Options, PlacementRule};
+use crate::options::{
+    AttributeOptions, CollapseOptions, FinishOptions, LimitOptions, Metric, Options, PlacementRule,
+};
 
 /// A named set of options.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Preset {
     /// Accumulated quadrics with marginal cost and kept volume: the quickest.
     Fast,
@@ -36,7 +39,7 @@ pub enum Preset {
 
 impl Preset {
     /// All presets.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: &'static [Self] = &[
         Self::Fast,
         Self::Default,
         Self::Quality,
@@ -78,8 +81,8 @@ impl FromStr for Preset {
     type Err = UnknownPreset;
 
     fn from_str(name: &str) -> Result<Self, UnknownPreset> {
-        let found = Self::ALL.into_iter().find(|preset| preset.name() == name);
-        found.ok_or_else(|| UnknownPreset(name.to_owned()))
+        let found = Self::ALL.iter().find(|preset| preset.name() == name);
+        found.copied().ok_or_else(|| UnknownPreset(name.to_owned()))
     }
 }
 
@@ -93,37 +96,6 @@ impl Options {
     /// The options of a preset. No preset has a limit.
     #[must_use]
     pub fn preset(preset: Preset) -> Self {
-        let base = Self {
-            metric: Metric::Hybrid,
-            curvature_weight: 0.1,
-            placement: PlacementRule::OptimalVolume,
-            update: Update::Lazy,
-            limits: Limits::default(),
-            max_error: None,
-            squeeze: true,
-            error: ErrorCheck::None,
-            constraints: Constraints::default(),
-            min_cosine: Some(NormalGuard::default().min_cosine),
-            min_shape: Some(ShapeGuard::default().min_shape),
-            min_component_vertices: None,
-            attributes: None,
-            attribute_weight: 1.0,
-            forbid_intersections: false,
-            fit: Some(FitOptions::default()),
-            anneal: None,
-            peaks: Some(PeakOptions::default()),
-        };
-        let paper = |metric| Self {
-            metric,
-            curvature_weight: 0.0,
-            placement: PlacementRule::Butterfly,
-            update: Update::Eager,
-            squeeze: false,
-            fit: None,
-            peaks: None,
-            ..base.clone()
-        };
-        let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
         let peaks = PeakOptions::default();
         let low_peaks = PeakOptions {
             spacing: 2.0,
@@ -131,24 +103,75 @@ impl Options {
             fit: FitOptions { rounds: 24, ..peaks.fit },
             ..peaks
         };
-        match preset {
-            Preset::Fast => Self {
-                metric: Metric::Marginal,
-                curvature_weight: 0.0,
-                squeeze: false,
-                fit: None,
-                peaks: None,
-                ..base
-            },
-            Preset::Default => base,
-            Preset::Quality => Self { fit: Some(long_fit), peaks: Some(low_peaks), ..base },
+        let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
+        let quality = FinishOptions { fit: Some(long_fit), anneal: None, peaks: Some(low_peaks) };
+        let (collapse, finish) = match preset {
+            Preset::Fast => (
+                CollapseOptions {
+                    metric: Metric::Marginal,
+                    curvature_weight: 0.0,
+                    ..CollapseOptions::default()
+                },
+                FinishOptions::default(),
+            ),
+            Preset::Default => (CollapseOptions::default(), FinishOptions::short()),
+            Preset::Quality => (CollapseOptions::default(), quality),
             Preset::Extreme => {
                 let anneal = Some(AnnealOptions::default());
-                Self { fit: Some(long_fit), anneal, peaks: Some(low_peaks), ..base }
+                (CollapseOptions::default(), FinishOptions { anneal, ..quality })
             }
-            Preset::ThinFeatures => Self { curvature_weight: 1.0, ..base },
-            Preset::PaperL1 => paper(Metric::CurvatureL1),
-            Preset::PaperL2 => paper(Metric::CurvatureL2),
+            Preset::ThinFeatures => {
+                let curvature_weight = 1.0;
+                let collapse = CollapseOptions { curvature_weight, ..CollapseOptions::default() };
+                (collapse, FinishOptions::short())
+            }
+            Preset::PaperL1 => {
+                (CollapseOptions::published(Metric::CurvatureL1), FinishOptions::default())
+            }
+            Preset::PaperL2 => {
+                (CollapseOptions::published(Metric::CurvatureL2), FinishOptions::default())
+            }
+        };
+        let (limit, attributes) = (LimitOptions::default(), AttributeOptions::default());
+        Self { collapse, finish, limit, attributes }
+    }
+}
+
+impl Default for CollapseOptions {
+    /// Those of [`Preset::Default`].
+    fn default() -> Self {
+        Self {
+            metric: Metric::Hybrid,
+            curvature_weight: 0.1,
+            placement: PlacementRule::OptimalVolume,
+            update: Update::Lazy,
+            limits: Limits::default(),
+            constraints: Constraints::default(),
+            min_cosine: Some(NormalGuard::default().min_cosine),
+            min_shape: Some(ShapeGuard::default().min_shape),
+            min_component_vertices: None,
+            forbid_intersections: false,
         }
+    }
+}
+
+impl CollapseOptions {
+    /// As in KKL02: a norm, the butterfly point, and all costs up to date.
+    fn published(metric: Metric) -> Self {
+        Self {
+            metric,
+            curvature_weight: 0.0,
+            placement: PlacementRule::Butterfly,
+            update: Update::Eager,
+            ..Self::default()
+        }
+    }
+}
+
+impl FinishOptions {
+    /// Those of [`Preset::Default`]: a short fit, and the largest errors taken down.
+    fn short() -> Self {
+        let (fit, peaks) = (Some(FitOptions::default()), Some(PeakOptions::default()));
+        Self { fit, anneal: None, peaks }
     }
 }

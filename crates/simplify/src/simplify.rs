@@ -7,11 +7,16 @@ use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
 use crate::collapse::constraint::Marks;
+use crate::collapse::cost::Cost;
+use crate::collapse::guard::Guards;
 use crate::collapse::level::Level;
 use crate::collapse::log::CollapseLog;
+use crate::collapse::placement::Placement;
+use crate::collapse::policies::Policies;
+use crate::collapse::policy::Policy;
 use crate::collapse::refusal::Refusals;
-use crate::collapse::run::Progress;
-use crate::collapse::stop::{Limits, StopReason};
+use crate::collapse::run::{Progress, Run};
+use crate::collapse::stop::StopReason;
 use crate::error::SimplifyError;
 use crate::finish::anneal::{AnnealOptions, AnnealReport};
 use crate::finish::collapse_back::CollapseBack;
@@ -21,20 +26,21 @@ use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::{FitOptions, FitReport};
 use crate::finish::peaks::{PeakOptions, PeakReport};
 use crate::finish::texture_fit::Texture;
-use crate::limit::measure::{AchievedError, ErrorCheck, Measuring};
+use crate::limit::measure::{AchievedError, Measuring};
 use crate::limit::search::Search;
-use crate::named::collapse;
+use crate::named::{collapse, collapse_with};
 use crate::options::Options;
 
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Simplified {
     /// The mesh, without gaps.
     pub mesh: TriMesh,
     /// For each vertex of the original, the vertex of the result that it has become; `None` where
     /// the original had a removed vertex.
     pub vertex_map: VertexMap<Option<VertexId>>,
-    /// Every collapse, before fitting and before [`Options::squeeze`].
+    /// Every collapse, before fitting and before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze).
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,
@@ -86,29 +92,65 @@ pub fn simplify_observed(
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
-    options.check()?;
-    check_positions(mesh)?;
+    check(mesh, options)?;
     let mut working = mesh.clone();
-    let mut run = collapse(&mut working, options, observe);
+    let run = collapse(&mut working, options, observe);
+    finish(mesh, working, run, &Guards::default(), options)
+}
+
+/// Simplifies a mesh with a cost, a placement, surcharges and guards of one's own: these, not those
+/// that `options.collapse` names. Attributes, limits, and what comes after the collapses are as the
+/// options say; there, only the guards are asked.
+///
+/// # Errors
+/// As [`simplify()`].
+pub fn simplify_with(
+    mesh: &TriMesh,
+    mut policies: Policies<impl Cost, impl Placement>,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Simplified, SimplifyError> {
+    check(mesh, options)?;
+    let guards = core::mem::take(&mut policies.guards);
+    let mut followers = guards.clone();
+    followers.prepare(mesh);
+    let mut working = mesh.clone();
+    let run = collapse_with(&mut working, policies, followers, options, observe);
+    finish(mesh, working, run, &guards, options)
+}
+
+/// What comes after the collapses, which have left `working`; the guards are as they were before.
+fn finish(
+    mesh: &TriMesh,
+    working: TriMesh,
+    mut run: Run,
+    guards: &Guards,
+    options: &Options,
+) -> Result<Simplified, SimplifyError> {
+    let Options { collapse, finish, limit, .. } = options;
     let is_cancelled = run.stop == StopReason::Cancelled;
     let is_changed = !is_cancelled && !run.log.is_empty();
-    let wants_finish = is_changed && (options.fit.is_some() || options.peaks.is_some());
-    let wants_error = options.max_error.is_some() || options.error != ErrorCheck::None;
+    let wants_finish = is_changed && (finish.fit.is_some() || finish.peaks.is_some());
     let has_faces = mesh.topology().face_count() > 0;
-    let target = options.limits.face_target(mesh.topology().face_count());
+    let target = collapse.limits.face_target(mesh.topology().face_count());
     let mut level = Level::at_end(working, &run);
     let mut error = None;
-    let finished = if has_faces && (wants_finish || wants_error) {
+    let finished = if has_faces && (wants_finish || limit.check.is_some()) {
         let original = Surface::new(mesh)?;
         let steps = if wants_finish { steps(options, target) } else { Steps::default() };
         let texture = texture(mesh, options);
-        let finishing = Finishing::new(mesh, &original, &options.constraints, steps, texture);
-        let measuring =
-            Measuring { original: &original, check: options.error, limit: options.max_error };
-        if let Some(limit) = options.max_error {
+        let finishing = Finishing::new(mesh, &original, &collapse.constraints, steps, texture);
+        let measuring = limit.check.map(|check| Measuring {
+            original: &original,
+            check,
+            limit: limit.distance,
+        });
+        if let (Some(limit), Some(measuring)) = (limit.distance, measuring) {
+            let mut guards = guards.clone();
+            guards.prepare(mesh);
             let search = Search {
                 mesh,
-                marks: Marks::new(mesh, &options.constraints),
+                marks: Marks::new(mesh, &collapse.constraints, guards),
                 log: &run.log,
                 finishing: &finishing,
                 measuring,
@@ -125,7 +167,7 @@ pub fn simplify_observed(
             found.finished
         } else {
             let finished = finishing.finish(&level)?;
-            if wants_error {
+            if let Some(measuring) = measuring {
                 error = Some(measuring.measure(&finished.mesh)?.0);
             }
             finished
@@ -152,7 +194,8 @@ pub fn simplify_observed(
     })
 }
 
-fn check_positions(mesh: &TriMesh) -> Result<(), SimplifyError> {
+fn check(mesh: &TriMesh, options: &Options) -> Result<(), SimplifyError> {
+    options.check()?;
     let mut used = mesh.topology().vertices().map(|v| (v, mesh.position(v)));
     match used.find(|(_, position)| !position.is_finite()) {
         Some((vertex, position)) => Err(SimplifyError::NotFinite { vertex, position }),
@@ -162,19 +205,19 @@ fn check_positions(mesh: &TriMesh) -> Result<(), SimplifyError> {
 
 /// What the options do with a level; at least `target` faces are left, or one fewer.
 fn steps(options: &Options, target: usize) -> Steps {
-    let forbids = options.forbid_intersections;
+    let Options { collapse, finish, .. } = options;
+    let forbids = collapse.forbid_intersections;
     let guarded = |fit: FitOptions| FitOptions {
         forbid_intersections: fit.forbid_intersections || forbids,
         ..fit
     };
-    let anneal = options.anneal.filter(|_| options.fit.is_some());
     Steps {
-        fit: options.fit.map(guarded),
-        anneal: anneal.map(|anneal| AnnealOptions { fit: guarded(anneal.fit), ..anneal }),
-        peaks: options.peaks.map(|peaks| PeakOptions {
+        fit: finish.fit.map(guarded),
+        anneal: finish.anneal.map(|anneal| AnnealOptions { fit: guarded(anneal.fit), ..anneal }),
+        peaks: finish.peaks.map(|peaks| PeakOptions {
             min_faces: peaks.min_faces.max(target.saturating_sub(1)),
             forbid_intersections: peaks.forbid_intersections || forbids,
-            min_component_vertices: options.min_component_vertices,
+            min_component_vertices: collapse.min_component_vertices,
             fit: guarded(peaks.fit),
             ..peaks
         }),
@@ -183,24 +226,20 @@ fn steps(options: &Options, target: usize) -> Steps {
 
 /// The texture that must not fold over, if there is one that counts.
 fn texture<'a>(mesh: &'a TriMesh, options: &'a Options) -> Option<Texture<'a>> {
-    let attributes = options.attributes.as_ref().filter(|a| a.has_texture())?;
-    let seams = options.constraints.features.as_ref()?;
-    (options.attribute_weight > 0.0).then_some(Texture { original: mesh, attributes, seams })
+    let attributes = options.attributes.counting().filter(|corners| corners.has_texture())?;
+    let seams = options.collapse.constraints.features.as_ref()?;
+    Some(Texture { original: mesh, attributes, seams })
 }
 
-/// Whether and how a mesh within the limit is collapsed further. What is left of other limits would
-/// not be known, and attributes would be passed over.
+/// Whether and how a mesh within the limit is collapsed further.
 fn squeeze(options: &Options, target: usize) -> Option<CollapseBack<'static>> {
-    let Options { limits, attributes, attribute_weight, .. } = options;
-    let is_bare = attributes.is_none() || *attribute_weight == 0.0;
-    let Limits { vertices, cost, collapses, time, .. } = *limits;
-    let is_free = (vertices, cost, collapses, time) == (None, None, None, None);
-    (options.squeeze && is_free && is_bare).then_some(CollapseBack {
+    let Options { collapse, limit, .. } = options;
+    limit.squeeze.then_some(CollapseBack {
         faces: target,
         locked: &[],
-        boundary: options.constraints.boundary,
-        forbid_intersections: options.forbid_intersections,
-        min_component_vertices: options.min_component_vertices,
+        boundary: collapse.constraints.boundary,
+        forbid_intersections: collapse.forbid_intersections,
+        min_component_vertices: collapse.min_component_vertices,
     })
 }
 

@@ -45,7 +45,7 @@ proptest! {
         prop_assume!(mesh.is_some());
         let mesh = mesh.unwrap();
         let mut options = Options::preset(Preset::ALL[preset]).to_faces(floor);
-        options.constraints.boundary =
+        options.collapse.constraints.boundary =
             [Boundary::Quadrics, Boundary::Lock, Boundary::Free][boundary];
         let result = simplify(&mesh, &options).unwrap();
         let topology = result.mesh.topology();
@@ -88,11 +88,7 @@ proptest! {
         seed in 0_u64..10_000, cells in 4_usize..9, limit in 0.01_f64..0.5
     ) {
         let mesh = random_mesh(seed, cells, 0, true).unwrap();
-        let options = Options {
-            max_error: Some(limit),
-            error: ErrorCheck::Certified,
-            ..Options::default()
-        };
+        let options = Options::default().within(limit, ErrorCheck::Certified);
         let result = simplify(&mesh, &options).unwrap();
         let error = result.error.unwrap();
         prop_assert!(error.upper.unwrap() <= limit, "{error:?} exceeds {limit}");

@@ -49,7 +49,9 @@ fn boundary_vertices_slide_along_the_boundary() {
     let curve = Curve::boundary(&original).unwrap();
     let options = Options::default().to_faces(400);
     let fitted = simplify(&original, &options).unwrap();
-    let collapsed = simplify(&original, &Options { fit: None, ..options.clone() }).unwrap();
+    let mut unfitted = options.clone();
+    unfitted.finish.fit = None;
+    let collapsed = simplify(&original, &unfitted).unwrap();
     let before = boundary(&collapsed.mesh);
     let moved: Vec<DVec3> =
         boundary(&fitted.mesh).into_iter().filter(|p| !before.contains(p)).collect();
@@ -66,7 +68,7 @@ fn boundary_vertices_slide_along_the_boundary() {
     assert!(mean(&fitted.mesh) < mean(&collapsed.mesh));
 
     let mut locked = options;
-    locked.constraints.boundary = Boundary::Lock;
+    locked.collapse.constraints.boundary = Boundary::Lock;
     let stays = simplify(&original, &locked).unwrap();
     let all = boundary(&original);
     assert!(boundary(&stays.mesh).iter().all(|p| all.contains(p)));

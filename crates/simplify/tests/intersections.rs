@@ -60,7 +60,7 @@ fn forbidden_intersections_do_not_arise() {
         let Some(mesh) = model(name) else { return };
         let mut options = Options::preset(preset).to_faces(faces);
         free_count += piercings(&simplify(&mesh, &options).unwrap().mesh).len();
-        options.forbid_intersections = true;
+        options.collapse.forbid_intersections = true;
         let guarded = simplify(&mesh, &options).unwrap();
         assert_eq!(guarded.mesh.topology().face_count(), faces, "{name} {preset}");
         assert_eq!(piercings(&guarded.mesh), [], "{name} {preset}");
@@ -74,8 +74,8 @@ fn forbidden_intersections_do_not_arise() {
 fn annealing_keeps_faces_apart_too() {
     let Some(mesh) = model("rocker-arm.obj") else { return };
     let mut options = Options::default().to_faces(602);
-    options.anneal = Some(AnnealOptions { rounds: 2, ..AnnealOptions::default() });
-    options.forbid_intersections = true;
+    options.finish.anneal = Some(AnnealOptions { rounds: 2, ..AnnealOptions::default() });
+    options.collapse.forbid_intersections = true;
     let result = simplify(&mesh, &options).unwrap();
     assert!(result.anneal.unwrap().kept > 0);
     assert_eq!(piercings(&result.mesh), []);

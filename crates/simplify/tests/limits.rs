@@ -16,8 +16,7 @@ const TOLERANCES: [f64; 3] = [0.05, 0.2, 1.0];
 fn faces_within(mesh: &TriMesh, percent: f64, preset: Preset) -> usize {
     let original = Surface::new(mesh).unwrap();
     let limit = percent / 100.0 * original.bounding_box().diagonal();
-    let (max_error, error) = (Some(limit), ErrorCheck::Certified);
-    let options = Options { max_error, error, ..Options::preset(preset) };
+    let options = Options::preset(preset).within(limit, ErrorCheck::Certified);
     let result = simplify(mesh, &options).unwrap();
     assert!(result.error.unwrap().is_within(limit));
     let surface = Surface::new(&result.mesh).unwrap();

@@ -84,14 +84,12 @@ fn the_largest_error_is_not_above_that_of_plain_quadrics() {
     let Some(mesh) = model("helicopter.obj") else { return };
     let original = Surface::new(&mesh).unwrap();
     for min_component_vertices in [None, Some(4)] {
-        let default =
-            Options { min_component_vertices, ..Options::preset(Preset::Default).to_faces(3280) };
-        let plain = Options {
-            metric: Metric::Classic,
-            placement: PlacementRule::Optimal,
-            curvature_weight: 0.0,
-            ..Options { min_component_vertices, ..Options::preset(Preset::Fast).to_faces(3280) }
-        };
+        let mut default = Options::preset(Preset::Default).to_faces(3280);
+        default.collapse.min_component_vertices = min_component_vertices;
+        let mut plain = Options::preset(Preset::Fast).to_faces(3280);
+        plain.collapse.min_component_vertices = min_component_vertices;
+        plain.collapse.metric = Metric::Classic;
+        plain.collapse.placement = PlacementRule::Optimal;
         let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
         let [ours, theirs] = [default, plain].map(|options| {
             let result = simplify(&mesh, &options).unwrap();

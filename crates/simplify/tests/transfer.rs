@@ -49,9 +49,9 @@ fn linear_data_is_reproduced() {
     let place = |h: HalfEdgeId| mesh.position(topology.origin(h)).to_array();
     for preset in [Preset::Fast, Preset::Default, Preset::Extreme] {
         let mut options = Options::preset(preset).to_faces(60);
-        options.constraints.features = Some(seams.clone());
-        options.constraints.locked = Some(seam_nodes(topology, &seams));
-        options.attributes = Some(CornerAttributes::new(&mesh, true, place));
+        options.collapse.constraints.features = Some(seams.clone());
+        options.collapse.constraints.locked = Some(seam_nodes(topology, &seams));
+        options.attributes.corners = Some(CornerAttributes::new(&mesh, true, place));
         let result = simplify(&mesh, &options).unwrap();
         let sources = corner_sources(&mesh, &seams, &result.mesh, &result.vertex_map);
         let new = result.mesh.topology();

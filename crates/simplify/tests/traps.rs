@@ -5,8 +5,9 @@ use glam::DVec3;
 use mesh_core::shapes::{Irregular, Plane, Sphere, SplitMix64, Torus, Wave, polyhedra};
 use mesh_core::{EdgeMap, FaceId, PolygonSoup, TriMesh, VertexId, VertexMap};
 use simplify::{
-    Boundary, Cost, EdgePatch, ErrorCheck, Limits, Midpoint, Options, Placement, Policies, Preset,
-    Quadric, Refusal, Simplified, SimplifyError, StopReason, Update, collapse_edges, simplify,
+    Boundary, Cost, EdgePatch, ErrorCheck, FinishOptions, Limits, Midpoint, Options, Placement,
+    Policies, Policy, Preset, Quadric, Refusal, Scratch, Simplified, SimplifyError, StopReason,
+    Update, collapse_edges, simplify,
 };
 use std::ops::ControlFlow;
 
@@ -65,12 +66,14 @@ fn trap_1_the_number_of_faces_is_what_was_asked_for() {
             }
         }
         let vertices = Limits { vertices: Some(123), ..Limits::default() };
-        let options = Options { limits: vertices, ..Options::preset(preset) };
+        let mut options = Options::preset(preset);
+        options.collapse.limits = vertices;
         let result = simplify(&sphere, &options).unwrap();
         assert_eq!(result.mesh.topology().vertex_count(), 123);
         assert_eq!(result.stop, StopReason::Vertices);
         let ratio = Limits { ratio: Some(0.25), faces: Some(10), ..Limits::default() };
-        let result = simplify(&sphere, &Options { limits: ratio, ..options }).unwrap();
+        options.collapse.limits = ratio;
+        let result = simplify(&sphere, &options).unwrap();
         assert_eq!(result.mesh.topology().face_count(), 1280);
     }
 }
@@ -82,7 +85,7 @@ fn trap_2_flat_and_nearly_flat_grids_stay_in_their_bounding_box() {
     let mut nearly = flat.clone();
     nearly.positions_mut().iter_mut().for_each(|p| p.z = 1e-9 * random.symmetric());
     for mesh in [&flat, &nearly] {
-        for preset in Preset::ALL {
+        for &preset in Preset::ALL {
             let result = run(mesh, preset, 100);
             // The butterfly mask extrapolates where the boundary has a corner.
             let is_butterfly = matches!(preset, Preset::PaperL1 | Preset::PaperL2);
@@ -119,12 +122,12 @@ fn trap_4_the_boundary_stays_or_the_result_says_how_far_it_moved() {
     };
     for preset in QUICK {
         let mut options = Options::preset(preset).to_faces(300);
-        options.constraints.boundary = Boundary::Lock;
+        options.collapse.constraints.boundary = Boundary::Lock;
         let locked = simplify(&open, &options).unwrap();
         assert_eq!(on_boundary(&locked.mesh), on_boundary(&open));
         assert_eq!(locked.boundary_shift, Some(0.0));
 
-        options.constraints.boundary = Boundary::Quadrics;
+        options.collapse.constraints.boundary = Boundary::Quadrics;
         let kept = simplify(&open, &options).unwrap();
         assert!(on_boundary(&kept.mesh).len() < on_boundary(&open).len());
         let shift = kept.boundary_shift.unwrap();
@@ -146,8 +149,8 @@ fn trap_5_two_plates_far_apart_reduce_alike() {
     let half = near.positions().len() as u32;
     for preset in QUICK {
         // The log has the collapses of the run, not those of the squeeze.
-        let base = Options { squeeze: false, ..Options::preset(preset) };
-        let options = Options { max_error: Some(0.1), ..base };
+        let mut options = Options::preset(preset).within(0.1, ErrorCheck::Sampled);
+        options.limit.squeeze = false;
         let result = simplify(&plates, &options).unwrap();
         assert_eq!(result.stop, StopReason::Error);
         let reduced = result.log.entries();
@@ -183,7 +186,7 @@ fn trap_6_moving_or_scaling_the_mesh_changes_nothing() {
 fn trap_7_closed_components_end_as_tetrahedra() {
     let sphere = mesh(&Sphere { radius: 1.0 }.icosphere(2).unwrap());
     let two = together(&sphere, &moved(&sphere, |p| 0.3 * p + 5.0 * DVec3::X));
-    for preset in Preset::ALL {
+    for &preset in Preset::ALL {
         for (mesh, components) in [(&sphere, 1), (&two, 2)] {
             let result = run(mesh, preset, 0);
             assert_eq!(result.stop, StopReason::NothingLeft);
@@ -197,7 +200,7 @@ fn trap_7_closed_components_end_as_tetrahedra() {
         }
     }
     let mut options = Options::preset(Preset::Fast);
-    options.min_component_vertices = Some(20);
+    options.collapse.min_component_vertices = Some(20);
     let kept = simplify(&two, &options).unwrap();
     assert_eq!(kept.mesh.topology().vertex_count(), 40);
     assert!(kept.refusals.of(Refusal::Component) > 0);
@@ -206,8 +209,10 @@ fn trap_7_closed_components_end_as_tetrahedra() {
 /// First the edges between certain vertices, then those to vertices before, then the rest.
 struct Prefer(std::ops::Range<u32>);
 
+impl Policy for Prefer {}
+
 impl Cost for Prefer {
-    fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: DVec3) -> f64 {
+    fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: DVec3, _: &mut Scratch) -> f64 {
         let ends = [patch.removed(), patch.kept()].map(VertexId::get);
         match ends {
             _ if ends.iter().all(|v| self.0.contains(v)) => 0.0,
@@ -236,12 +241,7 @@ fn trap_8_a_refused_edge_is_tried_again() {
     }
     let mut tower = TriMesh::from_triangles(&points, &triangles).unwrap();
     let middle = 3 * (levels / 2)..3 * (levels / 2) + 3;
-    let policies = Policies {
-        cost: Prefer(middle.clone()),
-        placement: Midpoint,
-        guards: Vec::new(),
-        update: Update::Lazy,
-    };
+    let policies = Policies::new(Prefer(middle.clone()), Midpoint);
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let result =
         collapse_edges(&mut tower, policies, &Default::default(), &Limits::default(), go_on);
@@ -256,8 +256,7 @@ fn trap_8_a_refused_edge_is_tried_again() {
 fn trap_9_valences_stay_bounded_on_a_flat_grid() {
     let check = |preset: Preset, side: usize, faces: usize| {
         let mut options = Options::preset(preset).to_faces(faces);
-        options.fit = None;
-        options.peaks = None;
+        options.finish = FinishOptions::default();
         let result = simplify(&grid(side), &options).unwrap();
         let topology = result.mesh.topology();
         let highest = topology.vertices().map(|v| topology.valence(v)).max().unwrap();
@@ -295,7 +294,7 @@ fn trap_15_locked_vertices_and_feature_edges_stay() {
     let bounds = cube.bounding_box().unwrap();
     for preset in QUICK {
         let mut options = Options::preset(preset).to_faces(60);
-        options.constraints.features = Some(features.clone());
+        options.collapse.constraints.features = Some(features.clone());
         let result = simplify(&cube, &options).unwrap();
         result.mesh.topology().validate().unwrap();
         let simplified = &result.mesh;
@@ -327,9 +326,9 @@ fn trap_15_locked_vertices_and_feature_edges_stay() {
     for v in sphere.topology().vertices().step_by(20) {
         locked[v] = true;
     }
-    for preset in Preset::ALL {
+    for &preset in Preset::ALL {
         let mut options = Options::preset(preset).to_faces(100);
-        options.constraints.locked = Some(locked.clone());
+        options.collapse.constraints.locked = Some(locked.clone());
         let result = simplify(&sphere, &options).unwrap();
         for (v, _) in locked.iter().filter(|(_, locked)| **locked) {
             let new = result.vertex_map[v].unwrap();
@@ -346,7 +345,7 @@ fn trap_17_one_thread_and_eight_threads_give_the_same_bits() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut options = Options::preset(preset).to_faces(400);
-                options.error = ErrorCheck::Certified;
+                options.limit.check = Some(ErrorCheck::Certified);
                 let result = simplify(&original, &options).unwrap();
                 let bits: Vec<_> = result
                     .mesh
@@ -365,12 +364,14 @@ fn trap_17_one_thread_and_eight_threads_give_the_same_bits() {
 /// Placements are policies: any type that implements the trait.
 struct Quarter;
 
+impl Policy for Quarter {}
+
 impl Placement for Quarter {
     fn place(
         &self,
         patch: &EdgePatch<'_>,
         _: Option<&Quadric>,
-        _: &dyn Fn(DVec3) -> f64,
+        _: &mut dyn FnMut(DVec3) -> f64,
     ) -> simplify::Place {
         simplify::Place::At(0.5 * patch.ends()[0])
     }
@@ -379,12 +380,8 @@ impl Placement for Quarter {
 #[test]
 fn costs_and_placements_from_outside_work() {
     let mut sphere = mesh(&Sphere { radius: 1.0 }.icosphere(2).unwrap());
-    let policies = Policies {
-        cost: Prefer(0..40),
-        placement: Quarter,
-        guards: Vec::new(),
-        update: Update::Eager,
-    };
+    let mut policies = Policies::new(Prefer(0..40), Quarter);
+    policies.update = Update::Eager;
     let limits = Limits { faces: Some(200), ..Limits::default() };
     let result = collapse_edges(&mut sphere, policies, &Default::default(), &limits, &mut |_| {
         ControlFlow::Continue(())

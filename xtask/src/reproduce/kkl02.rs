@@ -10,7 +10,9 @@ mod visual;
 
 use mesh_core::TriMesh;
 use mesh_metric::{CompareOptions, Comparison, Surface, compare};
-use simplify::{Metric, Options, PlacementRule, Preset, Simplified, simplify};
+use simplify::{
+    CollapseOptions, FinishOptions, Metric, Options, PlacementRule, Simplified, simplify,
+};
 
 use super::Step;
 use super::item::{Item, Outcome};
@@ -32,24 +34,26 @@ const CHAINS: f64 = 0.02;
 
 /// Distance only: the quadrics of the paper's first reference, as published.
 fn distance_only() -> Options {
-    Options {
+    let collapse = CollapseOptions {
         metric: Metric::Classic,
         curvature_weight: 0.0,
         placement: PlacementRule::Optimal,
-        fit: None,
-        peaks: None,
-        ..Options::preset(Preset::Default)
-    }
+        ..CollapseOptions::default()
+    };
+    Options { collapse, finish: FinishOptions::default(), ..Options::default() }
 }
 
 /// The same, raised where a collapse changes the curvature.
 fn with_curvature(weight: f64) -> Options {
-    Options { curvature_weight: weight, ..distance_only() }
+    let mut options = distance_only();
+    options.collapse.curvature_weight = weight;
+    options
 }
 
 /// The same with the new vertex where the paper puts it.
-fn butterfly(options: Options) -> Options {
-    Options { placement: PlacementRule::Butterfly, ..options }
+fn butterfly(mut options: Options) -> Options {
+    options.collapse.placement = PlacementRule::Butterfly;
+    options
 }
 
 fn simplified(mesh: &TriMesh, options: Options, faces: usize) -> Result<Simplified, Failure> {

@@ -60,7 +60,7 @@ struct Optimise {
     anneal_steps: Option<usize>,
     #[arg(long, hide = true, conflicts_with_all = ["anneal_steps", "seed"], value_parser = parse_anneal)]
     anneal: Option<Anneal>,
-    /// Keep edges whose faces meet at a larger angle than this
+    /// Keep edges where the normals of the two faces are farther apart than this
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     feature_angle: Option<f64>,
     /// Refuse flips that turn a face by more than this

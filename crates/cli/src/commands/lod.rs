@@ -2,34 +2,35 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::io::{BufReader, Write};
+use std::path::PathBuf;
 
 use clap::Args;
 use mesh_core::TriMesh;
 use mesh_io::{Format, Model};
 use mesh_metric::{CompareOptions, Surface, compare};
 use serde::Serialize;
-use simplify::{CollapseLog, ErrorCheck, Limits, collapses_within, simplify_observed};
+use simplify::{
+    CollapseLog, ErrorCheck, FinishOptions, Limits, collapses_within, simplify_observed,
+};
 
 use crate::args::is_standard;
 use crate::attributes::{Attributes, Carry};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::interrupt::while_writing;
 use crate::length::{Length, parse_length};
 use crate::load::{Loaded, Seconds};
-use crate::save::{SaveOptions, check_target, make_folder_of, save, save_levels};
+use crate::save::{Outputs, SaveOptions, check_target, make_folder_of, save};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Goals, Policy, parse_ratio, rejected, show};
 use crate::task::{Report, Source};
 
 /// Make levels of detail, each of them a stage of one run of collapses
 ///
-/// The vertices of a level have become of those of the finer ones, and therefore levels are not fitted
-/// to the input, as `simplify` does by default. OUT is a folder for a file per
-/// level, or a GLB or glTF file for all of them with the input as the finest (`MSFT_lod`).
+/// The vertices of a level are what those of the finer ones have become, so levels are not fitted to
+/// the input, as the results of `simplify` are. OUT is a folder for a file per level, or a GLB or glTF
+/// file for all of them with the input as the finest (`MSFT_lod`).
 ///
 /// The run can be recorded, and levels made from the record later; they are exactly the same.
 ///
@@ -37,7 +38,11 @@ use crate::task::{Report, Source};
 ///     curvmesh lod scan.ply -o levels --errors 0.1%,1% --record scan.lod
 ///     curvmesh lod scan.ply -o small.ply --replay scan.lod --faces 3000
 #[derive(Debug, Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    mut_arg("fit_rounds", |option| option.hide(true)),
+    mut_arg("seed", |option| option.hide(true))
+)]
 pub(crate) struct Lod {
     #[command(flatten)]
     source: Source,
@@ -121,8 +126,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     })?;
     spinner.finish_and_clear();
     Seconds::time(&mut seconds.save, || {
-        place.write(&loaded, &mut levels, &models, options, console)?;
-        options.record.as_ref().map_or(Ok(()), |path| record(path, &log, &loaded.mesh))
+        place.write(&loaded, &mut levels, &models, &log, options, console)
     })?;
     let results = Results { collapses: log.len(), rejected, levels };
     let report =
@@ -168,20 +172,19 @@ fn collapses(
         let log = CollapseLog::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
         return Ok((log, BTreeMap::new()));
     }
-    let mut settings = options.policy.options(mesh, options.steps.goals(errors));
+    let goals = options.steps.goals(errors);
+    let mut settings = options.policy.options(mesh, goals.limits);
     // Levels are stages of the run, which fitting would move away from.
-    (settings.fit, settings.anneal, settings.peaks) = (None, None, None);
+    settings.finish = FinishOptions::default();
     attributes.constrain(mesh, &mut settings);
+    if let Some(error) = goals.max_error {
+        settings = settings.within(error, options.policy.check());
+    }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
     bar.finish_and_clear();
     let result = result.map_err(Failure::simplify)?;
     Ok((result.log, rejected(&result.refusals)))
-}
-
-fn record(path: &Path, log: &CollapseLog, mesh: &TriMesh) -> Result<(), Failure> {
-    while_writing(path, || mesh_io::replace_file(path, |writer| log.write(mesh, writer)))
-        .map_err(|source| Failure::write(path, source))
 }
 
 impl Steps {
@@ -299,29 +302,42 @@ impl Place {
         Ok(Self::Apart(paths))
     }
 
+    /// Writes the levels and the record. All of them are whole before the first takes its place.
     fn write(
         &self,
         loaded: &Loaded,
         levels: &mut [Level],
         models: &[Model],
+        log: &CollapseLog,
         options: &Lod,
         console: &Console,
     ) -> Result<(), Failure> {
+        let (all, coverage);
+        let mut outputs = Outputs::default();
         match self {
             Self::Together(path) => {
                 let identity = loaded.to_model(&loaded.provenance.corner_source)?;
-                let all: Vec<Model> = [&identity].into_iter().chain(models).cloned().collect();
-                save_levels(path, &all, &coverage(loaded, levels), &options.save, console)
+                all = [&identity].into_iter().chain(models).cloned().collect::<Vec<Model>>();
+                coverage = shown_from(loaded, levels);
+                outputs.add_levels(path, &all, &coverage, &options.save);
             }
             Self::Apart(paths) => {
                 for ((path, model), level) in paths.iter().zip(models).zip(levels) {
-                    make_folder_of(path)?;
-                    save(path, model, &options.save, console)?;
+                    if is_standard(path) {
+                        save(path, model, &options.save, console)?;
+                    } else {
+                        make_folder_of(path)?;
+                        outputs.add_model(path, model, &options.save);
+                    }
                     level.output = Some(path.display().to_string());
                 }
-                Ok(())
             }
         }
+        if let Some(path) = &options.record {
+            let content = |writer: &mut dyn Write| log.write(&loaded.mesh, writer);
+            outputs.add(path, move || mesh_io::stage_file(path, content));
+        }
+        outputs.write(console)
     }
 }
 
@@ -331,7 +347,7 @@ const SCREEN: f64 = 1080.0;
 /// For the input and each level, the part of the screen that the object must cover for it to be
 /// shown: where the largest error of the next one would be more than a pixel. The last is shown
 /// however small.
-fn coverage(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
+fn shown_from(loaded: &Loaded, levels: &[Level]) -> Vec<f64> {
     let size = loaded.mesh.bounding_box().map_or(0.0, |b| b.diagonal());
     let mut last = 1.0_f64;
     let mut all: Vec<f64> = levels

@@ -2,13 +2,16 @@
 
 use std::fmt;
 
+use clap::Arg;
 use mesh_core::build::{BuildReport, Repair as Repairs};
+use mesh_core::fill::FillOptions;
 use serde::Serialize;
 
+use crate::args::REPAIRS;
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Seconds, assemble};
+use crate::load::{Loaded, Seconds, assemble};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Task};
 
@@ -18,13 +21,38 @@ use crate::task::{Done, Task};
 /// merged. What was done is reported. Coordinates that are not finite have no repair.
 ///
 ///     curvmesh repair parts.stl -o whole.obj
-///     curvmesh repair scan.ply -o closed.ply --weld 0.001%
+///     curvmesh repair scan.ply -o closed.ply --weld 0.001% --fill-holes 100
 ///     curvmesh repair broken/ -o whole/
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
+#[command(
+    verbatim_doc_comment,
+    mut_arg("output", |output| output.required(true)),
+    mut_args(name_heading)
+)]
 pub(crate) struct Repair {
     #[command(flatten)]
     job: Job,
+    /// Then fill holes: those of at most so many edges, or `all`, the outline of an open surface
+    /// included. Nothing looks whether the new faces cross others
+    #[arg(long, value_name = "EDGES|all", value_parser = parse_holes, help_heading = "Holes")]
+    fill_holes: Option<FillOptions>,
+}
+
+/// Here all repairs are made unless some are named.
+fn name_heading(option: Arg) -> Arg {
+    if option.get_help_heading() == Some(REPAIRS) {
+        option.help_heading("Repairs (all unless some are named)")
+    } else {
+        option
+    }
+}
+
+fn parse_holes(text: &str) -> Result<FillOptions, String> {
+    let max_edges = match text {
+        "all" => None,
+        _ => Some(text.parse().map_err(|_| "expected a number of edges, or `all`".to_owned())?),
+    };
+    Ok(FillOptions { max_edges, ..FillOptions::default() })
 }
 
 /// Counts of what was found and repaired.
@@ -43,6 +71,17 @@ struct Results {
     split_vertices: usize,
     dropped_vertices: usize,
     zero_area_faces: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    holes: Option<Holes>,
+}
+
+/// What became of the holes.
+#[derive(Serialize)]
+struct Holes {
+    filled: usize,
+    new_faces: usize,
+    new_vertices: usize,
+    left: usize,
 }
 
 pub(crate) fn run(options: &Repair, session: &Session) -> Result<Outcome, Failure> {
@@ -53,7 +92,7 @@ pub(crate) fn run(options: &Repair, session: &Session) -> Result<Outcome, Failur
 fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     let loading = &options.job.loading;
-    let loaded = Seconds::time(&mut seconds.load, || {
+    let mut loaded = Seconds::time(&mut seconds.load, || {
         let model = loading.read(&task.input, console)?;
         let mut repairs = loading.repairs(&model)?;
         if !loading.repair.names_some() {
@@ -65,18 +104,63 @@ fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure
         }
         assemble(&task.input, model, &repairs, false, console)
     })?;
+    let holes = options
+        .fill_holes
+        .as_ref()
+        .map(|holes| Seconds::time(&mut seconds.compute, || fill(&mut loaded, holes)));
     let found = &loaded.report;
     let model = loaded.to_model(&loaded.provenance.corner_source)?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let [vertices_out, faces_out] = loaded.counts();
-    let results = Results::new(found, [vertices_out, faces_out]);
+    let results = Results::new(found, [vertices_out, faces_out], holes);
     let report = task.report(console, [found.vertices_in, found.faces_in], results, seconds);
     let brief = report.results.to_string();
     report.done(console, format!("{}: {brief}", report.subject()), brief)
 }
 
+/// Fills holes. New corners take the data of others at their vertices, new faces that of a face beside
+/// the hole, and new vertices that of a vertex of its outline.
+fn fill(loaded: &mut Loaded, options: &FillOptions) -> Holes {
+    let (mesh, sources) = (&mut loaded.mesh, &mut loaded.provenance);
+    let mut any_corner = vec![0; mesh.topology().vertex_capacity()];
+    for (face, corners) in mesh.topology().faces().zip(&sources.corner_source) {
+        for (v, &corner) in mesh.topology().face_vertices(face).into_iter().zip(corners) {
+            any_corner[v.index()] = corner;
+        }
+    }
+    let report = mesh.fill_holes(options);
+    let topology = mesh.topology();
+    any_corner.resize(topology.vertex_capacity(), 0);
+    sources.vertex_source.resize(topology.vertex_capacity(), 0);
+    sources.face_source.resize(topology.face_capacity(), 0);
+    sources.corner_source.resize(topology.face_capacity(), [0; 3]);
+    for hole in &report.filled {
+        let beside = topology.face(hole.half_edge.twin()).map_or(0, |face| face.index());
+        let on_outline = topology.origin(hole.half_edge).index();
+        if let Some(vertex) = hole.new_vertex {
+            sources.vertex_source[vertex.index()] = sources.vertex_source[on_outline];
+            any_corner[vertex.index()] = any_corner[on_outline];
+        }
+        for &face in &hole.faces {
+            sources.face_source[face.index()] = sources.face_source[beside];
+            sources.corner_source[face.index()] =
+                topology.face_vertices(face).map(|v| any_corner[v.index()]);
+        }
+    }
+    Holes {
+        filled: report.filled.len(),
+        new_faces: report.new_faces(),
+        new_vertices: report.new_vertices(),
+        left: report.left.len(),
+    }
+}
+
 impl Results {
-    fn new(found: &BuildReport, [vertices_out, faces_out]: [usize; 2]) -> Self {
+    fn new(
+        found: &BuildReport,
+        [vertices_out, faces_out]: [usize; 2],
+        holes: Option<Holes>,
+    ) -> Self {
         Self {
             vertices_out,
             faces_out,
@@ -91,6 +175,7 @@ impl Results {
             split_vertices: found.split_vertices.count(),
             dropped_vertices: found.dropped_vertices.count(),
             zero_area_faces: found.zero_area_faces.count(),
+            holes,
         }
     }
 }
@@ -98,7 +183,7 @@ impl Results {
 impl fmt::Display for Results {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} vertices, {} faces", self.vertices_out, self.faces_out)?;
-        if self.unchanged {
+        if self.unchanged && self.holes.is_none() {
             return f.write_str(", nothing to repair");
         }
         let counts = [
@@ -113,6 +198,12 @@ impl fmt::Display for Results {
         ];
         for (count, what) in counts.into_iter().filter(|&(count, _)| count > 0) {
             write!(f, ", {count} {what}")?;
+        }
+        if let Some(Holes { filled, left, .. }) = &self.holes {
+            write!(f, ", {filled} holes filled")?;
+            if *left > 0 {
+                write!(f, ", {left} left")?;
+            }
         }
         Ok(())
     }

@@ -109,8 +109,11 @@ fn reduce(
     console: &Console,
 ) -> Result<Simplified, Failure> {
     let goals = options.targets.goals(mesh, options.job.loading.relative)?;
-    let mut settings = options.policy.options(mesh, goals);
+    let mut settings = options.policy.options(mesh, goals.limits);
     attributes.constrain(mesh, &mut settings);
+    if let Some(error) = goals.max_error {
+        settings = settings.within(error, options.policy.check());
+    }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
     bar.finish_and_clear();

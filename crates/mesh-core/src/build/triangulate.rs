@@ -7,9 +7,10 @@
 //! *Polygons have ears*, 1975) and it is found.
 //!
 //! Clipping an ear changes at most whether its two neighbours are ears, so there are at most `3 n`
-//! ear tests. Each looks at the reflex corners inside the bounding box of the ear, found through a
-//! grid. This is close to linear where neighbouring corners are close together, about `n^1.5` for
-//! long thin spikes, and `O(n r)` with `r` reflex corners at worst.
+//! ear tests. Each looks for reflex corners inside the ear, through a tree of boxes round them of
+//! which only those are opened that meet the ear: few, wherever the corners crowd. A polygon that
+//! needs more than [`STEPS_PER_CORNER`] all the same, which takes long ears along chains of corners
+//! that almost touch them, is cut as one that is not simple, so that the time stays linear.
 
 use std::collections::VecDeque;
 
@@ -122,7 +123,11 @@ impl Triangulator {
         let mut rule = Rule::Ear;
         let mut worst = Rule::Ear;
         let mut relaxations = 0;
+        let most_steps = STEPS_PER_CORNER * positions.len();
         while left > 2 {
+            if self.blockers.steps > most_steps {
+                rule = rule.max(Rule::Convex);
+            }
             let Some(tip) = self.queue.pop_front() else {
                 rule = rule.relaxed();
                 if relaxations >= MAX_RELAXATIONS {
@@ -260,12 +265,16 @@ impl Triangulator {
             let corner = corners[i as usize];
             !corner.is_convex && !corner.is_clipped
         };
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
         let blocks = |i: u32| {
             let p = points[i as usize];
+            if !(p.cmpge(low).all() && p.cmple(high).all()) {
+                return false;
+            }
             let least = turn(a, b, p).min(turn(b, c, p)).min(turn(c, a, p));
             (least > 0.0 || closed && least == 0.0) && p != a && p != b && p != c
         };
-        self.blockers.any_in_box(a.min(b).min(c), a.max(b).max(c), points, is_live, blocks)
+        self.blockers.any_in_triangle([a, b, c], points, is_live, blocks)
     }
 }
 
@@ -335,18 +344,63 @@ fn split_quadrilateral(p: [DVec3; 4], vertices: [u32; 4]) -> [[u32; 3]; 2] {
     }
 }
 
-/// The corners that can lie inside an ear: the reflex and straight ones, in a uniform grid.
+/// How many boxes and corners may be looked at for each corner of a polygon.
+const STEPS_PER_CORNER: usize = 1024;
+
+/// Corners in a leaf of the tree.
+const LEAF: usize = 4;
+
+/// An axis-aligned rectangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Rectangle {
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Rectangle {
+    const EMPTY: Self = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
+
+    fn of(points: impl Iterator<Item = DVec2>) -> Self {
+        points.fold(Self::EMPTY, |r, p| Self { low: r.low.min(p), high: r.high.max(p) })
+    }
+
+    fn union(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    /// Whether the rectangle meets a triangle that turns left, give or take rounding: not if one
+    /// lies beyond a side of the other.
+    fn meets(&self, [a, b, c]: [DVec2; 3]) -> bool {
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        if !(self.low.cmple(high).all() && low.cmple(self.high).all()) {
+            return false;
+        }
+        // The corner of the rectangle that is farthest to the left of a side.
+        [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
+            let along = to - from;
+            let x = if along.y < 0.0 { self.high.x } else { self.low.x };
+            let y = if along.x < 0.0 { self.low.y } else { self.high.y };
+            let (up, across) = (along.x * (y - from.y), along.y * (x - from.x));
+            // Rounding must not hide a corner; what is not a number hides nothing either.
+            let is_right = up - across < -1e-14 * (up.abs() + across.abs());
+            !is_right
+        })
+    }
+}
+
+/// The corners that can lie inside an ear: the reflex and straight ones, in a complete binary tree
+/// of rectangles.
 #[derive(Default)]
 struct Blockers {
-    low: DVec2,
-    /// Cells per unit of length.
-    scale: DVec2,
-    columns: usize,
-    rows: usize,
-    /// Where each cell starts in `items`, and where its live items end.
-    starts: Vec<u32>,
-    ends: Vec<u32>,
+    /// The root first; the children of box i are 2i + 1 and 2i + 2.
+    boxes: Vec<Rectangle>,
+    /// The corners, leaf after leaf.
     items: Vec<u32>,
+    /// Where the corners of each leaf start and end. Those that are no longer live are moved to
+    /// the end of their leaf and cut off.
+    leaves: Vec<[u32; 2]>,
+    /// Boxes and corners looked at so far.
+    steps: usize,
 }
 
 impl Blockers {
@@ -355,86 +409,118 @@ impl Blockers {
             let corner = corners[*i as usize];
             !corner.is_convex && !corner.is_clipped
         };
-        let blockers = || (0..points.len() as u32).filter(is_blocker);
-        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
-        for i in blockers() {
-            low = low.min(points[i as usize]);
-            high = high.max(points[i as usize]);
-        }
-        let count = blockers().count();
-        // About one blocker to a cell; a handful needs no grid.
-        let resolution = if count <= 16 { 1 } else { (count as f64).sqrt().ceil() as usize };
-        (self.columns, self.rows, self.low) = (resolution, resolution, low);
-        let size = high - low;
-        let cells = resolution as f64;
-        let per_unit = |length: f64| if length > 0.0 { cells / length } else { 0.0 };
-        self.scale = DVec2::new(per_unit(size.x), per_unit(size.y));
-
-        self.starts.clear();
-        self.starts.resize(resolution * resolution + 1, 0);
-        for i in blockers() {
-            let cell = self.cell(points[i as usize]);
-            self.starts[cell + 1] += 1;
-        }
-        for cell in 1..self.starts.len() {
-            self.starts[cell] += self.starts[cell - 1];
-        }
-        self.ends.clear();
-        self.ends.extend_from_slice(&self.starts[..resolution * resolution]);
         self.items.clear();
-        self.items.resize(count, 0);
-        for i in blockers() {
-            let cell = self.cell(points[i as usize]);
-            self.items[self.ends[cell] as usize] = i;
-            self.ends[cell] += 1;
+        self.items.extend((0..points.len() as u32).filter(is_blocker));
+        self.steps = 0;
+        let leaves = self.items.len().div_ceil(LEAF).next_power_of_two();
+        self.leaves.clear();
+        arrange(points, &mut self.items, 0, leaves, &mut self.leaves);
+        self.boxes.clear();
+        self.boxes.resize(2 * leaves - 1, Rectangle::EMPTY);
+        for leaf in 0..leaves {
+            self.boxes[leaves - 1 + leaf] = self.leaf_box(points, leaf);
+        }
+        for node in (0..leaves - 1).rev() {
+            self.boxes[node] = self.boxes[2 * node + 1].union(self.boxes[2 * node + 2]);
         }
     }
 
-    /// Column and row of a position; positions outside the grid count to its border.
-    fn column_and_row(&self, p: DVec2) -> (usize, usize) {
-        let offset = (p - self.low) * self.scale;
-        let column = (offset.x as usize).min(self.columns - 1);
-        let row = (offset.y as usize).min(self.rows - 1);
-        (column, row)
+    fn leaf_box(&self, points: &[DVec2], leaf: usize) -> Rectangle {
+        let [start, end] = self.leaves[leaf];
+        let items = &self.items[start as usize..end as usize];
+        Rectangle::of(items.iter().map(|&i| points[i as usize]))
     }
 
-    fn cell(&self, p: DVec2) -> usize {
-        let (column, row) = self.column_and_row(p);
-        row * self.columns + column
-    }
-
-    /// Whether any corner in a box blocks. Corners that are no longer live are forgotten on the
-    /// way.
-    fn any_in_box(
+    /// Whether any corner in a triangle blocks. Corners that are no longer live are forgotten on
+    /// the way.
+    fn any_in_triangle(
         &mut self,
-        low: DVec2,
-        high: DVec2,
+        triangle: [DVec2; 3],
         points: &[DVec2],
         is_live: impl Fn(u32) -> bool,
         blocks: impl Fn(u32) -> bool,
     ) -> bool {
-        let (first_column, first_row) = self.column_and_row(low);
-        let (last_column, last_row) = self.column_and_row(high);
-        for row in first_row..=last_row {
-            for cell in row * self.columns + first_column..=row * self.columns + last_column {
-                let mut read = self.starts[cell] as usize;
-                while read < self.ends[cell] as usize {
-                    let i = self.items[read];
-                    if !is_live(i) {
-                        self.ends[cell] -= 1;
-                        self.items[read] = self.items[self.ends[cell] as usize];
-                        continue;
-                    }
-                    let p = points[i as usize];
-                    if p.cmpge(low).all() && p.cmple(high).all() && blocks(i) {
-                        return true;
-                    }
+        let inner = self.leaves.len() - 1;
+        // One open node per level at most, besides the current one.
+        let mut open = [0_usize; 64];
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let node = open[count];
+            self.steps += 1;
+            if !self.boxes[node].meets(triangle) {
+                continue;
+            }
+            if node < inner {
+                open[count] = 2 * node + 2;
+                open[count + 1] = 2 * node + 1;
+                count += 2;
+                continue;
+            }
+            let [start, mut end] = self.leaves[node - inner];
+            let mut read = start;
+            let mut blocked = false;
+            while read < end && !blocked {
+                let i = self.items[read as usize];
+                self.steps += 1;
+                if is_live(i) {
+                    blocked = blocks(i);
                     read += 1;
+                } else {
+                    end -= 1;
+                    self.items.swap(read as usize, end as usize);
                 }
+            }
+            if end < self.leaves[node - inner][1] {
+                self.leaves[node - inner][1] = end;
+                self.shrink(points, node);
+            }
+            if blocked {
+                return true;
             }
         }
         false
     }
+
+    /// Computes the box of a leaf that lost corners, and those above it, again.
+    fn shrink(&mut self, points: &[DVec2], leaf_node: usize) {
+        let mut node = leaf_node;
+        self.boxes[node] = self.leaf_box(points, node + 1 - self.leaves.len());
+        while node > 0 {
+            node = (node - 1) / 2;
+            let both = self.boxes[2 * node + 1].union(self.boxes[2 * node + 2]);
+            if self.boxes[node] == both {
+                break;
+            }
+            self.boxes[node] = both;
+        }
+    }
+}
+
+/// Orders corners so that each half of a half lies on one side of the wider direction, and tells
+/// where the leaves start and end.
+fn arrange(
+    points: &[DVec2],
+    items: &mut [u32],
+    start: usize,
+    leaves: usize,
+    ranges: &mut Vec<[u32; 2]>,
+) {
+    if leaves == 1 {
+        ranges.push([start as u32, (start + items.len()) as u32]);
+        return;
+    }
+    let middle = items.len() / 2;
+    if items.len() > 1 {
+        let around = Rectangle::of(items.iter().map(|&i| points[i as usize]));
+        let extent = around.high - around.low;
+        let axis = usize::from(extent.y > extent.x);
+        let key = |i: u32| points[i as usize][axis];
+        items.select_nth_unstable_by(middle, |&i, &j| key(i).total_cmp(&key(j)).then(i.cmp(&j)));
+    }
+    let (low, high) = items.split_at_mut(middle);
+    arrange(points, low, start, leaves / 2, ranges);
+    arrange(points, high, start + middle, leaves / 2, ranges);
 }
 
 #[cfg(test)]
@@ -608,6 +694,66 @@ mod tests {
             let comb = comb.chain([[n as f64, -1.0], [-1.0, -1.0]].map(DVec2::from));
             check_proper(&comb.map(|p| DVec2::new(-p.x, p.y)).collect::<Vec<_>>());
         }
+    }
+
+    /// A comb of long teeth along the diagonal, in whose boxes, but not in which, lies a dense
+    /// cluster of reflex corners.
+    fn comb_beside_a_cluster(teeth: usize, cluster: usize) -> Vec<DVec2> {
+        let mut polygon = points(&[[-20.0, -20.0], [20.0, -20.0], [20.0, 0.0]]);
+        polygon.extend((0..cluster).map(|i| {
+            let share = i as f64 / cluster as f64;
+            let depth = if i % 2 == 0 { 0.0 } else { 1e-6 };
+            DVec2::new(7.0 - 1e-3 * share, 3.0 - depth)
+        }));
+        for i in 0..teeth {
+            let offset = |i: f64| DVec2::new(1.0, -1.0) * (0.5 - i / teeth as f64);
+            polygon.push(offset(i as f64));
+            polygon.push(offset(i as f64 + 0.5) + DVec2::splat(10.0));
+        }
+        polygon.extend(points(&[[-0.5, 0.5], [-20.0, 0.5]]));
+        polygon
+    }
+
+    #[test]
+    fn reflex_corners_in_a_cluster_take_no_quadratic_time() {
+        check_proper(&comb_beside_a_cluster(50, 50));
+        // Every tooth against every corner of the cluster would be 10^10 steps.
+        let polygon = comb_beside_a_cluster(100_000, 100_000);
+        let positions: Vec<DVec3> = polygon.iter().map(|p| p.extend(0.0)).collect();
+        let vertices: Vec<u32> = (0..polygon.len() as u32).collect();
+        let mut triangulator = Triangulator::default();
+        let mut triangles = Vec::new();
+        let quality = triangulator.triangulate(&positions, &vertices, &mut triangles);
+        let per_corner = triangulator.blockers.steps as f64 / polygon.len() as f64;
+        println!("{per_corner} steps per corner");
+        assert_eq!(quality, Triangulation::Proper);
+        assert!(per_corner < 200.0, "{per_corner}");
+    }
+
+    #[test]
+    fn polygons_that_take_too_many_steps_are_cut_all_the_same() {
+        // Corners on a line that slants, and ears that pass them by at less than their distance.
+        let n = 30_000;
+        let chain = (0..n).map(|i| {
+            let x = i as f64 / n as f64;
+            DVec2::new(x, x + 1e-9 * (x * (1.0 - x)))
+        });
+        let spikes = (0..n).map(|i| {
+            let height = 1e-8 + 1e-12 * i as f64;
+            let x = if i % 2 == 0 { 1.0 } else { 0.0 };
+            DVec2::new(x, x + height)
+        });
+        let polygon: Vec<DVec2> = chain.chain(spikes).collect();
+        let positions: Vec<DVec3> = polygon.iter().map(|p| p.extend(0.0)).collect();
+        let vertices: Vec<u32> = (0..polygon.len() as u32).collect();
+        let mut triangulator = Triangulator::default();
+        let mut triangles = Vec::new();
+        let quality = triangulator.triangulate(&positions, &vertices, &mut triangles);
+        assert_eq!(triangles.len(), polygon.len() - 2);
+        let per_corner = triangulator.blockers.steps as f64 / polygon.len() as f64;
+        println!("{quality:?} after {per_corner} steps per corner");
+        // The last look at the tree may take it beyond.
+        assert!(per_corner < (STEPS_PER_CORNER + 4) as f64);
     }
 
     #[test]

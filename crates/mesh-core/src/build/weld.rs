@@ -1,5 +1,7 @@
 //! Merging vertices by position.
 
+use std::hash::{BuildHasher, RandomState};
+
 use glam::DVec3;
 
 use crate::build::edges::NONE;
@@ -28,20 +30,15 @@ pub fn weld_exact(positions: &[DVec3]) -> Vec<u32> {
 /// Merging is not transitive: along a row of vertices less than `distance` apart, the first absorbs
 /// those within `distance` of itself, the next one left over starts anew. So no vertex moves by
 /// more than `distance`, and those that stay are more than `distance` apart from each other, which
-/// also bounds how many share a cell of the hash grid and keeps the time linear. (The exception are
-/// distances below about 1e-15 of the largest coordinate, for which cells are kept larger.)
+/// also bounds how many share a cell of the hash grid and keeps the time linear, whatever lies far
+/// away.
 ///
 /// A `distance` of zero merges what [`weld_exact`] merges; positions that are not finite merge with
 /// nothing. `distance` must be finite and not negative.
 #[must_use]
 pub fn weld_within(positions: &[DVec3], distance: f64) -> Vec<u32> {
-    let largest = positions
-        .iter()
-        .filter(|p| p.is_finite())
-        .fold(0.0, |largest: f64, p| largest.max(p.abs().max_element()));
-    // Cell numbers stay below 2^50, where every one is exact.
-    let cell_size = (4.0 * distance).max(largest * 2.0_f64.powi(-50));
-    if distance == 0.0 || !cell_size.is_normal() || !cell_size.is_finite() {
+    let cell_size = 4.0 * distance;
+    if distance == 0.0 || !cell_size.is_normal() {
         return weld_exact(positions);
     }
     let mut grid = Grid {
@@ -81,7 +78,7 @@ impl Grid<'_> {
         let reach = DVec3::splat(distance);
         let low = cell_of(position - reach, self.cell_size);
         let high = cell_of(position + reach, self.cell_size);
-        // A cell is larger than the reach, so these two cover all between.
+        // A cell is twice as large as the reach to both sides, so these two cover all between.
         let along = |axis: usize| {
             let upper = (low[axis] != high[axis]).then_some(high[axis]);
             core::iter::once(low[axis]).chain(upper)
@@ -126,34 +123,48 @@ impl Grid<'_> {
     }
 }
 
-/// The numbers of the grid cell that holds a position, along the three axes.
+/// The names of the grid cell that holds a position, along the three axes: the bits of its number,
+/// which is an integer below 2^53. Farther out neighbouring floating-point numbers are more than the
+/// reach apart, and every coordinate is a cell of its own.
 fn cell_of(position: DVec3, cell_size: f64) -> [u64; 3] {
-    (position / cell_size).to_array().map(|quotient| {
-        // Rounds down; calling `floor` is slow on targets that have no instruction for it.
-        let towards_zero = quotient as i64;
-        let is_above = towards_zero as f64 > quotient;
-        (towards_zero - i64::from(is_above)).cast_unsigned()
+    const LARGEST_NUMBER: f64 = 9_007_199_254_740_992.0;
+    position.to_array().map(|coordinate| {
+        let quotient = coordinate / cell_size;
+        if quotient.abs() < LARGEST_NUMBER {
+            // Rounds down; calling `floor` is slow on targets that have no instruction for it.
+            let towards_zero = quotient as i64;
+            let is_above = towards_zero as f64 > quotient;
+            ((towards_zero - i64::from(is_above)) as f64).to_bits()
+        } else {
+            coordinate.to_bits()
+        }
     })
 }
 
 /// A hash table of vertices by keys that the vertices themselves tell.
 ///
 /// Open addressing with linear probing; a slot holds a vertex and half of its hash, so that other
-/// vertices in the way are rarely looked at.
+/// vertices in the way are rarely looked at. The hash is another one for each table, so that no file
+/// can be made whose vertices all get in each other's way. What is found does not depend on it.
 struct VertexTable {
     slots: Vec<[u32; 2]>,
+    seeds: [u64; 4],
 }
 
 impl VertexTable {
     /// A table for at most so many vertices, at most half full.
     fn with_room_for(vertices: usize) -> Self {
-        Self { slots: vec![[NONE; 2]; (2 * vertices.max(1)).next_power_of_two()] }
+        let source = RandomState::new();
+        Self {
+            slots: vec![[NONE; 2]; (2 * vertices.max(1)).next_power_of_two()],
+            seeds: [0, 1, 2, 3].map(|i: u64| source.hash_one(i)),
+        }
     }
 
     /// The vertex with this key, or where to put it: the slot and what to put into it beside the
     /// vertex.
     fn probe(&self, key: [u64; 3], is_same: impl Fn(u32) -> bool) -> Result<u32, (usize, u32)> {
-        let hash = mix(key);
+        let hash = mix(key, self.seeds);
         let tag = (hash >> 32) as u32;
         let mask = self.slots.len() - 1;
         let mut slot = hash as usize & mask;
@@ -175,17 +186,19 @@ impl VertexTable {
     }
 }
 
-/// Spreads a key over 64 bits: multiply and fold, once for each word.
-fn mix(key: [u64; 3]) -> u64 {
-    key.into_iter().fold(0x9e37_79b9_7f4a_7c15, |hash: u64, word| {
-        let product = u128::from(hash ^ word) * 0xd6e8_feb8_6659_fd93;
-        (product as u64 ^ (product >> 64) as u64).rotate_left(23)
-    })
+/// Spreads a key over 64 bits: products of what is known to nobody, folded.
+fn mix([x, y, z]: [u64; 3], [a, b, c, d]: [u64; 4]) -> u64 {
+    let fold = |u: u64, v: u64| {
+        let product = u128::from(u) * u128::from(v);
+        product as u64 ^ (product >> 64) as u64
+    };
+    fold(fold(x ^ a, y ^ b) ^ z, c | 1) ^ fold(z ^ d, b | 1)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shapes::SplitMix64;
 
     /// The definition, in quadratic time.
     fn weld_slowly(positions: &[DVec3], distance: f64) -> Vec<u32> {
@@ -219,7 +232,9 @@ mod tests {
         let cloud: Vec<DVec3> =
             (0..600).map(|_| DVec3::new(random(), random(), random())).collect();
         for distance in [1e-9, 0.01, 0.05, 0.2, 0.7, 3.0] {
-            for (scale, shift) in [(1.0, 0.0), (1e-200, 0.0), (1e200, 0.0), (1.0, 1e6)] {
+            for (scale, shift) in
+                [(1.0, 0.0), (1e-200, 0.0), (1e200, 0.0), (1.0, 1e6), (1.0, 1e15), (1.0, 1e17)]
+            {
                 let cloud: Vec<DVec3> = cloud.iter().map(|p| (*p + shift) * scale).collect();
                 let unit: Vec<DVec3> = cloud.iter().map(|p| *p / scale).collect();
                 assert_eq!(
@@ -229,6 +244,51 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Positions that a multiply-and-fold hash with known constants gives all the same value.
+    fn colliding(count: usize) -> Vec<DVec3> {
+        let fold = |hash: u64, word: u64| {
+            let product = u128::from(hash ^ word) * 0xd6e8_feb8_6659_fd93;
+            (product as u64 ^ (product >> 64) as u64).rotate_left(23)
+        };
+        let points = (0..).map(|i: u32| {
+            let [x, y] = [f64::from(i), 1.0];
+            let state = [x, y].into_iter().map(f64::to_bits).fold(0x9e37_79b9_7f4a_7c15, fold);
+            DVec3::new(x, y, f64::from_bits(state ^ 0x1234_5678_9abc_def0))
+        });
+        points.filter(|p| p.is_finite()).take(count).collect()
+    }
+
+    #[test]
+    fn no_positions_collide_on_purpose() {
+        // All pairs would take an hour.
+        let positions = colliding(2_000_000);
+        assert!(weld_exact(&positions).into_iter().eq(0..2_000_000));
+        // However the seeds fall, vertices rarely get in each other's way.
+        let mut table = VertexTable::with_room_for(positions.len());
+        for (vertex, p) in positions.iter().enumerate() {
+            table.find_or_insert(p.to_array().map(f64::to_bits), vertex as u32, |_| false);
+        }
+        let is_taken = |slot: &[u32; 2]| slot[0] != NONE;
+        let longest_run = table.slots.chunk_by(|a, b| is_taken(a) == is_taken(b));
+        let longest_run = longest_run.filter(|run| is_taken(&run[0])).map(<[_]>::len).max();
+        assert!(longest_run < Some(1000), "{longest_run:?}");
+    }
+
+    #[test]
+    fn one_vertex_far_away_does_not_put_the_others_into_one_cell() {
+        let mut random = SplitMix64::new(2);
+        let mut cloud: Vec<DVec3> = (0..300_000)
+            .map(|_| DVec3::new(random.uniform(), random.uniform(), random.uniform()))
+            .collect();
+        cloud.extend([1e30, -1e300, 1e308, f64::MAX].map(DVec3::splat));
+        let all = cloud.len() as u32;
+        assert!(weld_within(&cloud, 1e-12).into_iter().eq(0..all));
+        // Nor do far vertices fall into one cell among themselves.
+        let far: Vec<DVec3> = cloud[..300_000].iter().map(|p| 1e300 * p.normalize()).collect();
+        assert!(weld_within(&far, 1e-12).into_iter().eq(0..300_000));
+        assert!(weld_within(&far, 1e-300).into_iter().eq(0..300_000));
     }
 
     #[test]

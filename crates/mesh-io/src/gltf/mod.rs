@@ -7,12 +7,14 @@
 
 mod accessor;
 mod container;
+mod level;
 mod material;
 mod plan;
 mod read;
 mod scene;
 mod schema;
+mod wedges;
 mod write;
 
 pub(crate) use read::read;
-pub(crate) use write::{Levels, write_binary, write_json, write_levels_binary, write_levels_json};
+pub(crate) use write::{Levels, write_binary, write_json};

@@ -176,7 +176,8 @@ impl Planner<'_> {
                     let set = self.vertices(index, primitive, &path)?;
                     let normals = if set.normals.is_some() { 12 } else { 0 };
                     plan.vertices = plan.vertices.saturating_add(set.count as u64);
-                    plan.passing = plan.passing.saturating_add(normals * set.count as u64);
+                    plan.passing =
+                        plan.passing.saturating_add((set.count as u64).saturating_mul(normals));
                     plan.has_colors |= set.colors.is_some();
                     plan.has_normals |= set.normals.is_some();
                     plan.sets.push(set);
@@ -196,7 +197,7 @@ impl Planner<'_> {
             let own_uvs = self.uvs(primitive, count, &path)?;
             let uvs = own_uvs.map(|(accessor, transform)| {
                 let place = *uvs.entry(accessor).or_insert_with(|| {
-                    plan.passing = plan.passing.saturating_add(8 * count);
+                    plan.passing = plan.passing.saturating_add(count.saturating_mul(8));
                     plan.uvs.push(accessor);
                     plan.uvs.len() - 1
                 });

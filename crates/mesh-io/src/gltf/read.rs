@@ -18,9 +18,9 @@ use mesh_core::soup::TooManyCorners;
 
 pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
     let (json, binary) = container::read(input)?;
-    // The lists of the document grow; strings are in it once more.
+    // The lists of the document grow; strings are in it once more than in the text.
     let braces = json.iter().filter(|&&byte| byte == b'{').count() as u64;
-    input.spend(3 * json.len() as u64 + GROWING * LARGEST * braces, || at("the document"))?;
+    input.spend(json.len() as u64 + GROWING * LARGEST * braces, || at("the document"))?;
     let root: Root = serde_json::from_slice(&json).map_err(|error| {
         let at = Location::Line(error.line() as u64);
         ReadErrorKind::malformed(at, "a glTF document", error.to_string())

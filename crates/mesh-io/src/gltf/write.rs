@@ -1,14 +1,22 @@
 //! Writing glTF: one mesh, a primitive per material, all of them sharing the vertices. Levels of
 //! detail are a mesh and a node each, the first node naming the others (`MSFT_lod`).
+//!
+//! Neither the document nor the buffer is ever in memory as a whole: the document is written twice,
+//! the first time only to learn its length.
 
-use crate::write::{Cutter, as_bytes};
-use crate::{Alpha, Format, ImageData, Model, WriteError, WriteReport};
-use base64::Engine;
+use super::level::{Column, Level};
+use crate::decimal::Decimal;
+use crate::error::WriteError;
+use crate::format::Format;
+use crate::model::{Alpha, Image, ImageData, Material, Model};
+use crate::write_options::WriteReport;
 use base64::engine::general_purpose::STANDARD;
-use glam::DVec3;
-use serde_json::{Map, Value, json};
-use std::collections::HashMap;
-use std::io::Write;
+use base64::write::EncoderWriter;
+use glam::{DVec3, Vec3};
+use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
+use serde_json::json;
+use std::borrow::Cow;
+use std::io::{self, Write};
 
 const FLOAT: u32 = 5126;
 const UNSIGNED_BYTE: u32 = 5121;
@@ -16,223 +24,391 @@ const UNSIGNED_INT: u32 = 5125;
 const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
-pub(crate) fn write_json(writer: &mut dyn Write, model: &Model) -> Result<WriteReport, WriteError> {
-    write_levels_json(writer, &Levels::one(model))
-}
-
-pub(crate) fn write_levels_json(
-    writer: &mut dyn Write,
-    levels: &Levels<'_>,
-) -> Result<WriteReport, WriteError> {
-    let (mut document, binary, report) = build(levels, Format::Gltf)?;
-    let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&binary));
-    document["buffers"] = json!([{ "byteLength": binary.len(), "uri": uri }]);
-    if binary.is_empty() {
-        remove_buffers(&mut document);
-    }
-    serde_json::to_writer_pretty(writer, &document).map_err(std::io::Error::from)?;
-    Ok(report)
-}
-
-pub(crate) fn write_binary(
-    writer: &mut dyn Write,
-    model: &Model,
-) -> Result<WriteReport, WriteError> {
-    write_levels_binary(writer, &Levels::one(model))
-}
-
-pub(crate) fn write_levels_binary(
-    writer: &mut dyn Write,
-    levels: &Levels<'_>,
-) -> Result<WriteReport, WriteError> {
-    let (mut document, mut binary, report) = build(levels, Format::Glb)?;
-    document["buffers"] = json!([{ "byteLength": binary.len() }]);
-    if binary.is_empty() {
-        remove_buffers(&mut document);
-    }
-    let mut json = serde_json::to_vec(&document).map_err(std::io::Error::from)?;
-    json.resize(json.len().next_multiple_of(4), b' ');
-    binary.resize(binary.len().next_multiple_of(4), 0);
-    let binary_chunk = if binary.is_empty() { 0 } else { 8 + binary.len() };
-    let total = 20 + json.len() + binary_chunk;
-    let size = |bytes: usize| {
-        u32::try_from(bytes).map_err(|_| WriteError::TooLarge {
-            format: Format::Glb,
-            what: "bytes",
-            limit: u64::from(u32::MAX),
-            found: bytes as u64,
-        })
-    };
-    writer.write_all(b"glTF")?;
-    writer.write_all(&2_u32.to_le_bytes())?;
-    writer.write_all(&size(total)?.to_le_bytes())?;
-    writer.write_all(&size(json.len())?.to_le_bytes())?;
-    writer.write_all(b"JSON")?;
-    writer.write_all(&json)?;
-    if !binary.is_empty() {
-        writer.write_all(&size(binary.len())?.to_le_bytes())?;
-        writer.write_all(b"BIN\0")?;
-        writer.write_all(&binary)?;
-    }
-    Ok(report)
-}
-
 /// A model, or several of the same object from fine to coarse.
 pub(crate) struct Levels<'a> {
     /// They share the materials and images of the first.
     pub(crate) models: Vec<&'a Model>,
     /// For each the part of the screen that the object must cover for it to be shown.
-    pub(crate) coverage: Vec<f64>,
+    pub(crate) coverage: &'a [f64],
 }
 
-impl<'a> Levels<'a> {
-    fn one(model: &'a Model) -> Self {
-        Self { models: vec![model], coverage: Vec::new() }
-    }
+/// Writes a document with the buffer in it.
+pub(crate) fn write_json(
+    writer: &mut dyn Write,
+    levels: &Levels<'_>,
+) -> Result<WriteReport, WriteError> {
+    let plan = Plan::new(levels, Format::Gltf)?;
+    plan.document(writer, |writer| {
+        write!(writer, r#","uri":"data:application/octet-stream;base64,"#)?;
+        let mut encoder = EncoderWriter::new(Whole(writer), &STANDARD);
+        plan.buffer(&mut encoder)?;
+        write!(encoder.finish()?, "\"")
+    })?;
+    Ok(plan.report())
 }
 
-/// An empty mesh has no data; glTF allows no empty arrays.
-fn remove_buffers(document: &mut Value) {
-    if let Some(document) = document.as_object_mut() {
-        document.remove("buffers");
-    }
-}
-
-/// The vertices of glTF: a vertex of the model for every combination of texture coordinate and
-/// normal at it. The first combination keeps the number of the vertex, so that a mesh without
-/// seams keeps its numbering.
-struct Wedges {
-    /// The vertex of the model and the corner that gives the attributes, if any.
-    sources: Vec<(u32, Option<u32>)>,
-    /// For every corner of the model.
-    of_corner: Vec<u32>,
-}
-
-impl Wedges {
-    fn new(model: &Model) -> Self {
-        let vertices = model.soup.vertex_count();
-        let mut sources: Vec<_> = (0..vertices as u32).map(|vertex| (vertex, None)).collect();
-        if model.corner_uvs.is_none() && model.corner_normals.is_none() {
-            return Self { sources, of_corner: model.soup.corners().to_vec() };
-        }
-        let key = |corner: usize| {
-            let uv = model.corner_uvs.as_ref().map(|uvs| uvs[corner].map(f32::to_bits));
-            let normal = model.corner_normals.as_ref().map(|all| all[corner].map(f32::to_bits));
-            (uv, normal)
-        };
-        let mut extra = HashMap::<_, u32, foldhash::fast::RandomState>::default();
-        let mut of_corner = Vec::with_capacity(model.soup.corners().len());
-        for (corner, &vertex) in model.soup.corners().iter().enumerate() {
-            let first = *sources[vertex as usize].1.get_or_insert(corner as u32);
-            let wedge = if key(first as usize) == key(corner) {
-                vertex
-            } else {
-                let next = sources.len() as u32;
-                let wedge = *extra.entry((vertex, key(corner))).or_insert(next);
-                if wedge == next {
-                    sources.push((vertex, Some(corner as u32)));
-                }
-                wedge
-            };
-            of_corner.push(wedge);
-        }
-        Self { sources, of_corner }
-    }
-}
-
-/// Accumulates the buffer with its views and accessors.
-#[derive(Default)]
-struct Buffer {
-    bytes: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
-}
-
-impl Buffer {
-    fn view(&mut self, bytes: impl IntoIterator<Item = u8>, target: Option<u32>) -> usize {
-        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        let start = self.bytes.len();
-        self.bytes.extend(bytes);
-        let mut view =
-            json!({ "buffer": 0, "byteOffset": start, "byteLength": self.bytes.len() - start });
-        if let Some(target) = target {
-            view["target"] = json!(target);
-        }
-        self.views.push(view);
-        self.views.len() - 1
-    }
-
-    fn accessor(&mut self, view: usize, count: usize, component: u32, kind: &str) -> usize {
-        self.accessors.push(json!({
-            "bufferView": view, "componentType": component, "count": count, "type": kind,
-        }));
-        self.accessors.len() - 1
-    }
-
-    fn floats<const N: usize>(&mut self, values: &[[f32; N]], kind: &str) -> usize {
-        let bytes = values.as_flattened().iter().flat_map(|value| value.to_le_bytes());
-        let view = self.view(bytes, Some(ARRAY_BUFFER));
-        self.accessor(view, values.len(), FLOAT, kind)
-    }
-}
-
-/// The error for a coordinate that 32 bits cannot hold, if there is one.
-fn check_coordinates(model: &Model, format: Format) -> Result<(), WriteError> {
-    for (vertex, position) in model.soup.positions().iter().enumerate() {
-        if let Some(value) =
-            position.to_array().into_iter().find(|value| !(*value as f32).is_finite())
-        {
-            return Err(WriteError::NotFinite { format, vertex, value });
-        }
-    }
-    Ok(())
-}
-
-fn build(levels: &Levels<'_>, format: Format) -> Result<(Value, Vec<u8>, WriteReport), WriteError> {
-    let models: Vec<&Model> =
-        levels.models.iter().copied().filter(|model| model.soup.face_count() > 0).collect();
-    levels.models.iter().try_for_each(|model| check_coordinates(model, format))?;
-    let mut buffer = Buffer::default();
-    let mut document = json!({
-        "asset": { "version": "2.0", "generator": concat!("mesh-io ", env!("CARGO_PKG_VERSION")) },
-        "scene": 0,
-    });
-    let mut report = WriteReport::default();
-    let Some(&model) = models.first() else {
-        document["scenes"] = json!([{ "nodes": [] }]);
-        return Ok((document, buffer.bytes, report));
+/// Writes the binary container.
+pub(crate) fn write_binary(
+    writer: &mut dyn Write,
+    levels: &Levels<'_>,
+) -> Result<WriteReport, WriteError> {
+    let plan = Plan::new(levels, Format::Glb)?;
+    let mut length = Length(0);
+    plan.document(&mut length, |_| Ok(()))?;
+    let padded = length.0.next_multiple_of(4);
+    let buffer = plan.buffer_length;
+    let total = 20 + padded + if buffer == 0 { 0 } else { 8 + buffer };
+    let size = |bytes: u64| {
+        u32::try_from(bytes).map_err(|_| WriteError::TooLarge {
+            format: Format::Glb,
+            what: "bytes",
+            limit: u64::from(u32::MAX),
+            found: bytes,
+        })
     };
-    let offset = offset(model.soup.positions());
-    let (mut meshes, mut nodes) = (Vec::new(), Vec::new());
-    for (level, model) in models.iter().enumerate() {
-        let wedges = Wedges::new(model);
-        let attributes = attributes(model, &wedges, offset, &mut buffer, &mut report);
-        meshes.push(json!({ "primitives": primitives(model, &wedges, &attributes, &mut buffer) }));
-        let mut node = json!({ "mesh": level });
-        if offset != DVec3::ZERO {
-            node["translation"] = json!(offset.to_array());
+    let total = size(total)?;
+    writer.write_all(b"glTF")?;
+    writer.write_all(&2_u32.to_le_bytes())?;
+    writer.write_all(&total.to_le_bytes())?;
+    writer.write_all(&size(padded)?.to_le_bytes())?;
+    writer.write_all(b"JSON")?;
+    plan.document(writer, |_| Ok(()))?;
+    writer.write_all(&b"   "[..(padded - length.0) as usize])?;
+    if buffer > 0 {
+        writer.write_all(&size(buffer)?.to_le_bytes())?;
+        writer.write_all(b"BIN\0")?;
+        plan.buffer(writer)?;
+    }
+    Ok(plan.report())
+}
+
+/// Takes all it is given, or fails: the encoder of base64 goes wrong after a part of it.
+struct Whole<'w>(&'w mut dyn Write);
+
+impl Write for Whole<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+/// Counts what is written.
+struct Length(u64);
+
+impl Write for Length {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0 += bytes.len() as u64;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// What is to be written. The buffer has a view for every column of every level, one for all
+/// indices of the level, and one for every embedded image; an accessor belongs to every column and
+/// to every primitive.
+struct Plan<'m> {
+    /// Those with faces.
+    levels: Vec<Level<'m>>,
+    coverage: Vec<f64>,
+    offset: DVec3,
+    materials: &'m [Material],
+    /// The images that have a content or a name, as far as materials may use them.
+    images: Vec<&'m Image>,
+    /// For every image of the model its place among `images`.
+    image_places: Vec<Option<usize>>,
+    buffer_length: u64,
+}
+
+impl<'m> Plan<'m> {
+    fn new(levels: &Levels<'m>, format: Format) -> Result<Self, WriteError> {
+        let is_empty = |level: usize| levels.models[level].soup.face_count() == 0;
+        let kept: Vec<usize> = (0..levels.models.len()).filter(|&level| !is_empty(level)).collect();
+        let models: Vec<&Model> = kept.iter().map(|&level| levels.models[level]).collect();
+        let offset = models.first().map_or(DVec3::ZERO, |model| offset(model.soup.positions()));
+        let (materials, all_images) = models
+            .first()
+            .map_or((&[][..], &[][..]), |model| (&model.materials[..], &model.images[..]));
+        let mut images = Vec::new();
+        let mut place = |image: &'m Image| {
+            let is_there = match &image.data {
+                ImageData::Bytes(bytes) => !bytes.is_empty(),
+                ImageData::Uri(name) => !name.is_empty(),
+            };
+            is_there.then(|| {
+                images.push(image);
+                images.len() - 1
+            })
+        };
+        let image_places = all_images.iter().map(&mut place).collect();
+        let level = |model: &&'m Model| Level::new(model, offset, format);
+        let mut plan = Self {
+            levels: models.iter().map(level).collect::<Result<_, _>>()?,
+            coverage: kept
+                .iter()
+                .filter_map(|&level| levels.coverage.get(level).copied())
+                .collect(),
+            offset,
+            materials,
+            images,
+            image_places,
+            buffer_length: 0,
+        };
+        plan.buffer_length = plan.views().last().map_or(0, |view| padded(view.start + view.length));
+        Ok(plan)
+    }
+
+    fn report(&self) -> WriteReport {
+        let mut dropped: Vec<String> = Vec::new();
+        for what in self.levels.iter().flat_map(|level| &level.dropped) {
+            if !dropped.iter().any(|other| other == what) {
+                dropped.push((*what).to_owned());
+            }
         }
-        nodes.push(node);
+        let rounding = self.levels.iter().map(|level| level.rounding).fold(0.0, f64::max);
+        WriteReport { rounding, dropped, ..WriteReport::default() }
     }
-    if nodes.len() > 1 {
-        let others: Vec<usize> = (1..nodes.len()).collect();
-        nodes[0]["extensions"] = json!({ "MSFT_lod": { "ids": others } });
-        nodes[0]["extras"] = json!({ "MSFT_screencoverage": levels.coverage });
-        document["extensionsUsed"] = json!(["MSFT_lod"]);
+
+    /// The parts of the buffer, each at a multiple of four bytes.
+    fn views(&self) -> impl Iterator<Item = View<'_, 'm>> {
+        let embedded = self.images.iter().filter_map(|image| match &image.data {
+            ImageData::Bytes(bytes) => Some(Content::Image(bytes)),
+            ImageData::Uri(_) => None,
+        });
+        let mut end = 0;
+        self.levels.iter().flat_map(contents).chain(embedded).map(move |content| {
+            let start = padded(end);
+            let length = content.length();
+            end = start + length;
+            View { start, length, content }
+        })
     }
-    document["meshes"] = Value::Array(meshes);
-    document["nodes"] = Value::Array(nodes);
-    document["scenes"] = json!([{ "nodes": [0] }]);
-    if !model.materials.is_empty() {
-        document["materials"] = model.materials.iter().map(material).collect();
+
+    fn buffer(&self, writer: &mut dyn Write) -> io::Result<()> {
+        for view in self.views() {
+            view.content.write(writer)?;
+            let padding = padded(view.length) - view.length;
+            writer.write_all(&[0; 3][..padding as usize])?;
+        }
+        Ok(())
     }
-    if !model.images.is_empty() {
-        document["images"] = images(model, &mut buffer);
-        document["textures"] = (0..model.images.len()).map(|i| json!({ "source": i })).collect();
+
+    /// Writes the document; `buffer` adds to the members of the buffer.
+    fn document(
+        &self,
+        writer: &mut dyn Write,
+        buffer: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let generator = concat!("mesh-io ", env!("CARGO_PKG_VERSION"));
+        let asset = json!({ "version": "2.0", "generator": generator });
+        write!(writer, "{{\"asset\":{asset},\n\"scene\":0,\n")?;
+        if self.levels.is_empty() {
+            // An empty mesh has no data; glTF allows no empty arrays.
+            return writeln!(writer, "\"scenes\":[{{}}]}}");
+        }
+        writeln!(writer, "\"scenes\":[{{\"nodes\":[0]}}],")?;
+        if self.levels.len() > 1 {
+            writeln!(writer, "\"extensionsUsed\":[\"MSFT_lod\"],")?;
+        }
+        list(writer, "nodes", 0..self.levels.len(), |writer, level| self.node(writer, level))?;
+        let mut accessor = 0;
+        list(writer, "meshes", &self.levels, |writer, level| {
+            mesh(writer, level, self.materials.len(), &mut accessor)
+        })?;
+        if !self.materials.is_empty() {
+            list(writer, "materials", self.materials, |writer, one| {
+                write!(writer, "{}", material(one, &self.image_places))
+            })?;
+        }
+        if !self.images.is_empty() {
+            list(writer, "textures", 0..self.images.len(), |writer, image| {
+                write!(writer, r#"{{"source":{image}}}"#)
+            })?;
+            let embedded = |image: &&&Image| matches!(image.data, ImageData::Bytes(_));
+            let mut view = self.views().count() - self.images.iter().filter(embedded).count();
+            list(writer, "images", &self.images, |writer, image| {
+                write!(writer, "{}", describe_image(image, &mut view))
+            })?;
+        }
+        list(writer, "bufferViews", self.views(), |writer, view| view.describe(writer))?;
+        self.accessors(writer)?;
+        write!(writer, "\"buffers\":[{{\"byteLength\":{}", self.buffer_length)?;
+        buffer(writer)?;
+        writeln!(writer, "}}]}}")
     }
-    document["bufferViews"] = Value::Array(buffer.views);
-    document["accessors"] = Value::Array(buffer.accessors);
-    Ok((document, buffer.bytes, report))
+
+    fn node(&self, writer: &mut dyn Write, level: usize) -> io::Result<()> {
+        let mut node = json!({ "mesh": level });
+        if self.offset != DVec3::ZERO {
+            node["translation"] = json!(self.offset.to_array());
+        }
+        if level == 0 && self.levels.len() > 1 {
+            let others: Vec<usize> = (1..self.levels.len()).collect();
+            node["extensions"] = json!({ "MSFT_lod": { "ids": others } });
+            node["extras"] = json!({ "MSFT_screencoverage": self.coverage });
+        }
+        write!(writer, "{node}")
+    }
+
+    fn accessors(&self, writer: &mut dyn Write) -> io::Result<()> {
+        let mut view = 0;
+        let accessors = self.levels.iter().flat_map(|level| {
+            let first = view;
+            let indices = first + level.columns.len();
+            view = indices + 1;
+            let columns = level.columns.iter().enumerate();
+            let columns = columns.map(move |(place, &(_, column))| Accessor::Column {
+                level,
+                column,
+                view: first + place,
+            });
+            let primitives = level.primitives.iter().map(move |primitive| Accessor::Indices {
+                view: indices,
+                start: 4 * primitive.range.start,
+                count: primitive.range.len(),
+            });
+            columns.chain(primitives)
+        });
+        list(writer, "accessors", accessors, |writer, accessor| accessor.describe(writer))
+    }
+}
+
+/// A part of the buffer.
+struct View<'p, 'm> {
+    start: u64,
+    length: u64,
+    content: Content<'p, 'm>,
+}
+
+impl View<'_, '_> {
+    fn describe(&self, writer: &mut dyn Write) -> io::Result<()> {
+        let Self { start, length, content } = self;
+        write!(writer, r#"{{"buffer":0,"byteOffset":{start},"byteLength":{length}"#)?;
+        match content {
+            Content::Column(..) => write!(writer, r#","target":{ARRAY_BUFFER}}}"#),
+            Content::Indices(_) => write!(writer, r#","target":{ELEMENT_ARRAY_BUFFER}}}"#),
+            Content::Image(_) => write!(writer, "}}"),
+        }
+    }
+}
+
+enum Content<'p, 'm> {
+    Column(&'p Level<'m>, Column),
+    Indices(&'p Level<'m>),
+    Image(&'p [u8]),
+}
+
+impl Content<'_, '_> {
+    fn length(&self) -> u64 {
+        match self {
+            Self::Column(level, column) => (level.vertex_count() * column.size()) as u64,
+            Self::Indices(level) => 4 * level.indices.len() as u64,
+            Self::Image(bytes) => bytes.len() as u64,
+        }
+    }
+
+    fn write(&self, writer: &mut dyn Write) -> io::Result<()> {
+        match self {
+            Self::Column(level, column) => level.write(*column, writer),
+            Self::Indices(level) => level.write_indices(writer),
+            Self::Image(bytes) => writer.write_all(bytes),
+        }
+    }
+}
+
+/// The parts of the buffer that belong to a level.
+fn contents<'p, 'm>(level: &'p Level<'m>) -> impl Iterator<Item = Content<'p, 'm>> {
+    let columns = level.columns.iter().map(move |&(_, column)| Content::Column(level, column));
+    columns.chain([Content::Indices(level)])
+}
+
+enum Accessor<'p, 'm> {
+    Column { level: &'p Level<'m>, column: Column, view: usize },
+    Indices { view: usize, start: usize, count: usize },
+}
+
+impl Accessor<'_, '_> {
+    fn describe(&self, writer: &mut dyn Write) -> io::Result<()> {
+        match *self {
+            Self::Column { level, column, view } => {
+                let component = if column == Column::ByteColor { UNSIGNED_BYTE } else { FLOAT };
+                let (count, shape) = (level.vertex_count(), column.shape());
+                write!(
+                    writer,
+                    r#"{{"bufferView":{view},"componentType":{component},"count":{count},"type":"{shape}""#
+                )?;
+                match column {
+                    Column::Position => {
+                        let [low, high] = level.bounds.map(triple);
+                        write!(writer, r#","min":{low},"max":{high}}}"#)
+                    }
+                    Column::ByteColor => write!(writer, r#","normalized":true}}"#),
+                    _ => write!(writer, "}}"),
+                }
+            }
+            Self::Indices { view, start, count } => write!(
+                writer,
+                r#"{{"bufferView":{view},"byteOffset":{start},"componentType":{UNSIGNED_INT},"count":{count},"type":"SCALAR"}}"#
+            ),
+        }
+    }
+}
+
+/// Three numbers in all their digits, as some programs compare them with the buffer in 64 bits.
+fn triple(values: Vec3) -> String {
+    let [x, y, z] = values.as_dvec3().to_array().map(Decimal);
+    format!("[{x},{y},{z}]")
+}
+
+/// A member of the document that is a list, an item on every line.
+fn list<T>(
+    writer: &mut dyn Write,
+    name: &str,
+    items: impl IntoIterator<Item = T>,
+    mut write: impl FnMut(&mut dyn Write, T) -> io::Result<()>,
+) -> io::Result<()> {
+    write!(writer, "\"{name}\":[")?;
+    for (place, item) in items.into_iter().enumerate() {
+        writer.write_all(if place == 0 { b"\n" } else { b",\n" })?;
+        write(writer, item)?;
+    }
+    writeln!(writer, "],")
+}
+
+/// The mesh of a level, whose accessors begin at `accessor`; it is moved on to the next level's.
+fn mesh(
+    writer: &mut dyn Write,
+    level: &Level<'_>,
+    materials: usize,
+    accessor: &mut usize,
+) -> io::Result<()> {
+    let columns = level.columns.iter().zip(*accessor..);
+    let attributes: serde_json::Map<_, _> =
+        columns.map(|((name, _), accessor)| (name.clone(), json!(accessor))).collect();
+    let attributes = serde_json::Value::Object(attributes).to_string();
+    *accessor += level.columns.len();
+    write!(writer, r#"{{"primitives":["#)?;
+    for (place, primitive) in level.primitives.iter().enumerate() {
+        writer.write_all(if place == 0 { b"\n" } else { b",\n" })?;
+        write!(writer, r#"{{"attributes":{attributes},"indices":{accessor}"#)?;
+        // The materials are those of the first level.
+        if (primitive.material as usize) < materials {
+            write!(writer, r#","material":{}"#, primitive.material)?;
+        }
+        write!(writer, "}}")?;
+        *accessor += 1;
+    }
+    write!(writer, "]}}")
+}
+
+fn padded(length: u64) -> u64 {
+    length.next_multiple_of(4)
 }
 
 /// What to subtract from the positions before rounding them to 32 bits: nothing when that is
@@ -253,160 +429,94 @@ fn offset(positions: &[DVec3]) -> DVec3 {
     if (rounded - center).abs().max_element() <= extent.max(1.0) { rounded } else { DVec3::ZERO }
 }
 
-fn attributes(
-    model: &Model,
-    wedges: &Wedges,
-    offset: DVec3,
-    buffer: &mut Buffer,
-    report: &mut WriteReport,
-) -> Value {
-    let mut attributes = Map::new();
-    let mut add = |name: &str, accessor: usize| attributes.insert(name.to_owned(), json!(accessor));
-    let source = |vertex: u32| vertex as usize;
-    let positions: Vec<[f32; 3]> = wedges
-        .sources
-        .iter()
-        .map(|&(vertex, _)| {
-            let exact = model.soup.positions()[source(vertex)];
-            let stored = (exact - offset).as_vec3();
-            let error = (stored.as_dvec3() + offset - exact).abs().max_element();
-            report.rounding = report.rounding.max(error);
-            stored.to_array()
-        })
-        .collect();
-    let extreme = |pick: fn(f32, f32) -> f32| {
-        let mut all = positions[0];
-        for position in &positions {
-            for (value, &other) in all.iter_mut().zip(position) {
-                *value = pick(*value, other);
-            }
-        }
-        json!(all)
+fn material(material: &Material, image_places: &[Option<usize>]) -> serde_json::Value {
+    // Beyond these bounds a document is not valid.
+    let share = |value: f32, otherwise: f32| {
+        if value.is_finite() { value.clamp(0.0, 1.0) } else { otherwise }
     };
-    let accessor = buffer.floats(&positions, "VEC3");
-    buffer.accessors[accessor]["min"] = extreme(f32::min);
-    buffer.accessors[accessor]["max"] = extreme(f32::max);
-    add("POSITION", accessor);
-    let no_normal = |normal: [f32; 3]| if normal[0].is_nan() { [0.0, 0.0, 1.0] } else { normal };
-    let by_corner = |corner: Option<u32>| corner.map(|corner| corner as usize);
-    let normals: Option<Vec<[f32; 3]>> = match (&model.corner_normals, &model.vertex_normals) {
-        (Some(all), _) => Some(
-            wedges
-                .sources
-                .iter()
-                .map(|&(_, c)| no_normal(by_corner(c).map_or([f32::NAN; 3], |c| all[c])))
-                .collect(),
-        ),
-        (None, Some(all)) => {
-            Some(wedges.sources.iter().map(|&(v, _)| no_normal(all[source(v)])).collect())
-        }
-        (None, None) => None,
-    };
-    if let Some(normals) = normals {
-        add("NORMAL", buffer.floats(&normals, "VEC3"));
-    }
-    if let Some(all) = &model.corner_uvs {
-        let uv =
-            |c: usize| if all[c][0].is_nan() { [0.0; 2] } else { [all[c][0], 1.0 - all[c][1]] };
-        let uvs: Vec<_> =
-            wedges.sources.iter().map(|&(_, c)| by_corner(c).map_or([0.0; 2], uv)).collect();
-        add("TEXCOORD_0", buffer.floats(&uvs, "VEC2"));
-    }
-    if let Some(all) = &model.vertex_colors {
-        let colors: Vec<_> = wedges.sources.iter().map(|&(v, _)| all[source(v)]).collect();
-        let accessor = match as_bytes(&colors) {
-            Some(bytes) => {
-                let view = buffer.view(bytes.into_iter().flatten(), Some(ARRAY_BUFFER));
-                let accessor = buffer.accessor(view, colors.len(), UNSIGNED_BYTE, "VEC4");
-                buffer.accessors[accessor]["normalized"] = json!(true);
-                accessor
-            }
-            None => buffer.floats(&colors, "VEC4"),
-        };
-        add("COLOR_0", accessor);
-    }
-    for scalars in &model.vertex_scalars {
-        let values: Vec<_> =
-            wedges.sources.iter().map(|&(v, _)| [scalars.values[source(v)] as f32]).collect();
-        let accessor = buffer.floats(&values, "SCALAR");
-        add(&format!("_{}", scalars.name.to_uppercase()), accessor);
-    }
-    Value::Object(attributes)
-}
-
-fn primitives(
-    model: &Model,
-    wedges: &Wedges,
-    attributes: &Value,
-    buffer: &mut Buffer,
-) -> Vec<Value> {
-    let mut by_material: Vec<(u32, Vec<u32>)> = Vec::new();
-    let mut places = HashMap::new();
-    let mut cutter = Cutter::default();
-    for face in 0..model.soup.face_count() {
-        let material = model.face_materials.as_ref().map_or(Model::NONE, |all| all[face]);
-        let place = *places.entry(material).or_insert_with(|| {
-            by_material.push((material, Vec::new()));
-            by_material.len() - 1
-        });
-        let corners = &wedges.of_corner[model.soup.corner_range(face)];
-        let triangles = cutter.cut(&model.soup, face).as_flattened();
-        by_material[place].1.extend(triangles.iter().map(|&corner| corners[corner as usize]));
-    }
-    by_material
-        .into_iter()
-        .map(|(material, indices)| {
-            let bytes = indices.iter().flat_map(|index| index.to_le_bytes());
-            let view = buffer.view(bytes, Some(ELEMENT_ARRAY_BUFFER));
-            let accessor = buffer.accessor(view, indices.len(), UNSIGNED_INT, "SCALAR");
-            let mut primitive = json!({ "attributes": attributes, "indices": accessor });
-            if material != Model::NONE {
-                primitive["material"] = json!(material);
-            }
-            primitive
-        })
-        .collect()
-}
-
-fn material(material: &crate::Material) -> Value {
     let mut pbr = json!({
-        "baseColorFactor": material.base_color,
-        "metallicFactor": material.metallic,
-        "roughnessFactor": material.roughness,
+        "baseColorFactor": material.base_color.map(|value| share(value, 1.0)),
+        "metallicFactor": share(material.metallic, 0.0),
+        "roughnessFactor": share(material.roughness, 1.0),
     });
-    if let Some(image) = material.base_color_image {
-        pbr["baseColorTexture"] = json!({ "index": image });
+    let place = material.base_color_image.and_then(|image| image_places.get(image as usize));
+    if let Some(Some(texture)) = place {
+        pbr["baseColorTexture"] = json!({ "index": texture });
     }
     let mut value = json!({
-        "name": material.name,
         "pbrMetallicRoughness": pbr,
-        "emissiveFactor": material.emissive,
+        "emissiveFactor": material.emissive.map(|value| share(value, 0.0)),
         "doubleSided": material.double_sided,
     });
+    if !material.name.is_empty() {
+        value["name"] = json!(material.name);
+    }
     match material.alpha {
         Alpha::Opaque => {}
         Alpha::Mask(cutoff) => {
             value["alphaMode"] = json!("MASK");
-            value["alphaCutoff"] = json!(cutoff);
+            value["alphaCutoff"] = json!(if cutoff.is_finite() { cutoff.max(0.0) } else { 0.5 });
         }
         Alpha::Blend => value["alphaMode"] = json!("BLEND"),
     }
     value
 }
 
-fn images(model: &Model, buffer: &mut Buffer) -> Value {
-    let mut image = |image: &crate::Image| {
-        let mut value = json!({ "name": image.name });
-        if !image.media_type.is_empty() {
-            value["mimeType"] = json!(image.media_type);
-        }
-        match &image.data {
-            ImageData::Uri(uri) => value["uri"] = json!(uri),
-            ImageData::Bytes(bytes) => {
-                value["bufferView"] = json!(buffer.view(bytes.iter().copied(), None));
+/// An image, whose bytes are in the buffer at `view` if it is embedded: it is then moved on.
+fn describe_image(image: &Image, view: &mut usize) -> serde_json::Value {
+    let mut value = json!({});
+    if !image.name.is_empty() {
+        value["name"] = json!(image.name);
+    }
+    match &image.data {
+        ImageData::Uri(name) => {
+            value["uri"] = json!(uri(name));
+            if !image.media_type.is_empty() {
+                value["mimeType"] = json!(image.media_type);
             }
         }
-        value
+        ImageData::Bytes(_) => {
+            // A view needs a media type.
+            let known = Some(image.media_type()).filter(|kind| !kind.is_empty());
+            value["mimeType"] = json!(known.unwrap_or("application/octet-stream"));
+            value["bufferView"] = json!(view);
+            *view += 1;
+        }
+    }
+    value
+}
+
+/// The name of a file as a URI: what has a meaning there is percent-encoded.
+fn uri(name: &str) -> Cow<'_, str> {
+    const PLAIN: &AsciiSet =
+        &NON_ALPHANUMERIC.remove(b'-').remove(b'.').remove(b'_').remove(b'~').remove(b'/');
+    let is_scheme = |scheme: &str| {
+        !scheme.is_empty()
+            && scheme.bytes().all(|b| b.is_ascii_alphanumeric() || b"+-.".contains(&b))
     };
-    model.images.iter().map(&mut image).collect()
+    let has_scheme = name.split_once("://").is_some_and(|(scheme, _)| is_scheme(scheme));
+    if has_scheme || name.starts_with("data:") {
+        return Cow::Borrowed(name);
+    }
+    // Material libraries from Windows have the folders apart so.
+    utf8_percent_encode(&name.replace('\\', "/"), PLAIN).to_string().into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::uri;
+
+    #[test]
+    fn names_of_files_become_uris() {
+        for (name, expected) in [
+            ("skin.png", "skin.png"),
+            ("my skin#1 100%.png", "my%20skin%231%20100%25.png"),
+            ("maps\\skin.png", "maps/skin.png"),
+            ("a:b.png", "a%3Ab.png"),
+            ("höhe.png", "h%C3%B6he.png"),
+            ("https://example.org/a%20b.png", "https://example.org/a%20b.png"),
+        ] {
+            assert_eq!(uri(name), expected);
+        }
+    }
 }

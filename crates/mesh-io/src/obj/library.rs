@@ -1,76 +1,124 @@
 //! Writing the material library and the pictures beside an OBJ file.
 
-use std::io::Write;
-use std::path::Path;
-
-use super::write::{material_name, one_line};
+use super::companion::{Checksum, Companions, Earlier, first_line, picture_line};
+use super::material::named;
+use super::names::{file_name, material_names, one_line};
+use crate::atomic::Beside;
 use crate::decimal::Decimal;
-use crate::{Image, ImageData, Model, WriteError, atomic};
+use crate::error::WriteError;
+use crate::model::{Image, ImageData, Model};
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
-/// Writes what an OBJ file at `path` refers to, and returns the names of the libraries that it is to
-/// name.
-///
-/// Where the libraries that the model came with are all beside the target, they stay as they are:
-/// they may say more than a model holds. So they do where nothing is known of the materials but
-/// their names. Otherwise `NAME.mtl` is written, for `NAME.obj`. Pictures
-/// in files keep their names, which are relative to the OBJ file; embedded ones are written as
-/// `NAME-0.png`, `NAME-1.jpg` and so on.
-pub(crate) fn write_library(path: &Path, model: &Model) -> Result<Vec<String>, WriteError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let libraries = &model.material_libraries;
-    let all_there = libraries.iter().all(|name| folder.join(name).is_file());
-    let nothing_known =
-        model.materials.iter().all(|m| *m == super::material::named(m.name.clone()));
-    if nothing_known || (all_there && !libraries.is_empty()) {
-        return Ok(libraries.clone());
-    }
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let mut images = Vec::with_capacity(model.images.len());
-    for (index, image) in model.images.iter().enumerate() {
-        images.push(write_image(folder, &format!("{stem}-{index}"), image)?);
-    }
-    let name = format!("{stem}.mtl");
-    atomic::replace(&folder.join(&name), |writer| write_materials(writer, model, &images))?;
-    Ok(vec![name])
+/// What goes with an OBJ file.
+#[derive(Default)]
+pub(crate) struct Library {
+    /// The names of the libraries that the file is to name.
+    pub(crate) names: Vec<String>,
+    /// The files that wait for their places.
+    pub(crate) prepared: Vec<Beside>,
+    /// Where they are.
+    pub(crate) paths: Vec<PathBuf>,
+    /// The libraries that are there already and stay.
+    pub(crate) kept: Vec<PathBuf>,
 }
 
-/// The name of the file of an image, which is written if it was embedded.
-fn write_image(folder: &Path, stem: &str, image: &Image) -> Result<Option<String>, WriteError> {
-    match &image.data {
-        ImageData::Uri(uri) => Ok(Some(uri.clone())),
-        ImageData::Bytes(bytes) if bytes.is_empty() => Ok(None),
-        ImageData::Bytes(bytes) => {
-            let extension = match image.media_type.as_str() {
-                "image/png" => "png",
-                "image/jpeg" => "jpg",
-                "image/webp" => "webp",
-                "image/ktx2" => "ktx2",
-                _ => "img",
-            };
-            let name = format!("{stem}.{extension}");
-            atomic::replace(&folder.join(&name), |writer| Ok(writer.write_all(bytes)?))?;
-            Ok(Some(name))
-        }
+/// Prepares what an OBJ file at `path` refers to.
+///
+/// Where the libraries that the model came with are all beside the target, they stay as they are:
+/// they may say more than a model holds. (Not so the one from an earlier run of the same output,
+/// which says no more.) So they do where nothing is known of the materials but their names.
+/// Otherwise `NAME.mtl` is written, for `NAME.obj`. Pictures in files keep their names, which are
+/// relative to the OBJ file; embedded ones are written as `NAME-0.png`, `NAME-1.jpg` and so on.
+/// Neither replaces a file of others unless `overwrite` is set; see [`super::companion`].
+pub(crate) fn prepare_library(
+    path: &Path,
+    model: &Model,
+    overwrite: bool,
+) -> Result<Library, WriteError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let output = one_line(&path.file_name().unwrap_or_default().to_string_lossy());
+    // The names have to stand in a line, and must not look as if they were in another folder.
+    let stem = one_line(&path.file_stem().unwrap_or_default().to_string_lossy());
+    let stem = stem.replace(['\\', ':'], "_");
+    let mut name = format!("{stem}.mtl");
+    if name.eq_ignore_ascii_case(&output) {
+        name = format!("{output}.mtl");
+    }
+    let earlier = Earlier::find(&folder.join(&name), &output);
+    let libraries = &model.material_libraries;
+    let stays = |library: &String| {
+        folder.join(library).is_file() && !(earlier.is_some() && *library == name)
+    };
+    let all_there = !libraries.is_empty() && libraries.iter().all(stays);
+    let nothing_known = model.materials.iter().all(|m| *m == named(m.name.clone()));
+    if nothing_known || all_there {
+        let kept = libraries.iter().map(|library| folder.join(library));
+        let kept = kept.filter(|path| path.is_file()).collect();
+        return Ok(Library { names: libraries.clone(), kept, ..Library::default() });
+    }
+    let mut companions = Companions::new(folder, earlier, overwrite);
+    let (mut references, mut pictures) = (Vec::with_capacity(model.images.len()), Vec::new());
+    for (index, image) in model.images.iter().enumerate() {
+        references.push(match &image.data {
+            ImageData::Uri(name) => {
+                // The output is its own input: what was written with it stays known as such.
+                let line = companions.earlier.as_ref().and_then(|earlier| earlier.line_of(name));
+                pictures.extend(line.map(str::to_owned));
+                file_name(name)
+            }
+            ImageData::Bytes(bytes) if bytes.is_empty() => None,
+            ImageData::Bytes(bytes) => {
+                let name = format!("{stem}-{index}.{}", extension(image));
+                companions.picture(&name, bytes)?;
+                pictures.push(picture_line(&name, Checksum::of(bytes)));
+                file_name(&name)
+            }
+        });
+    }
+    let content = |writer: &mut dyn Write| -> std::io::Result<()> {
+        pictures.iter().try_for_each(|line| writeln!(writer, "{line}"))?;
+        write_materials(writer, model, &references)
+    };
+    let mut sum = Checksum::default();
+    content(&mut sum)?;
+    companions.library(&name, |writer| {
+        writeln!(writer, "{}", first_line(&output, sum))?;
+        Ok(content(writer)?)
+    })?;
+    let Companions { prepared, paths, .. } = companions;
+    Ok(Library { names: vec![name], prepared, paths, kept: Vec::new() })
+}
+
+/// The extension of an image's file.
+fn extension(image: &Image) -> &'static str {
+    match image.media_type() {
+        "image/png" => "png",
+        "image/jpeg" => "jpg",
+        "image/webp" => "webp",
+        "image/ktx2" => "ktx2",
+        _ => "img",
     }
 }
 
 fn write_materials(
     writer: &mut dyn Write,
     model: &Model,
-    images: &[Option<String>],
-) -> Result<(), WriteError> {
-    for (index, material) in model.materials.iter().enumerate() {
-        let [r, g, b, opacity] = material.base_color.map(Decimal);
-        writeln!(writer, "newmtl {}", material_name(model, index as u32))?;
+    references: &[Option<String>],
+) -> std::io::Result<()> {
+    for (material, name) in model.materials.iter().zip(material_names(model)) {
+        let number = |value: f32| Decimal(if value.is_finite() { value } else { 1.0 });
+        let [r, g, b, opacity] = material.base_color.map(number);
+        writeln!(writer, "newmtl {name}")?;
         writeln!(writer, "Kd {r} {g} {b}")?;
         writeln!(writer, "d {opacity}")?;
-        if material.emissive != [0.0; 3] {
+        if material.emissive != [0.0; 3] && material.emissive.iter().all(|e| e.is_finite()) {
             let [r, g, b] = material.emissive.map(Decimal);
             writeln!(writer, "Ke {r} {g} {b}")?;
         }
-        let image = material.base_color_image.and_then(|index| images.get(index as usize));
+        let image = material.base_color_image.and_then(|image| references.get(image as usize));
         if let Some(Some(name)) = image {
-            writeln!(writer, "map_Kd {}", one_line(name))?;
+            writeln!(writer, "map_Kd {name}")?;
         }
         writeln!(writer)?;
     }

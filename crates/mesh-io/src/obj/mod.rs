@@ -4,11 +4,13 @@
 //! are kept with or without a library; a corner may lack a texture coordinate or normal; an error
 //! names its line.
 
+mod companion;
 mod library;
 mod material;
+mod names;
 mod read;
 mod write;
 
-pub(crate) use library::write_library;
+pub(crate) use library::{Library, prepare_library};
 pub(crate) use read::read;
 pub(crate) use write::write;

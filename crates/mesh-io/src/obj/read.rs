@@ -61,7 +61,7 @@ struct Reader {
     group_names: Numbering,
     /// The object and the name of every group, and the other way round.
     groups: Vec<[u32; 2]>,
-    group_ids: HashMap<[u32; 2], u32>,
+    group_ids: HashMap<[u32; 2], u32, foldhash::fast::RandomState>,
     materials: Numbering,
     libraries: Numbering,
     /// What the next face belongs to.
@@ -93,7 +93,7 @@ impl Reader {
             objects: Numbering::default(),
             group_names: Numbering::default(),
             groups: Vec::new(),
-            group_ids: HashMap::new(),
+            group_ids: HashMap::default(),
             materials: Numbering::default(),
             libraries: Numbering::default(),
             object: 0,

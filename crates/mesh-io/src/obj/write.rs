@@ -1,7 +1,10 @@
 //! Writing OBJ.
 
+use super::names::{material_names, one_line};
 use crate::decimal::Decimal;
-use crate::{Model, WriteError, WriteReport};
+use crate::error::WriteError;
+use crate::model::{Group, Model};
+use crate::write_options::WriteReport;
 use std::collections::HashMap;
 use std::io::Write;
 
@@ -25,6 +28,7 @@ pub(crate) fn write(
         let [x, y, z] = normal.map(Decimal);
         writeln!(writer, "vn {x} {y} {z}")?;
     }
+    let names = material_names(model);
     let mut group = Model::NONE;
     let mut material = Model::NONE;
     for face in 0..model.soup.face_count() {
@@ -38,7 +42,9 @@ pub(crate) fn write(
             && materials[face] != material
         {
             material = materials[face];
-            writeln!(writer, "usemtl {}", material_name(model, material))?;
+            // No material, which has no name, ends the one before.
+            let name = names.get(material as usize).map_or("", String::as_str);
+            writeln!(writer, "usemtl {name}")?;
         }
         write!(writer, "f")?;
         for corner in model.soup.corner_range(face) {
@@ -78,7 +84,7 @@ fn write_vertices(writer: &mut dyn Write, model: &Model) -> std::io::Result<()> 
 
 /// The lines that lead from one group to another: an object forgets the group within it.
 fn write_group(writer: &mut dyn Write, model: &Model, from: u32, to: u32) -> std::io::Result<()> {
-    let none = crate::Group::default();
+    let none = Group::default();
     let group = |id: u32| model.groups.get(id as usize).unwrap_or(&none);
     let (old, new) = (group(from), group(to));
     let new_object = old.object != new.object;
@@ -89,20 +95,6 @@ fn write_group(writer: &mut dyn Write, model: &Model, from: u32, to: u32) -> std
         writeln!(writer, "g {}", one_line(&new.name))?;
     }
     Ok(())
-}
-
-/// The name of a material; one without a name is called after its place.
-pub(super) fn material_name(model: &Model, material: u32) -> String {
-    match model.materials.get(material as usize) {
-        Some(found) if found.name.is_empty() => format!("material_{material}"),
-        Some(found) => one_line(&found.name),
-        None => String::new(),
-    }
-}
-
-/// A name that stays on its line: a backslash at the end would join it with the next.
-pub(super) fn one_line(name: &str) -> String {
-    name.replace(char::is_control, " ").trim().trim_end_matches('\\').to_owned()
 }
 
 /// The different values among the corners, in the order of their first use.

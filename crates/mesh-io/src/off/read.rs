@@ -131,7 +131,7 @@ impl Reader<'_, '_> {
         let least = 2 * self.header.without_color() as u64;
         let room = self.input.plausible(u64::from(vertices), least, here.clone(), "vertices")?;
         let face_room = self.input.plausible(u64::from(faces), 2, here, "faces");
-        self.model.soup = PolygonSoup::with_capacity(room, 0, 0);
+        self.reserve_vertices(room)?;
         let mut numbers = Numbers::default();
         let mut fractions = false;
         for _ in 0..vertices {
@@ -143,6 +143,8 @@ impl Reader<'_, '_> {
             fractions |= numbers.dotted[color].contains(&true);
         }
         let face_room = face_room?;
+        let at = Location::Line(self.input.line_number());
+        self.input.require((face_room as u64).saturating_mul(16), || at)?;
         let positions = std::mem::take(self.model.soup.positions_mut());
         self.model.soup = PolygonSoup::with_capacity(0, face_room, 3 * face_room);
         *self.model.soup.positions_mut() = positions;
@@ -150,6 +152,12 @@ impl Reader<'_, '_> {
         if let Some(colors) = &mut self.model.vertex_colors {
             to_unit_range(colors, fractions);
         }
+        Ok(())
+    }
+
+    fn reserve_vertices(&mut self, room: usize) -> Result<(), ReadErrorKind> {
+        self.input.require((room as u64).saturating_mul(24), || self.input.here())?;
+        self.model.soup = PolygonSoup::with_capacity(room, 0, 0);
         Ok(())
     }
 
@@ -240,7 +248,7 @@ impl Reader<'_, '_> {
         let (words, _) = counts.as_chunks::<4>();
         let [vertices, faces] = [words[0], words[1]].map(|bytes| self.whole(bytes));
         let room = self.input.plausible(u64::from(vertices), 4 * width as u64, at, "vertices")?;
-        self.model.soup = PolygonSoup::with_capacity(room, 0, 0);
+        self.reserve_vertices(room)?;
         let mut numbers = Numbers::default();
         for _ in 0..vertices {
             numbers.at = self.input.here();

@@ -1,8 +1,12 @@
 //! Writing OFF.
 
+use crate::color::as_bytes;
 use crate::decimal::Decimal;
-use crate::write::{as_bytes, rounding, vertex_uvs};
-use crate::{Model, WriteError, WriteReport};
+use crate::error::WriteError;
+use crate::format::Format;
+use crate::model::Model;
+use crate::single::rounding;
+use crate::write_options::WriteReport;
 use std::io::Write;
 
 /// The word that says what every vertex has.
@@ -13,7 +17,7 @@ fn header_word(model: &Model, uvs: bool) -> String {
 }
 
 pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteReport, WriteError> {
-    let uvs = vertex_uvs(model);
+    let uvs = model.vertex_uvs();
     let soup = &model.soup;
     writeln!(writer, "{}", header_word(model, uvs.is_some()))?;
     writeln!(writer, "{} {} 0", soup.vertex_count(), soup.face_count())?;
@@ -81,12 +85,11 @@ pub(crate) fn write_binary(
     writer: &mut dyn Write,
     model: &Model,
 ) -> Result<WriteReport, WriteError> {
-    let uvs = vertex_uvs(model);
+    let uvs = model.vertex_uvs();
     let soup = &model.soup;
+    let counts = [count(soup.vertex_count(), "vertices")?, count(soup.face_count(), "faces")?, 0];
     writeln!(writer, "{} BINARY", header_word(model, uvs.is_some()))?;
-    for count in [soup.vertex_count(), soup.face_count(), 0] {
-        writer.write_all(&(count as u32).to_be_bytes())?;
-    }
+    counts.iter().try_for_each(|count| writer.write_all(&count.to_be_bytes()))?;
     let floats = |writer: &mut dyn Write, values: &[f32]| {
         values.iter().try_for_each(|value| writer.write_all(&value.to_be_bytes()))
     };
@@ -113,4 +116,14 @@ pub(crate) fn write_binary(
         floats(writer, color.as_slice().as_flattened())?;
     }
     Ok(WriteReport { rounding: rounding(soup.positions()), ..WriteReport::default() })
+}
+
+/// A count in 32 bits.
+fn count(count: usize, what: &'static str) -> Result<u32, WriteError> {
+    u32::try_from(count).map_err(|_| WriteError::TooLarge {
+        format: Format::Off,
+        what,
+        limit: u64::from(u32::MAX),
+        found: count as u64,
+    })
 }

@@ -20,11 +20,11 @@ enum Target {
 }
 
 const POSITION: [&str; 3] = ["x", "y", "z"];
-const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
-const COLORS: [[&str; 3]; 3] =
+pub(super) const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+pub(super) const COLORS: [[&str; 3]; 3] =
     [["red", "green", "blue"], ["diffuse_red", "diffuse_green", "diffuse_blue"], ["r", "g", "b"]];
 const ALPHAS: [&str; 3] = ["alpha", "diffuse_alpha", "a"];
-const UVS: [[&str; 2]; 4] =
+pub(super) const UVS: [[&str; 2]; 4] =
     [["s", "t"], ["u", "v"], ["texture_u", "texture_v"], ["texture_s", "texture_t"]];
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
@@ -72,7 +72,7 @@ pub(super) struct VertexColumns {
 }
 
 impl VertexColumns {
-    pub(super) fn new(element: &Element, room: usize) -> Result<Self, ReadErrorKind> {
+    pub(super) fn new(element: &Element) -> Result<Self, ReadErrorKind> {
         let mut targets = vec![Target::Nothing; element.properties.len()];
         let position = find_all(element, POSITION).ok_or_else(|| no_positions(element))?;
         for (axis, place) in position.into_iter().enumerate() {
@@ -88,20 +88,34 @@ impl VertexColumns {
                 targets[place] = Target::Uv(axis);
             }
         }
-        let mut scalars = assign_colors_and_scalars(element, &mut targets);
-        for Scalars { values, .. } in &mut scalars {
-            values.reserve_exact(room);
-        }
+        let scalars = assign_colors_and_scalars(element, &mut targets);
         let has = |kind: fn(&Target) -> bool| targets.iter().any(kind);
         Ok(Self {
-            positions: Vec::with_capacity(room),
-            normals: has(|t| matches!(t, Target::Normal(_))).then(|| Vec::with_capacity(room)),
-            colors: has(|t| matches!(t, Target::Color(..))).then(|| Vec::with_capacity(room)),
-            uvs: has(|t| matches!(t, Target::Uv(_))).then(|| Vec::with_capacity(room)),
+            positions: Vec::new(),
+            normals: has(|t| matches!(t, Target::Normal(_))).then(Vec::new),
+            colors: has(|t| matches!(t, Target::Color(..))).then(Vec::new),
+            uvs: has(|t| matches!(t, Target::Uv(_))).then(Vec::new),
             targets,
             scalars,
             done: 0,
         })
+    }
+
+    /// Makes room for so many vertices.
+    pub(super) fn reserve(&mut self, room: usize) {
+        self.positions.reserve_exact(room);
+        if let Some(normals) = &mut self.normals {
+            normals.reserve_exact(room);
+        }
+        if let Some(colors) = &mut self.colors {
+            colors.reserve_exact(room);
+        }
+        if let Some(uvs) = &mut self.uvs {
+            uvs.reserve_exact(room);
+        }
+        for Scalars { values, .. } in &mut self.scalars {
+            values.reserve_exact(room);
+        }
     }
 
     /// The bytes of a vertex.

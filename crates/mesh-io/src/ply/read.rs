@@ -73,7 +73,10 @@ impl Reader<'_, '_> {
     }
 
     fn vertices(&mut self, element: &Element, room: usize) -> Result<(), ReadErrorKind> {
-        let mut columns = VertexColumns::new(element, room)?;
+        let mut columns = VertexColumns::new(element)?;
+        let at = || Location::Line(element.line);
+        self.input.require(columns.row().saturating_mul(room as u64), at)?;
+        columns.reserve(room);
         // There is room for as many as the file can hold; else the lists grow.
         let cost = columns.row() * if room as u64 == element.count { 1 } else { GROWING };
         if self.storage == Storage::Text || element.has_lists() {
@@ -122,6 +125,7 @@ impl Reader<'_, '_> {
     }
 
     fn faces(&mut self, element: &Element, room: usize) -> Result<(), ReadErrorKind> {
+        self.input.require((room as u64).saturating_mul(16), || Location::Line(element.line))?;
         self.reserve_faces(room);
         let Some(mut columns) = FaceColumns::new(element) else {
             self.notes.add("the PLY faces have no list of vertex indices");

@@ -1,8 +1,13 @@
 //! Writing PLY.
 
+use super::columns::{COLORS, NORMAL, UVS};
+use crate::color::as_bytes;
 use crate::decimal::Decimal;
-use crate::write::{as_bytes, rounding, vertex_uvs};
-use crate::{Encoding, Model, Precision, WriteError, WriteOptions, WriteReport};
+use crate::distinct_names::distinct_names;
+use crate::error::WriteError;
+use crate::model::{Model, Scalars};
+use crate::single::rounding;
+use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
 use glam::DVec3;
 use std::io::Write;
 
@@ -43,6 +48,8 @@ struct Plan<'m> {
     /// For every vertex scalar, then for every face scalar.
     wide_vertex_scalars: Vec<bool>,
     wide_face_scalars: Vec<bool>,
+    vertex_names: Vec<String>,
+    face_names: Vec<String>,
     vertex_colors: Colors<'m>,
     face_colors: Colors<'m>,
     uvs: Uvs<'m>,
@@ -87,18 +94,28 @@ impl<'m> Colors<'m> {
 
 impl<'m> Plan<'m> {
     fn new(model: &'m Model, precision: Precision) -> Self {
-        let scalars = |scalars: &[crate::Scalars]| {
+        let scalars = |scalars: &[Scalars]| {
             scalars.iter().map(|s| is_wide(s.values.iter().copied(), precision)).collect()
         };
         let positions = model.soup.positions().iter().flat_map(DVec3::to_array);
+        let uvs = plan_uvs(model);
+        let has = Has {
+            positions: true,
+            normals: model.vertex_normals.is_some(),
+            colors: model.vertex_colors.is_some(),
+            uvs: matches!(uvs, Uvs::Vertex(_)),
+        };
+        let face_has = Has { colors: model.face_colors.is_some(), ..Has::default() };
         Self {
             model,
             wide_positions: is_wide(positions, precision),
             wide_vertex_scalars: scalars(&model.vertex_scalars),
             wide_face_scalars: scalars(&model.face_scalars),
+            vertex_names: has.scalar_names(&model.vertex_scalars),
+            face_names: face_has.scalar_names(&model.face_scalars),
             vertex_colors: Colors::new(model.vertex_colors.as_deref()),
             face_colors: Colors::new(model.face_colors.as_deref()),
-            uvs: plan_uvs(model),
+            uvs,
             long_lists: model.soup.faces().any(|face| face.len() > 127),
         }
     }
@@ -118,8 +135,8 @@ impl<'m> Plan<'m> {
         if matches!(self.uvs, Uvs::Vertex(_)) {
             writeln!(writer, "property float s\nproperty float t")?;
         }
-        for (scalars, &wide) in model.vertex_scalars.iter().zip(&self.wide_vertex_scalars) {
-            writeln!(writer, "property {} {}", float(wide), one_word(&scalars.name))?;
+        for (name, &wide) in self.vertex_names.iter().zip(&self.wide_vertex_scalars) {
+            writeln!(writer, "property {} {name}", float(wide))?;
         }
         let count = if self.long_lists { "uint" } else { "uchar" };
         writeln!(writer, "element face {}", model.soup.face_count())?;
@@ -128,8 +145,8 @@ impl<'m> Plan<'m> {
             writeln!(writer, "property list {count} float texcoord")?;
         }
         self.face_colors.header(writer)?;
-        for (scalars, &wide) in model.face_scalars.iter().zip(&self.wide_face_scalars) {
-            writeln!(writer, "property {} {}", float(wide), one_word(&scalars.name))?;
+        for (name, &wide) in self.face_names.iter().zip(&self.wide_face_scalars) {
+            writeln!(writer, "property {} {name}", float(wide))?;
         }
         writeln!(writer, "end_header")
     }
@@ -187,7 +204,7 @@ impl<'m> Plan<'m> {
 }
 
 fn plan_uvs(model: &Model) -> Uvs<'_> {
-    match (vertex_uvs(model), model.corner_uvs.as_deref()) {
+    match (model.vertex_uvs(), model.corner_uvs.as_deref()) {
         (Some(uvs), _) => Uvs::Vertex(uvs),
         (None, Some(uvs)) => Uvs::Corner(uvs),
         (None, None) => Uvs::None,
@@ -203,11 +220,49 @@ fn is_wide(mut values: impl Iterator<Item = f64>, precision: Precision) -> bool 
     }
 }
 
-/// A name without white space, of which PLY has no notion.
+/// What an element has besides named numbers.
+#[derive(Clone, Copy, Default)]
+struct Has {
+    positions: bool,
+    normals: bool,
+    colors: bool,
+    uvs: bool,
+}
+
+impl Has {
+    /// The names of the numbers, as one word each. They differ from each other and from those of
+    /// everything else, and no three of them make a colour or the like.
+    fn scalar_names(self, scalars: &[Scalars]) -> Vec<String> {
+        const LISTS: [&str; 3] = ["vertex_indices", "vertex_index", "texcoord"];
+        let words: Vec<String> = scalars.iter().map(|scalars| one_word(&scalars.name)).collect();
+        let mut taken = LISTS.to_vec();
+        if self.positions {
+            taken.extend(["x", "y", "z"]);
+        }
+        let mut take = |has: bool, written: &[&'static str], groups: &[&[&'static str]]| {
+            if has {
+                taken.extend(written);
+                return;
+            }
+            let complete = |group: &&&[&str]| group.iter().all(|n| words.iter().any(|w| w == n));
+            groups.iter().filter(complete).for_each(|group| taken.extend(*group));
+        };
+        take(self.normals, &NORMAL, &[&NORMAL]);
+        take(self.colors, &["red", "green", "blue", "alpha"], &COLORS.each_ref().map(|c| &c[..]));
+        take(self.uvs, &UVS[0], &UVS.each_ref().map(|uv| &uv[..]));
+        distinct_names(words, &taken)
+    }
+}
+
+/// A name without white space, of which PLY has no notion, and without what begins a comment.
 fn one_word(name: &str) -> String {
-    let word: String =
-        name.chars().map(|c| if c.is_whitespace() || c.is_control() { '_' } else { c }).collect();
-    if word.is_empty() { "_".to_owned() } else { word }
+    let unfit = |c: char| c.is_whitespace() || c.is_control();
+    let word = name.replace(unfit, "_");
+    match word.strip_prefix('#') {
+        Some(rest) => format!("_{rest}"),
+        None if word.is_empty() => "_".to_owned(),
+        None => word,
+    }
 }
 
 /// Where values go, one after another.

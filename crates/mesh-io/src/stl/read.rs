@@ -51,7 +51,9 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     input.skip(HEADER, "the header")?;
     let at = input.here();
     let count = u32::from_le_bytes(input.array("the number of facets")?);
-    let room = input.plausible(u64::from(count), FACET as u64, at, "facets")?;
+    let room = input.plausible(u64::from(count), FACET as u64, at.clone(), "facets")?;
+    // Two faces for a vertex, as reserved here.
+    input.require((VERTEX / GROWING + 2 * FACE / GROWING) * (room as u64 / 2), || at)?;
     let mut weld = Weld {
         // A closed mesh has half as many vertices as faces.
         vertices: HashMap::with_capacity_and_hasher(room / 2, Default::default()),

@@ -1,8 +1,12 @@
 //! Writing STL.
 
+use crate::cutter::Cutter;
 use crate::decimal::Decimal;
-use crate::write::{Cutter, normal, rounding};
-use crate::{Format, Model, WriteError, WriteReport};
+use crate::error::WriteError;
+use crate::format::Format;
+use crate::model::Model;
+use crate::single::rounding;
+use crate::write_options::WriteReport;
 use glam::DVec3;
 use std::io::Write;
 
@@ -79,6 +83,11 @@ pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteR
     })?;
     writeln!(writer, "endsolid {}", name(current))?;
     Ok(report(model))
+}
+
+/// The unit normal of a triangle, or zero for one without an area.
+fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a).normalize_or_zero()
 }
 
 fn one_line(name: &str) -> String {

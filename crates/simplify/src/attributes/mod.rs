@@ -1,8 +1,8 @@
 //! Texture coordinates, normals and colours at the corners of faces.
 //!
 //! **In:** values at the corners of the original, and the seams where they jump.
-//! **Out:** a cost and a guard by which a run respects them, and for each corner of a result the point
-//! of the original whose values it takes.
+//! **Out:** a surcharge by which a run respects them, and for each corner of a result the point of the
+//! original whose values it takes.
 //!
 //! Invariants:
 //!
@@ -14,10 +14,9 @@
 //! Uses the `collapse` room and `mesh-metric`. What a fit must not do to a texture is told by the
 //! `finish` room, which is above this one.
 //!
-//! From the bottom: `wedges`, with `attribute_deviation` and `texture_guard` on top, which steer a
-//! run; and beside them `transfer`, which looks at its result.
+//! From the bottom: `wedges`, with `attribute_deviation` on top, which steers a run; and beside them
+//! `transfer`, which looks at its result.
 
 pub(crate) mod attribute_deviation;
-pub(crate) mod texture_guard;
 pub(crate) mod transfer;
 pub(crate) mod wedges;

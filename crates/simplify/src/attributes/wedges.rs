@@ -6,7 +6,7 @@
 //! two sides stay apart.
 
 use glam::DVec3;
-use mesh_core::{HalfEdgeId, HalfEdgeMap, TriMesh, VertexId};
+use mesh_core::{HalfEdgeId, HalfEdgeMap, Remap, TriMesh, VertexId};
 use mesh_metric::{closest_on_triangle, weights_of_closest};
 
 use crate::collapse::patch::{EdgePatch, PatchFace};
@@ -21,6 +21,7 @@ type Value = [f64; MAX_CHANNELS];
 ///
 /// Scale them so that a difference of one is as bad as a distance of one model unit.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CornerAttributes {
     /// Per half-edge with a face, the wedge of the corner at its origin.
     wedge: HalfEdgeMap<u32>,
@@ -207,6 +208,11 @@ impl CornerAttributes {
             }
         }
         false
+    }
+
+    /// Moves the wedges to the handles of the mesh without gaps.
+    pub(crate) fn compact(&mut self, remap: &Remap) {
+        self.wedge = self.wedge.compact(remap);
     }
 
     /// Brings the wedges up to date with a collapse that is about to happen.

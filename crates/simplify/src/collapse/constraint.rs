@@ -2,8 +2,13 @@
 
 use mesh_core::{EdgeId, EdgeMap, Remap, TriMesh, VertexId, VertexMap};
 
+use crate::collapse::guard::Guards;
+use crate::collapse::patch::Collapse;
+use crate::collapse::policy::Policy;
+
 /// How the boundary of an open mesh is treated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Boundary {
     /// Boundary edges have quadrics of their own that keep the boundary close to where it was:
     /// for each the plane through the edge, perpendicular to its face, with half the squared
@@ -18,6 +23,7 @@ pub enum Boundary {
 
 /// What must stay; see [`crate::simplify`].
 #[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Constraints {
     /// How the boundary is treated.
     pub boundary: Boundary,
@@ -30,17 +36,20 @@ pub struct Constraints {
     pub features: Option<EdgeMap<bool>>,
 }
 
-/// The locked vertices and the feature edges of a mesh, to follow it through its collapses.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// The locked vertices, the feature edges and the guards of a mesh, to follow it through its
+/// collapses.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Marks {
     /// `None` when there are none.
     pub(crate) locked: Option<VertexMap<bool>>,
     /// `None` when none were given.
     pub(crate) features: Option<EdgeMap<bool>>,
+    /// They have been prepared for the mesh.
+    pub(crate) guards: Guards,
 }
 
 impl Marks {
-    pub(crate) fn new(mesh: &TriMesh, constraints: &Constraints) -> Self {
+    pub(crate) fn new(mesh: &TriMesh, constraints: &Constraints, guards: Guards) -> Self {
         let topology = mesh.topology();
         let given = constraints.locked.as_ref();
         let is_locked = |v: VertexId| {
@@ -61,7 +70,7 @@ impl Marks {
             }
             features
         });
-        Self { locked: any_locked.then_some(locked), features }
+        Self { locked: any_locked.then_some(locked), features, guards }
     }
 
     pub(crate) fn is_locked(&self, v: VertexId) -> bool {
@@ -76,9 +85,11 @@ impl Marks {
     /// first.
     pub(crate) fn collapsed(
         &mut self,
-        [removed, kept]: [VertexId; 2],
+        mesh: &TriMesh,
+        collapse: &Collapse,
         merged: [Option<(EdgeId, EdgeId)>; 2],
     ) {
+        let Collapse { removed, kept, .. } = *collapse;
         if let Some(locked) = &mut self.locked {
             locked[kept] |= locked[removed];
         }
@@ -87,12 +98,15 @@ impl Marks {
                 features[stays] |= features[gone];
             }
         }
+        self.guards.collapsed(mesh, collapse);
     }
 
-    /// The marks of the mesh without gaps.
-    pub(crate) fn compact(&self, remap: &Remap) -> Self {
+    /// The marks of the mesh without gaps, as it is now.
+    pub(crate) fn compact(&self, mesh: &TriMesh, remap: &Remap) -> Self {
         let locked = self.locked.as_ref().map(|map| map.compact(remap));
         let features = self.features.as_ref().map(|map| map.compact(remap));
-        Self { locked, features }
+        let mut guards = self.guards.clone();
+        guards.compacted(mesh, remap);
+        Self { locked, features, guards }
     }
 }

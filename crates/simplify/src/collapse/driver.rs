@@ -16,6 +16,7 @@ use mesh_core::{EdgeId, TriMesh};
 
 use crate::collapse::constraint::Constraints;
 use crate::collapse::cost::Cost;
+use crate::collapse::guard::Guards;
 use crate::collapse::placement::Placement;
 use crate::collapse::policies::{Policies, Update};
 use crate::collapse::run::{Progress, Run};
@@ -34,13 +35,26 @@ use crate::collapse::watch::Watch;
 /// Takes O(n log n) time as long as valences are bounded.
 pub fn collapse_edges<C: Cost, P: Placement>(
     mesh: &mut TriMesh,
-    policies: Policies<'_, C, P>,
+    policies: Policies<C, P>,
+    constraints: &Constraints,
+    limits: &Limits,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Run {
+    collapse_edges_followed(mesh, policies, Guards::default(), constraints, limits, observe)
+}
+
+/// The same with further guards, which follow this mesh already. The run returns them as they are
+/// then.
+pub(crate) fn collapse_edges_followed<C: Cost, P: Placement>(
+    mesh: &mut TriMesh,
+    policies: Policies<C, P>,
+    followers: Guards,
     constraints: &Constraints,
     limits: &Limits,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
     let update = policies.update;
-    let mut stepper = Stepper::new(mesh, policies, constraints);
+    let mut stepper = Stepper::new(mesh, policies, followers, constraints);
     let entries = stepper.entries();
     let mut watch = Watch::new(limits, stepper.mesh().topology().face_count(), observe);
     let stop = match update {
@@ -54,7 +68,7 @@ pub fn collapse_edges<C: Cost, P: Placement>(
 const LOOK_AHEAD: usize = 32;
 
 fn run_in_rounds<C: Cost, P: Placement>(
-    stepper: &mut Stepper<'_, '_, C, P>,
+    stepper: &mut Stepper<'_, C, P>,
     entries: &[Entry],
     watch: &mut Watch<'_>,
 ) -> StopReason {
@@ -98,7 +112,7 @@ fn run_in_rounds<C: Cost, P: Placement>(
 }
 
 fn run_in_order<C: Cost, P: Placement>(
-    stepper: &mut Stepper<'_, '_, C, P>,
+    stepper: &mut Stepper<'_, C, P>,
     entries: Vec<Entry>,
     watch: &mut Watch<'_>,
 ) -> StopReason {
@@ -125,7 +139,7 @@ fn run_in_order<C: Cost, P: Placement>(
 /// Evaluates all edges within reach of the last collapse again. Those whose key has changed are put
 /// into the heap anew; the old entry is noticed to be out of date.
 fn refresh<C: Cost, P: Placement>(
-    stepper: &mut Stepper<'_, '_, C, P>,
+    stepper: &mut Stepper<'_, C, P>,
     heap: &mut Heap,
     stale: &mut Vec<EdgeId>,
 ) {

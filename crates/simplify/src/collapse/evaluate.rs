@@ -1,8 +1,9 @@
 //! What an edge costs, found out in steps.
 //!
 //! A bound from the ends of the edge alone comes first, then a bound from the faces round it, then
-//! the cost itself; as soon as one of them is above the ceiling, that is enough.
+//! the cost itself, then the surcharges; as soon as one of them is above the ceiling, that is enough.
 
+use glam::DVec3;
 use mesh_core::{EdgeId, TriMesh};
 
 use crate::collapse::cost::Cost;
@@ -10,6 +11,7 @@ use crate::collapse::fixed::Fixed;
 use crate::collapse::patch::{EdgePatch, Place};
 use crate::collapse::placement::Placement;
 use crate::collapse::policies::Policies;
+use crate::collapse::policy::Scratch;
 use crate::collapse::refusal::Refusal;
 
 /// What is known of the cost of an edge.
@@ -24,7 +26,7 @@ pub(super) enum Assessment {
 #[inline]
 pub(super) fn early_bound<C: Cost, P>(
     mesh: &TriMesh,
-    policies: &Policies<'_, C, P>,
+    policies: &Policies<C, P>,
     fixed: &Fixed,
     edge: EdgeId,
 ) -> Option<f64> {
@@ -36,16 +38,22 @@ pub(super) fn early_bound<C: Cost, P>(
 /// The place and the cost of an edge, or a bound of the cost when that is above the ceiling.
 #[inline]
 pub(super) fn assess<C: Cost, P: Placement>(
-    Policies { cost, placement, .. }: &Policies<'_, C, P>,
+    Policies { cost, surcharges, placement, .. }: &Policies<C, P>,
     fixed: &Fixed,
     patch: &EdgePatch<'_>,
     ceiling: f64,
+    scratch: &mut Scratch,
 ) -> Result<Assessment, Refusal> {
     let forced = fixed.place(patch)?;
     let quadric = cost.quadric(patch);
     let quadric = quadric.as_ref();
-    let at = |x| cost.cost(patch, quadric, x);
-    let place = forced.unwrap_or_else(|| placement.place(patch, quadric, &at));
+    let raise = |base: f64, x: DVec3, scratch: &mut Scratch| {
+        surcharges.iter().fold(base, |cost, surcharge| surcharge.raise(cost, patch, x, scratch))
+    };
+    let place = forced.unwrap_or_else(|| {
+        let mut at = |x| raise(cost.cost(patch, quadric, x, scratch), x, scratch);
+        placement.place(patch, quadric, &mut at)
+    });
     let x = patch.offset(place);
     if !x.is_finite() {
         return Err(Refusal::NotFinite);
@@ -54,6 +62,10 @@ pub(super) fn assess<C: Cost, P: Placement>(
         Some(bound) if bound > ceiling => return Ok(Assessment::Above(bound)),
         _ => {}
     }
-    let cost = at(x);
+    let base = cost.cost(patch, quadric, x, scratch);
+    if !surcharges.is_empty() && base > ceiling {
+        return Ok(Assessment::Above(base));
+    }
+    let cost = raise(base, x, scratch);
     if cost.is_nan() { Err(Refusal::NotFinite) } else { Ok(Assessment::Exact(place, cost)) }
 }

@@ -3,6 +3,7 @@
 use mesh_core::{EdgeId, Topology, TriMesh, VertexId};
 
 use crate::collapse::constraint::{Boundary, Constraints, Marks};
+use crate::collapse::guard::Guards;
 use crate::collapse::patch::{Collapse, EdgePatch, Place};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusal;
@@ -17,14 +18,20 @@ pub(crate) struct Fixed {
 }
 
 impl Fixed {
-    pub(crate) fn new(mesh: &TriMesh, constraints: &Constraints) -> Self {
-        let marks = Marks::new(mesh, constraints);
+    /// The guards follow the mesh already.
+    pub(crate) fn new(mesh: &TriMesh, constraints: &Constraints, guards: Guards) -> Self {
+        let marks = Marks::new(mesh, constraints, guards);
         let mut fixed = Self { marks, borders: Vec::new() };
         fixed.borders = fixed.border_quadrics(mesh, constraints.boundary != Boundary::Free);
         fixed
     }
 
-    /// The locked vertices and the feature edges, as they are by now.
+    /// The guards that followed the mesh before the run.
+    pub(crate) fn guards(&self) -> &Guards {
+        &self.marks.guards
+    }
+
+    /// The locked vertices, the feature edges and the guards, as they are by now.
     pub(crate) fn into_marks(self) -> Marks {
         self.marks
     }
@@ -120,12 +127,18 @@ impl Fixed {
         })
     }
 
-    pub(crate) fn collapsed(&mut self, collapse: &Collapse, merged: [Option<(EdgeId, EdgeId)>; 2]) {
+    /// Follows a collapse; the mesh is as it is after it.
+    pub(crate) fn collapsed(
+        &mut self,
+        mesh: &TriMesh,
+        collapse: &Collapse,
+        merged: [Option<(EdgeId, EdgeId)>; 2],
+    ) {
         let Collapse { removed, kept, removed_from, kept_from, position } = *collapse;
         if !self.borders.is_empty() {
             self.borders[kept.index()] = self.borders[kept.index()].moved_by(position - kept_from)
                 + self.borders[removed.index()].moved_by(position - removed_from);
         }
-        self.marks.collapsed([removed, kept], merged);
+        self.marks.collapsed(mesh, collapse, merged);
     }
 }

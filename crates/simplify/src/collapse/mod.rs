@@ -34,6 +34,7 @@ pub(crate) mod log;
 pub(crate) mod patch;
 pub(crate) mod placement;
 pub(crate) mod policies;
+pub(crate) mod policy;
 pub(crate) mod quadric;
 pub(crate) mod refusal;
 pub(crate) mod run;

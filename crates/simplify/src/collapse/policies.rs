@@ -1,22 +1,35 @@
 //! The rules of a run.
 
-use crate::collapse::guard::Guard;
+use crate::collapse::cost::Surcharge;
+use crate::collapse::guard::Guards;
 
 /// The rules of a run; see [`collapse_edges`](crate::collapse_edges).
-pub struct Policies<'a, C, P> {
+pub struct Policies<C, P> {
     /// What a collapse costs.
     pub cost: C,
+    /// What comes on top of the cost, one after the other.
+    pub surcharges: Vec<Box<dyn Surcharge>>,
     /// Where the remaining vertex goes.
     pub placement: P,
     /// Which collapses are refused.
-    pub guards: Vec<Box<dyn Guard + 'a>>,
+    pub guards: Guards,
     /// When costs are brought up to date.
     pub update: Update,
+}
+
+impl<C, P> Policies<C, P> {
+    /// A cost and a placement, without surcharges and guards, lazily updated.
+    #[must_use]
+    pub fn new(cost: C, placement: P) -> Self {
+        let (surcharges, guards) = (Vec::new(), Guards::default());
+        Self { cost, surcharges, placement, guards, update: Update::Lazy }
+    }
 }
 
 /// In which order edges are collapsed, and when costs that a collapse has changed are brought up to
 /// date.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Update {
     /// In rounds of the cheapest few percent of the edges. Within a round, neighbours follow each
     /// other, whatever they cost, and each edge is evaluated when its turn comes: if it has become

@@ -4,6 +4,7 @@ use mesh_core::edit::CollapseRefusal;
 
 /// Why an edge was not collapsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Refusal {
     /// The ends share a neighbour that is not opposite to the edge: edges would be glued together.
@@ -38,7 +39,7 @@ pub enum Refusal {
 
 impl Refusal {
     /// All reasons, in order.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: &'static [Self] = &[
         Self::LinkCondition,
         Self::JoinsBoundaries,
         Self::LastFace,
@@ -91,6 +92,7 @@ impl From<CollapseRefusal> for Refusal {
 
 /// How often edges were refused, by reason. An edge that was tried several times counts each time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Refusals([usize; Refusal::ALL.len()]);
 
 impl Refusals {
@@ -112,6 +114,6 @@ impl Refusals {
 
     /// The reasons that occurred, with their numbers.
     pub fn iter(&self) -> impl Iterator<Item = (Refusal, usize)> + '_ {
-        Refusal::ALL.into_iter().map(|r| (r, self.of(r))).filter(|&(_, count)| count > 0)
+        Refusal::ALL.iter().copied().map(|r| (r, self.of(r))).filter(|&(_, count)| count > 0)
     }
 }

@@ -2,12 +2,14 @@
 
 use mesh_core::{EdgeMap, VertexMap};
 
+use crate::collapse::guard::Guards;
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::refusal::{Refusal, Refusals};
 use crate::collapse::stop::StopReason;
 
 /// How far a run has come; given to the observer now and then.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Progress {
     /// The number of faces at the start.
     pub faces_before: usize,
@@ -20,7 +22,7 @@ pub struct Progress {
 }
 
 /// What a run of [`collapse_edges`](crate::collapse_edges) did.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Run {
     /// Why it stopped.
     pub stop: StopReason,
@@ -34,6 +36,8 @@ pub struct Run {
     pub locked: Option<VertexMap<bool>>,
     /// The feature edges of the mesh as it is now, if they were given.
     pub features: Option<EdgeMap<bool>>,
+    /// The guards that followed the mesh before the run, and still do.
+    pub(crate) followers: Guards,
     /// Every refusal, in order, with the number of collapses that a run must be allowed to come to
     /// it.
     refused: Vec<(u32, Refusal)>,
@@ -49,6 +53,7 @@ impl Run {
             max_cost: 0.0,
             locked: None,
             features: None,
+            followers: Guards::default(),
             refused: Vec::new(),
         }
     }

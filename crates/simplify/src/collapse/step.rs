@@ -6,10 +6,12 @@ use crate::collapse::constraint::Constraints;
 use crate::collapse::cost::{Cost, Reach};
 use crate::collapse::evaluate::{Assessment, assess, early_bound};
 use crate::collapse::fixed::Fixed;
+use crate::collapse::guard::Guards;
 use crate::collapse::log::LogEntry;
 use crate::collapse::patch::{Collapse, EdgePatch, PatchFace, Place};
 use crate::collapse::placement::Placement;
 use crate::collapse::policies::Policies;
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::refusal::Refusal;
 use crate::collapse::run::Run;
 use crate::collapse::schedule::Schedule;
@@ -18,9 +20,9 @@ use crate::collapse::stop::StopReason;
 use crate::collapse::watch::Watch;
 
 /// A mesh under collapse and everything that follows it.
-pub(super) struct Stepper<'a, 'g, C, P> {
+pub(super) struct Stepper<'a, C, P> {
     mesh: &'a mut TriMesh,
-    policies: Policies<'g, C, P>,
+    policies: Policies<C, P>,
     fixed: Fixed,
     /// The edges that were refused, and wait for nothing but a change round them.
     is_refused: Vec<bool>,
@@ -29,7 +31,9 @@ pub(super) struct Stepper<'a, 'g, C, P> {
     used_vertices: usize,
     /// Whether costs depend on the faces of a patch.
     gathers: bool,
-    scratch: Vec<PatchFace>,
+    /// The faces of the patch that is looked at.
+    faces: Vec<PatchFace>,
+    scratch: Scratch,
     /// The vertex that remains of the last collapse, and its neighbours.
     touched: Vec<VertexId>,
     result: Run,
@@ -43,23 +47,26 @@ pub(super) enum Turn {
     Refused,
 }
 
-impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
+impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     pub(super) fn new(
         mesh: &'a mut TriMesh,
-        mut policies: Policies<'g, C, P>,
+        mut policies: Policies<C, P>,
+        followers: Guards,
         constraints: &Constraints,
     ) -> Self {
-        let fixed = Fixed::new(mesh, constraints);
+        let fixed = Fixed::new(mesh, constraints, followers);
         policies.cost.prepare(mesh);
-        for guard in &mut policies.guards {
-            guard.prepare(mesh);
-        }
+        policies.placement.prepare(mesh);
+        policies.surcharges.iter_mut().for_each(|surcharge| surcharge.prepare(mesh));
+        policies.guards.prepare(mesh);
         let topology = mesh.topology();
         let used_vertices = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
         let used_vertices = used_vertices.count();
         let is_refused = vec![false; topology.edge_capacity()];
         let refused_at = vec![0; topology.vertex_capacity()];
-        let gathers = policies.cost.needs_faces() || policies.placement.needs_faces();
+        let gathers = policies.cost.needs_faces()
+            || policies.placement.needs_faces()
+            || !policies.surcharges.is_empty();
         Self {
             mesh,
             policies,
@@ -68,7 +75,8 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
             is_refused,
             refused_at,
             used_vertices,
-            scratch: Vec::new(),
+            faces: Vec::new(),
+            scratch: Scratch::default(),
             touched: Vec::new(),
             result: Run::new(),
         }
@@ -82,6 +90,7 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
     pub(super) fn finish(self, stop: StopReason) -> Run {
         let (mut run, marks) = (self.result, self.fixed.into_marks());
         (run.stop, run.locked, run.features) = (stop, marks.locked, marks.features);
+        run.followers = marks.guards;
         run
     }
 
@@ -124,17 +133,17 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
     }
 
     fn evaluate(&mut self, edge: EdgeId) -> Result<f64, Refusal> {
-        let Self { mesh, policies, fixed, scratch, gathers, .. } = self;
+        let Self { mesh, policies, fixed, faces, scratch, gathers, .. } = self;
         if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
             return Ok(bound);
         }
         let patch = if *gathers {
-            EdgePatch::gather(mesh, edge.half_edge(), scratch)
+            EdgePatch::gather(mesh, edge.half_edge(), faces)
         } else {
             EdgePatch::without_faces(mesh, edge.half_edge())
         };
         let patch = patch.with_border(fixed.border(&patch));
-        match assess(policies, fixed, &patch, f64::NEG_INFINITY)? {
+        match assess(policies, fixed, &patch, f64::NEG_INFINITY, scratch)? {
             Assessment::Above(cost) | Assessment::Exact(_, cost) => Ok(cost),
         }
     }
@@ -162,10 +171,10 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
     }
 
     fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
-        let Self { mesh, policies, fixed, scratch, .. } = self;
-        let patch = EdgePatch::gather(mesh, edge.half_edge(), scratch);
+        let Self { mesh, policies, fixed, faces, scratch, .. } = self;
+        let patch = EdgePatch::gather(mesh, edge.half_edge(), faces);
         let patch = patch.with_border(fixed.border(&patch));
-        let (place, cost) = match assess(policies, fixed, &patch, ceiling)? {
+        let (place, cost) = match assess(policies, fixed, &patch, ceiling, scratch)? {
             Assessment::Above(cost) => return Ok(Turn::Above(cost)),
             Assessment::Exact(_, cost) if cost > ceiling => return Ok(Turn::Above(cost)),
             Assessment::Exact(place, cost) => (place, cost),
@@ -176,9 +185,12 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
             place => (patch, place),
         };
         let offset = patch.offset(place);
-        for guard in &policies.guards {
-            guard.check(&patch, offset)?;
+        policies.guards.check(&patch, offset, scratch)?;
+        fixed.guards().check(&patch, offset, scratch)?;
+        for surcharge in &policies.surcharges {
+            surcharge.check(&patch, offset)?;
         }
+        policies.placement.check(&patch, offset)?;
         let half_edge = patch.half_edge();
         let legal = mesh.topology().check_collapse(half_edge)?;
         let (removed, kept) = (legal.removed(), legal.kept());
@@ -192,14 +204,18 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
         if !collapse.position.is_finite() {
             return Err(Refusal::NotFinite);
         }
-        policies.cost.collapsing(&patch, offset);
+        policies.cost.collapsing(&patch, offset, scratch);
+        policies.placement.collapsing(&patch, offset, scratch);
+        for surcharge in &mut policies.surcharges {
+            surcharge.collapsing(&patch, offset, scratch);
+        }
         let faces_before = mesh.topology().face_count() as u32;
         let collapsed = mesh.collapse(legal, collapse.position);
-        fixed.collapsed(&collapse, collapsed.merged_edges);
+        fixed.collapsed(mesh, &collapse, collapsed.merged_edges);
         policies.cost.collapsed(mesh, &collapse);
-        for guard in &mut policies.guards {
-            guard.collapsed(mesh, &collapse);
-        }
+        policies.placement.collapsed(mesh, &collapse);
+        policies.surcharges.iter_mut().for_each(|surcharge| surcharge.collapsed(mesh, &collapse));
+        policies.guards.collapsed(mesh, &collapse);
         let Collapse { position, .. } = collapse;
         self.result.push(LogEntry { half_edge, removed, kept, position, cost, faces_before });
         self.used_vertices -= 1;
@@ -256,7 +272,8 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
 
     /// Brings the list of touched vertices to the reach of the cost.
     fn widen_touched(&mut self) {
-        match self.policies.cost.reach() {
+        let surcharges = self.policies.surcharges.iter().map(|surcharge| surcharge.reach());
+        match surcharges.fold(self.policies.cost.reach(), Reach::max) {
             Reach::Star => self.touched.truncate(1),
             Reach::OneRing => {}
             Reach::TwoRings => {

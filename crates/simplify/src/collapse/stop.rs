@@ -5,6 +5,7 @@ use core::time::Duration;
 /// Limits; the first one that is reached ends the run. Without any, edges are collapsed for as long
 /// as it is allowed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
     /// Stop with this many faces, or one fewer: a collapse inside the surface removes two.
     pub faces: Option<usize>,
@@ -22,6 +23,7 @@ pub struct Limits {
 
 /// Why no more edges were collapsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum StopReason {
     /// The number of faces was reached, given as such or as a ratio.

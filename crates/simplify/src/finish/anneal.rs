@@ -15,6 +15,7 @@ use crate::finish::fit::{FitOptions, fit};
 
 /// How to anneal; see [`anneal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnnealOptions {
     /// How many rounds.
     pub rounds: usize,
@@ -35,6 +36,7 @@ impl Default for AnnealOptions {
 
 /// What annealing did.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnnealReport {
     /// How many rounds were made.
     pub rounds: usize,

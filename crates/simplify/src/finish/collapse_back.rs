@@ -6,10 +6,11 @@ use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::cost::Memoryless;
-use crate::collapse::driver::collapse_edges;
-use crate::collapse::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
+use crate::collapse::driver::collapse_edges_followed;
+use crate::collapse::guard::{ComponentGuard, IntersectionGuard, NormalGuard, ShapeGuard};
 use crate::collapse::placement::{Optimal, Placement};
-use crate::collapse::policies::{Policies, Update};
+use crate::collapse::policies::Policies;
+use crate::collapse::policy::Policy;
 use crate::collapse::stop::Limits;
 use crate::finish::fit::constraints::FitConstraints;
 
@@ -36,27 +37,25 @@ pub(crate) fn collapse_back(
     constraints: &FitConstraints,
     to: &CollapseBack<'_>,
 ) -> Back {
-    collapse_guarded(mesh, constraints, to, Optimal::default(), None)
+    collapse_back_placed(mesh, constraints, to, Optimal::default())
 }
 
-/// The same with a placement and one more guard.
-pub(crate) fn collapse_guarded<'a>(
+/// The same with a placement.
+pub(crate) fn collapse_back_placed(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
     to: &CollapseBack<'_>,
     placement: impl Placement,
-    guard: Option<Box<dyn Guard + 'a>>,
 ) -> Back {
-    let mut guards: Vec<Box<dyn Guard + 'a>> =
-        vec![Box::new(NormalGuard::default()), Box::new(ShapeGuard::default())];
+    let mut policies = Policies::new(Memoryless, placement);
+    policies.guards.push(NormalGuard::default());
+    policies.guards.push(ShapeGuard::default());
     if let Some(min_vertices) = to.min_component_vertices {
-        guards.push(Box::new(ComponentGuard::new(min_vertices)));
+        policies.guards.push(ComponentGuard::new(min_vertices));
     }
     if to.forbid_intersections {
-        guards.push(Box::new(IntersectionGuard::default()));
+        policies.guards.push(IntersectionGuard::default());
     }
-    guards.extend(guard);
-    let policies = Policies { cost: Memoryless, placement, guards, update: Update::Lazy };
     let mut locked = mesh.topology().vertex_map(false);
     let fixed = constraints.fixed.iter().flat_map(VertexMap::iter);
     fixed.filter(|(_, fixed)| **fixed).for_each(|(v, _)| locked[v] = true);
@@ -68,7 +67,8 @@ pub(crate) fn collapse_guarded<'a>(
     };
     let limits = Limits { faces: Some(to.faces), ..Limits::default() };
     let go_on = &mut |_: &_| ControlFlow::Continue(());
-    let run = collapse_edges(mesh, policies, &fixed, &limits, go_on);
+    let followers = constraints.guards.clone();
+    let run = collapse_edges_followed(mesh, policies, followers, &fixed, &limits, go_on);
     let became = run.log.representatives(mesh, run.log.len());
     let remap = mesh.compact();
     let vertex_map = became.as_slice().iter().map(|&v| remap.new_handle(v)).collect();
@@ -83,8 +83,12 @@ pub(crate) fn collapse_guarded<'a>(
         new
     });
     let features = run.features.map(|map| map.compact(&remap));
+    let mut guards = run.followers;
+    guards.compacted(mesh, &remap);
+    let FitConstraints { boundary_curve, feature_curve, .. } = constraints;
+    let (boundary_curve, feature_curve) = (boundary_curve.clone(), feature_curve.clone());
     Back {
-        constraints: FitConstraints { fixed, features, ..constraints.clone() },
+        constraints: FitConstraints { fixed, features, boundary_curve, feature_curve, guards },
         vertex_map: VertexMap::from_vec(vertex_map),
     }
 }

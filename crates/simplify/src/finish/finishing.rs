@@ -141,6 +141,7 @@ impl<'a> Finishing<'a> {
     fn constraints(&self, level: &Level) -> FitConstraints {
         let [boundary_curve, feature_curve] = self.curves.clone();
         let (fixed, features) = (level.marks.locked.clone(), level.marks.features.clone());
-        FitConstraints { fixed, features, boundary_curve, feature_curve }
+        let guards = level.marks.guards.clone();
+        FitConstraints { fixed, features, boundary_curve, feature_curve, guards }
     }
 }

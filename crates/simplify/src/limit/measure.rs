@@ -8,11 +8,10 @@ use mesh_metric::{
 
 /// How the distance of the result from the original is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ErrorCheck {
-    /// Not at all; from samples when there is a largest allowed error.
-    #[default]
-    None,
     /// From samples of both surfaces, which may miss the largest distance by a little.
+    #[default]
     Sampled,
     /// By proven bounds.
     Certified,
@@ -20,6 +19,7 @@ pub enum ErrorCheck {
 
 /// A distance between two surfaces: the larger of the two one-sided Hausdorff distances.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AchievedError {
     /// It is not smaller than this.
     pub lower: f64,

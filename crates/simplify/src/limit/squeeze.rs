@@ -7,7 +7,7 @@ use glam::DVec3;
 use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError, sample_surface};
 
-use crate::finish::collapse_back::{CollapseBack, collapse_guarded};
+use crate::finish::collapse_back::{CollapseBack, collapse_back_placed};
 use crate::finish::finishing::Finished;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::limit::measure::{AchievedError, Measuring};
@@ -80,7 +80,7 @@ fn squeeze(
     points.extend(sample_surface(original, samples, 1).iter().map(|sample| sample.position));
     points.extend(more);
     let tether = Tether::new(mesh, original, &points, limit)?;
-    let back = collapse_guarded(mesh, constraints, to, &tether, Some(Box::new(&tether)));
+    let back = collapse_back_placed(mesh, constraints, to, tether);
     *constraints = back.constraints;
     Ok(back.vertex_map)
 }

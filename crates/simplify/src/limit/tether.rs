@@ -4,15 +4,15 @@
 //! is allowed when the points of the faces that it changes find close enough ones among these faces
 //! again, and when these faces, at a few points, are close enough to the original.
 
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
 
 use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, Surface, SurfaceError, closest_on_triangle, one_sided_bounds};
 
-use crate::collapse::guard::Guard;
 use crate::collapse::patch::{Collapse, EdgePatch, Place};
 use crate::collapse::placement::{Optimal, Placement};
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusal;
 use crate::finish::face_lists::FaceLists;
@@ -23,9 +23,9 @@ pub(crate) struct Tether<'a> {
     points: &'a [DVec3],
     limit: f64,
     /// The points of each face.
-    lists: RefCell<FaceLists>,
-    /// The points of the patch that was looked at last.
-    loose: RefCell<Vec<u32>>,
+    lists: FaceLists,
+    /// The points of the patch that is about to be collapsed.
+    loose: Vec<u32>,
 }
 
 /// The pieces of faces to look at before a collapse counts as too far.
@@ -42,7 +42,7 @@ impl<'a> Tether<'a> {
         for (point, closest) in Surface::new(mesh)?.closest_points(points).iter().enumerate() {
             lists.push(closest.face, point as u32);
         }
-        Ok(Self { original, points, limit, lists: RefCell::new(lists), loose: RefCell::default() })
+        Ok(Self { original, points, limit, lists, loose: Vec::new() })
     }
 
     /// Whether everything stays within the limit when the edge is collapsed to `x`, relative to its
@@ -65,9 +65,8 @@ impl<'a> Tether<'a> {
                     }
                 })
         };
-        let lists = self.lists.borrow();
         let mut faces = patch.faces().iter().filter_map(|face| topology.face(face.side));
-        if !faces.all(|face| lists.of_face(face).all(is_close)) {
+        if !faces.all(|face| self.lists.of_face(face).all(is_close)) {
             return false;
         }
         if self.original.distance(patch.origin() + x) > self.limit {
@@ -100,47 +99,45 @@ impl Tether<'_> {
     }
 }
 
-impl Guard for &Tether<'_> {
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
-        if !self.holds(patch, x) || !self.is_proved(patch, x) {
-            return Err(Refusal::Distance);
-        }
-        let topology = patch.mesh().topology();
-        let lists = self.lists.borrow();
-        let mut loose = self.loose.borrow_mut();
-        loose.clear();
-        for face in patch.faces().iter().filter_map(|face| topology.face(face.side)) {
-            loose.extend(lists.of_face(face));
-        }
-        Ok(())
-    }
-
+impl Policy for Tether<'_> {
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
-        let lists = &mut *self.lists.borrow_mut();
         let faces = || mesh.topology().faces_of_vertex(collapse.kept);
-        faces().for_each(|face| lists.clear(face));
-        for &point in self.loose.borrow().iter() {
+        faces().for_each(|face| self.lists.clear(face));
+        for &point in &self.loose {
             let at = self.points[point as usize];
             let squared = |f| closest_on_triangle(at, &mesh.triangle(f)).length_squared();
             if let Some((_, face)) =
                 faces().map(|f| (squared(f), f)).min_by(|p, q| p.0.total_cmp(&q.0))
             {
-                lists.push(face, point);
+                self.lists.push(face, point);
             }
         }
     }
 }
 
-impl Placement for &Tether<'_> {
+impl Placement for Tether<'_> {
     /// The first of several places that holds; the best by the quadric when none does.
     fn place(
         &self,
         patch: &EdgePatch<'_>,
         quadric: Option<&Quadric>,
-        cost: &dyn Fn(DVec3) -> f64,
+        cost: &mut dyn FnMut(DVec3) -> f64,
     ) -> Place {
         let best = Optimal { keep_volume: true }.place(patch, quadric, cost);
         let places = [best, Place::Kept, Place::Removed];
         places.into_iter().find(|&place| self.holds(patch, patch.offset(place))).unwrap_or(best)
+    }
+
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
+        let is_tied = self.holds(patch, x) && self.is_proved(patch, x);
+        if is_tied { Ok(()) } else { Err(Refusal::Distance) }
+    }
+
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) {
+        let topology = patch.mesh().topology();
+        self.loose.clear();
+        for face in patch.faces().iter().filter_map(|face| topology.face(face.side)) {
+            self.loose.extend(self.lists.of_face(face));
+        }
     }
 }

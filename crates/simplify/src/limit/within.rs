@@ -9,7 +9,7 @@ use crate::limit::measure::{ErrorCheck, Measuring};
 
 /// How many of the collapses of a run may be carried out for the level to be within a distance of
 /// the mesh that the run was made on, both ways, up to half a percent of the vertices. The distance
-/// is measured as for [`Options::max_error`](crate::Options::max_error).
+/// is measured as for [`LimitOptions::distance`](crate::LimitOptions::distance).
 ///
 /// # Errors
 /// The mesh has no faces, or the log is that of another mesh.

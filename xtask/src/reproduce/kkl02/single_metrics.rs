@@ -47,7 +47,9 @@ const QUADRIC: usize = 4;
 
 /// The first norm with the new vertex elsewhere than the paper puts it.
 fn l1_placed(placement: PlacementRule) -> Options {
-    Options { placement, ..Options::preset(Preset::PaperL1) }
+    let mut options = Options::preset(Preset::PaperL1);
+    options.collapse.placement = placement;
+    options
 }
 
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {

@@ -52,8 +52,9 @@ const WAYS: [Way; 7] = [
 ];
 
 /// Every part keeps some vertices.
-fn guarded(options: Options) -> Options {
-    Options { min_component_vertices: Some(8), ..options }
+fn guarded(mut options: Options) -> Options {
+    options.collapse.min_component_vertices = Some(8);
+    options
 }
 
 /// What came of one way.
@@ -157,7 +158,7 @@ fn outcomes(
 ) -> Result<Outcomes, Failure> {
     let options = (way.options)();
     // Fitting is done for one face count; without, all come from the same run.
-    let mut levels = match options.fit {
+    let mut levels = match options.finish.fit {
         Some(_) => vec![simplified(mesh, options, FACES)?.mesh],
         None => levels(mesh, options, &CURVE)?,
     };

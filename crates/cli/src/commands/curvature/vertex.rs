@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 use dcurv::{CurvatureOptions, Curvatures, Totals, VertexArea, VertexCurvature};
-use mesh_core::{Topology, VertexMap};
-use mesh_io::{Model, Scalars};
+use mesh_core::{Topology, VertexMap, parallel};
+use mesh_io::{Format, Model, Scalars};
 use serde::Serialize;
 
 use crate::colormap::Scale;
@@ -37,13 +37,15 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     let values = Seconds::time(&mut seconds.compute, || Values::of(&loaded, options.area.into()));
     let shown = values.of_quantity(options.quantity);
     let scale = scale(options, loaded.mesh.topology(), &shown);
-    if task.output.is_some() {
-        let model = colored(&loaded, &values, &shown, &scale)?;
+    let counts = loaded.counts();
+    if let Some(output) = &task.output {
+        let format = options.job.save.format_of(output);
+        let model = colored(loaded.into_model()?, format, &values, &shown, &scale);
         task.save(&model, &options.job.save, &mut seconds, console)?;
         console.message(options.colors.explain(&scale));
     }
     let results = results(options.quantity, &values, &scale);
-    let report = task.report(console, loaded.counts(), results, seconds);
+    let report = task.report(console, counts, results, seconds);
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
     let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
     report.done(console, summary(&report), brief)
@@ -79,15 +81,20 @@ fn scale(options: &Curvature, topology: &Topology, shown: &VertexMap<f64>) -> Sc
     options.colors.scale(options.quantity.is_signed(), used.map(|v| shown[v]).collect())
 }
 
-/// The content of the output: the mesh, its colours, and every quantity as a named number.
+/// The content of the output: the mesh, its colours, and every quantity as a named number where the
+/// format has a place for it.
 fn colored(
-    loaded: &Loaded,
+    mut model: Model,
+    format: Option<Format>,
     values: &Values,
     shown: &VertexMap<f64>,
     scale: &Scale,
-) -> Result<Model, Failure> {
-    let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
-    model.vertex_colors = Some(shown.as_slice().iter().map(|&value| scale.color(value)).collect());
+) -> Model {
+    let shown = shown.as_slice();
+    model.vertex_colors = Some(parallel::collect(shown.len(), |i| scale.color(shown[i])));
+    if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
+        return model;
+    }
     for &quantity in Quantity::value_variants() {
         let name = quantity.property();
         model.vertex_scalars.retain(|scalars| scalars.name != name);
@@ -96,7 +103,7 @@ fn colored(
             values: values.of_quantity(quantity).into_vec(),
         });
     }
-    Ok(model)
+    model
 }
 
 fn results(quantity: Quantity, values: &Values, scale: &Scale) -> Results {

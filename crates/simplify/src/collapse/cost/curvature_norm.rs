@@ -1,16 +1,18 @@
 //! The discrete curvature norm (Kim, Kim and Levin 2002).
 
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{Remap, TriMesh};
 
 use super::curvature_change::CurvatureChange;
 use super::curvature_change::measure::Measure;
 use super::{Cost, Reach};
 use crate::collapse::patch::EdgePatch;
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// Which norm; see [`CurvatureNorm`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Norm {
     /// The sum of |k1| + |k2| over the vertices (KKL02 eq. 1); one over model unit.
     L1,
@@ -44,13 +46,25 @@ impl CurvatureNorm {
     }
 }
 
-impl Cost for CurvatureNorm {
+impl Policy for CurvatureNorm {
     fn prepare(&mut self, mesh: &TriMesh) {
         self.change.prepare(mesh);
     }
 
-    fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, x: DVec3) -> f64 {
-        let sums = self.change.of(patch, x);
+    fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
+        self.change.compacted(remap);
+    }
+}
+
+impl Cost for CurvatureNorm {
+    fn cost(
+        &self,
+        patch: &EdgePatch<'_>,
+        _: Option<&Quadric>,
+        x: DVec3,
+        scratch: &mut Scratch,
+    ) -> f64 {
+        let sums = self.change.of(patch, x, scratch);
         (sums.before - sums.after).abs()
     }
 
@@ -62,7 +76,7 @@ impl Cost for CurvatureNorm {
         Reach::OneRing
     }
 
-    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
-        self.change.collapsing(patch, x);
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
+        self.change.collapsing(patch, x, scratch);
     }
 }

@@ -1,10 +1,11 @@
 //! Quadric error metrics (Garland and Heckbert 1997).
 
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{Handle, Remap, RemapOf, TriMesh, VertexId};
 
 use super::{Cost, Reach};
 use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// The quadrics of the original planes, accumulated at the vertices: each face gives a third of its area
@@ -32,38 +33,55 @@ impl GarlandHeckbert {
     pub fn marginal() -> Self {
         Self { marginal: true, ..Self::default() }
     }
+
+    #[inline]
+    fn value(&self, patch: &EdgePatch<'_>, quadric: Option<&Quadric>, x: DVec3) -> f64 {
+        let value = quadric.map_or(0.0, |q| q.value(x));
+        let made = if self.marginal { self.quadrics.made(patch) } else { 0.0 };
+        (value - made).max(0.0) + length_tie(patch)
+    }
 }
 
-impl Cost for GarlandHeckbert {
+impl Policy for GarlandHeckbert {
     fn prepare(&mut self, mesh: &TriMesh) {
         self.quadrics = AccumulatedQuadrics::new(mesh);
     }
 
+    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
+        self.quadrics.merge(collapse);
+    }
+
+    fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
+        self.quadrics.compact(remap);
+    }
+}
+
+impl Cost for GarlandHeckbert {
     #[inline]
     fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
         Some(self.quadrics.of_edge(patch) + *patch.border())
     }
 
     #[inline]
-    fn cost(&self, patch: &EdgePatch<'_>, quadric: Option<&Quadric>, x: DVec3) -> f64 {
-        let value = quadric.map_or(0.0, |q| q.value(x));
-        let made = if self.marginal { self.quadrics.made(patch) } else { 0.0 };
-        (value - made).max(0.0) + length_tie(patch)
+    fn cost(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        x: DVec3,
+        _: &mut Scratch,
+    ) -> f64 {
+        self.value(patch, quadric, x)
     }
 
     #[inline]
     fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
         let quadric = self.quadric(patch)?;
         let x = quadric.minimizer(None)?;
-        Some(self.cost(patch, Some(&quadric), x))
+        Some(self.value(patch, Some(&quadric), x))
     }
 
     fn reach(&self) -> Reach {
         Reach::Star
-    }
-
-    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
-        self.quadrics.merge(collapse);
     }
 }
 
@@ -106,6 +124,16 @@ impl AccumulatedQuadrics {
     #[inline]
     pub(crate) fn made(&self, patch: &EdgePatch<'_>) -> f64 {
         self.0[patch.removed().index()].constant + self.0[patch.kept().index()].constant
+    }
+
+    /// Moves the quadrics to the handles of the mesh without gaps.
+    pub(crate) fn compact(&mut self, remap: &Remap) {
+        let mut index = 0;
+        self.0.retain(|_| {
+            let vertex = VertexId::from_index(index);
+            index += 1;
+            remap.new_handle(vertex).is_some()
+        });
     }
 
     pub(crate) fn merge(&mut self, collapse: &Collapse) {

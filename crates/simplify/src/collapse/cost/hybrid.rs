@@ -1,11 +1,12 @@
 //! The memoryless quadric, with a little memory.
 
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{Remap, TriMesh};
 
 use super::Cost;
 use super::garland_heckbert::{AccumulatedQuadrics, length_tie};
 use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// The memoryless quadric of the current faces plus a part of the accumulated quadrics of the
@@ -33,11 +34,21 @@ impl Default for Hybrid {
     }
 }
 
-impl Cost for Hybrid {
+impl Policy for Hybrid {
     fn prepare(&mut self, mesh: &TriMesh) {
         self.quadrics = AccumulatedQuadrics::new(mesh);
     }
 
+    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
+        self.quadrics.merge(collapse);
+    }
+
+    fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
+        self.quadrics.compact(remap);
+    }
+}
+
+impl Cost for Hybrid {
     #[inline]
     fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
         let past = self.memory * self.quadrics.of_edge(patch);
@@ -45,11 +56,13 @@ impl Cost for Hybrid {
     }
 
     #[inline]
-    fn cost(&self, patch: &EdgePatch<'_>, quadric: Option<&Quadric>, x: DVec3) -> f64 {
+    fn cost(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        x: DVec3,
+        _: &mut Scratch,
+    ) -> f64 {
         quadric.map_or(0.0, |q| q.value(x)).max(0.0) + length_tie(patch)
-    }
-
-    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
-        self.quadrics.merge(collapse);
     }
 }

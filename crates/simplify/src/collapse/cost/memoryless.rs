@@ -5,11 +5,14 @@ use glam::DVec3;
 use super::Cost;
 use super::garland_heckbert::length_tie;
 use crate::collapse::patch::EdgePatch;
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// The quadric of the faces as they are now, each once; nothing is remembered of those that were.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Memoryless;
+
+impl Policy for Memoryless {}
 
 impl Cost for Memoryless {
     #[inline]
@@ -18,7 +21,13 @@ impl Cost for Memoryless {
     }
 
     #[inline]
-    fn cost(&self, patch: &EdgePatch<'_>, quadric: Option<&Quadric>, x: DVec3) -> f64 {
+    fn cost(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        x: DVec3,
+        _: &mut Scratch,
+    ) -> f64 {
         quadric.map_or(0.0, |q| q.value(x)).max(0.0) + length_tie(patch)
     }
 }

@@ -1,48 +1,59 @@
 //! What a collapse costs.
 //!
 //! The driver collapses the cheapest edge first. A new cost implements [`Cost`], most often
-//! through [`Cost::quadric`] and [`Cost::cost`] alone.
+//! through [`Cost::quadric`] and [`Cost::cost`] alone. What is to come on top of any cost is a
+//! [`Surcharge`].
 
+#[cfg(feature = "curvature")]
 mod curvature_change;
+#[cfg(feature = "curvature")]
 mod curvature_factor;
+#[cfg(feature = "curvature")]
 mod curvature_norm;
 mod garland_heckbert;
 mod hybrid;
 mod memoryless;
+pub(crate) mod surcharge;
 
+#[cfg(feature = "curvature")]
 pub use curvature_factor::CurvatureFactor;
+#[cfg(feature = "curvature")]
 pub use curvature_norm::{CurvatureNorm, Norm};
 pub use garland_heckbert::GarlandHeckbert;
 pub use hybrid::Hybrid;
 pub use memoryless::Memoryless;
+pub use surcharge::Surcharge;
 
 use glam::DVec3;
-use mesh_core::TriMesh;
 
-use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::patch::EdgePatch;
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// The cost of collapsing an edge, given its neighbourhood.
 ///
 /// ```
 /// use glam::DVec3;
-/// use simplify::{Cost, EdgePatch, Quadric};
+/// use simplify::{Cost, EdgePatch, Policy, Quadric, Scratch};
 ///
 /// /// Short edges first.
 /// struct EdgeLength;
 ///
+/// impl Policy for EdgeLength {}
+///
 /// impl Cost for EdgeLength {
-///     fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: DVec3) -> f64 {
+///     fn cost(
+///         &self,
+///         patch: &EdgePatch<'_>,
+///         _: Option<&Quadric>,
+///         _: DVec3,
+///         _: &mut Scratch,
+///     ) -> f64 {
 ///         patch.squared_length()
 ///     }
 /// }
 /// ```
-pub trait Cost {
-    /// Called once, before anything is asked for.
-    fn prepare(&mut self, mesh: &TriMesh) {
-        let _ = mesh;
-    }
-
+pub trait Cost: Policy {
     /// The quadric whose minimum is the best place for the vertex that remains, about the
     /// midpoint of the edge. Costs that do not come from one have none.
     fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
@@ -52,7 +63,13 @@ pub trait Cost {
 
     /// The cost of the collapse when the vertex goes to `x`, relative to the midpoint of the
     /// edge; `quadric` is what [`Cost::quadric`] returned.
-    fn cost(&self, patch: &EdgePatch<'_>, quadric: Option<&Quadric>, x: DVec3) -> f64;
+    fn cost(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        x: DVec3,
+        scratch: &mut Scratch,
+    ) -> f64;
 
     /// A number that is not larger than the cost and quicker to have. When there is one, the cost
     /// itself is evaluated only once an edge reaches the head of the queue.
@@ -86,13 +103,8 @@ pub trait Cost {
 
     /// Called before each collapse, which is certain by then, with the place of the vertex relative
     /// to the midpoint of the edge.
-    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
-        let _ = (patch, x);
-    }
-
-    /// Called after each collapse, with the mesh as it is then.
-    fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
-        let _ = (mesh, collapse);
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
+        let _ = (patch, x, scratch);
     }
 }
 

@@ -1,10 +1,11 @@
 //! Small parts stay.
 
 use glam::DVec3;
-use mesh_core::{TriMesh, VertexMap};
+use mesh_core::{Remap, TriMesh, VertexMap};
 
 use super::Guard;
 use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::refusal::Refusal;
 
 /// Keeps a number of vertices in every connected component.
@@ -27,7 +28,7 @@ impl ComponentGuard {
     }
 }
 
-impl Guard for ComponentGuard {
+impl Policy for ComponentGuard {
     fn prepare(&mut self, mesh: &TriMesh) {
         let components = mesh.topology().components();
         self.vertices = vec![0; components.count];
@@ -37,17 +38,23 @@ impl Guard for ComponentGuard {
         self.of_vertex = components.of_vertex;
     }
 
-    fn check(&self, patch: &EdgePatch<'_>, _: DVec3) -> Result<(), Refusal> {
+    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
+        if let Some(component) = self.of_vertex[collapse.kept] {
+            self.vertices[component as usize] -= 1;
+        }
+    }
+
+    fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
+        self.of_vertex = self.of_vertex.compact(remap);
+    }
+}
+
+impl Guard for ComponentGuard {
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
         let component = self.of_vertex[patch.kept()];
         match component.and_then(|c| self.vertices.get(c as usize)) {
             Some(&count) if count <= self.min_vertices => Err(Refusal::Component),
             _ => Ok(()),
-        }
-    }
-
-    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
-        if let Some(component) = self.of_vertex[collapse.kept] {
-            self.vertices[component as usize] -= 1;
         }
     }
 }

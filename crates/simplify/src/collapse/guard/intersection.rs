@@ -1,11 +1,12 @@
 //! No face may run into another one.
 
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{Remap, TriMesh};
 
 use super::Guard;
 use crate::collapse::intersection::{ChangedFace, Intersections};
 use crate::collapse::patch::{Collapse, EdgePatch};
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::refusal::Refusal;
 
 /// Refuses collapses after which faces cross, or touch away from common vertices and edges, that
@@ -15,36 +16,40 @@ pub struct IntersectionGuard {
     found: Option<Intersections>,
 }
 
-impl Guard for IntersectionGuard {
+impl Policy for IntersectionGuard {
     fn prepare(&mut self, mesh: &TriMesh) {
         self.found = Some(Intersections::new(mesh));
-    }
-
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
-        let Some(found) = &self.found else { return Ok(()) };
-        let (mesh, removed, kept) = (patch.mesh(), patch.removed(), patch.kept());
-        let topology = mesh.topology();
-        let place = patch.origin() + x;
-        let is_end = |v| v == removed || v == kept;
-        let changed: Vec<ChangedFace> = patch
-            .remaining_faces()
-            .iter()
-            .filter_map(|face| {
-                let face = topology.face(face.side)?;
-                let vertices = topology.face_vertices(face);
-                let corners = vertices.map(|v| if is_end(v) { place } else { mesh.position(v) });
-                let vertices = vertices.map(|v| if is_end(v) { kept } else { v });
-                Some(ChangedFace { face, triangle: (vertices, corners) })
-            })
-            .collect();
-        let sides = [patch.half_edge(), patch.half_edge().twin()];
-        let gone: Vec<_> = sides.into_iter().filter_map(|side| topology.face(side)).collect();
-        if found.would_arise(mesh, &changed, &gone) { Err(Refusal::Intersection) } else { Ok(()) }
     }
 
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         if let Some(found) = &mut self.found {
             found.update(mesh, mesh.topology().faces_of_vertex(collapse.kept));
         }
+    }
+
+    fn compacted(&mut self, mesh: &TriMesh, _: &Remap) {
+        self.prepare(mesh);
+    }
+}
+
+impl Guard for IntersectionGuard {
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> Result<(), Refusal> {
+        let Some(found) = &self.found else { return Ok(()) };
+        let (mesh, removed, kept) = (patch.mesh(), patch.removed(), patch.kept());
+        let topology = mesh.topology();
+        let place = patch.origin() + x;
+        let is_end = |v| v == removed || v == kept;
+        let changed: &mut Vec<ChangedFace> = scratch.get();
+        changed.clear();
+        changed.extend(patch.remaining_faces().iter().filter_map(|face| {
+            let face = topology.face(face.side)?;
+            let vertices = topology.face_vertices(face);
+            let corners = vertices.map(|v| if is_end(v) { place } else { mesh.position(v) });
+            let vertices = vertices.map(|v| if is_end(v) { kept } else { v });
+            Some(ChangedFace { face, triangle: (vertices, corners) })
+        }));
+        let sides = [patch.half_edge(), patch.half_edge().twin()];
+        let gone: Vec<_> = sides.into_iter().filter_map(|side| topology.face(side)).collect();
+        if found.would_arise(mesh, changed, &gone) { Err(Refusal::Intersection) } else { Ok(()) }
     }
 }

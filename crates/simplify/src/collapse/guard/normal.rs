@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Guard;
 use crate::collapse::patch::EdgePatch;
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::refusal::Refusal;
 
 /// Refuses collapses after which the normal of a face differs too much from what it was.
@@ -20,8 +21,10 @@ impl Default for NormalGuard {
     }
 }
 
+impl Policy for NormalGuard {}
+
 impl Guard for NormalGuard {
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
         let turns_too_far = patch.remaining_faces().iter().any(|face| {
             let new = face.cross_with(x);
             let lengths = (face.cross.length_squared() * new.length_squared()).sqrt();

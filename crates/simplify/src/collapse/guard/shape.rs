@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Guard;
 use crate::collapse::patch::EdgePatch;
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::refusal::Refusal;
 
 /// Refuses collapses that make the worst face worse and leave it a sliver.
@@ -24,8 +25,10 @@ impl Default for ShapeGuard {
     }
 }
 
+impl Policy for ShapeGuard {}
+
 impl Guard for ShapeGuard {
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
         let remaining = patch.remaining_faces().iter();
         let worst = remaining.map(|f| shape(x, f.corners[1], f.corners[2], f.cross_with(x)));
         let worst = worst.fold(1.0, f64::min);

@@ -7,16 +7,19 @@ use mesh_core::edit::CollapseRefusal;
 use mesh_core::{HalfEdgeId, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::Marks;
+use crate::collapse::patch::Collapse;
 
 /// The collapses of a run, in order. Replayed on the same mesh they give the same result, stopped
 /// early they give every level in between.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CollapseLog {
     entries: Vec<LogEntry>,
 }
 
 /// One collapse.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LogEntry {
     /// The half-edge that was collapsed, in the numbering of the original mesh.
     pub half_edge: HalfEdgeId,
@@ -87,9 +90,16 @@ impl CollapseLog {
         let mut mesh = mesh.clone();
         for entry in self.entries.iter().take(count) {
             let collapse = mesh.topology().check_collapse(entry.half_edge)?;
-            let ends = [collapse.removed(), collapse.kept()];
+            let (removed, kept) = (collapse.removed(), collapse.kept());
+            let done = Collapse {
+                removed,
+                kept,
+                removed_from: mesh.position(removed),
+                kept_from: mesh.position(kept),
+                position: entry.position,
+            };
             let collapsed = mesh.collapse(collapse, entry.position);
-            marks.collapsed(ends, collapsed.merged_edges);
+            marks.collapsed(&mesh, &done, collapsed.merged_edges);
         }
         Ok(mesh)
     }

@@ -5,6 +5,7 @@ use mesh_core::butterfly::{ButterflyOptions, IrregularRule};
 
 use super::Placement;
 use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::policy::Policy;
 use crate::collapse::quadric::Quadric;
 
 /// Puts the vertex where butterfly subdivision would put the middle of the edge: always by the
@@ -12,8 +13,15 @@ use crate::collapse::quadric::Quadric;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ButterflyPoint;
 
+impl Policy for ButterflyPoint {}
+
 impl Placement for ButterflyPoint {
-    fn place(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: &dyn Fn(DVec3) -> f64) -> Place {
+    fn place(
+        &self,
+        patch: &EdgePatch<'_>,
+        _: Option<&Quadric>,
+        _: &mut dyn FnMut(DVec3) -> f64,
+    ) -> Place {
         let rule = ButterflyOptions { irregular: IrregularRule::EightPoint, ..Default::default() };
         let (mesh, edge) = (patch.mesh(), patch.half_edge().edge());
         let mut x = DVec3::ZERO;

@@ -4,14 +4,22 @@ use glam::DVec3;
 
 use super::Placement;
 use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::policy::Policy;
 use crate::collapse::quadric::Quadric;
 
 /// Puts the vertex in the middle of the edge.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Midpoint;
 
+impl Policy for Midpoint {}
+
 impl Placement for Midpoint {
-    fn place(&self, _: &EdgePatch<'_>, _: Option<&Quadric>, _: &dyn Fn(DVec3) -> f64) -> Place {
+    fn place(
+        &self,
+        _: &EdgePatch<'_>,
+        _: Option<&Quadric>,
+        _: &mut dyn FnMut(DVec3) -> f64,
+    ) -> Place {
         Place::At(DVec3::ZERO)
     }
 

@@ -13,18 +13,35 @@ pub use optimal::Optimal;
 use glam::DVec3;
 
 use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
+use crate::collapse::refusal::Refusal;
 
 /// Chooses the place of the vertex that remains.
-pub trait Placement {
+pub trait Placement: Policy {
     /// The place. `quadric` is that of the cost, if it has one, and `cost` the cost as a function
     /// of the place relative to the midpoint of the edge.
     fn place(
         &self,
         patch: &EdgePatch<'_>,
         quadric: Option<&Quadric>,
-        cost: &dyn Fn(DVec3) -> f64,
+        cost: &mut dyn FnMut(DVec3) -> f64,
     ) -> Place;
+
+    /// Whether the place that was chosen, relative to the midpoint, will do. Asked last, after the
+    /// guards, so that it may take its time.
+    ///
+    /// # Errors
+    /// The reason why not.
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
+        let _ = (patch, x);
+        Ok(())
+    }
+
+    /// Called before each collapse, which is certain by then.
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
+        let _ = (patch, x, scratch);
+    }
 
     /// Whether the faces of the patch are looked at, other than by the cost. It has none when
     /// neither cost nor placement do.

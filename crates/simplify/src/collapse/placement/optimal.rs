@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::Placement;
 use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::policy::Policy;
 use crate::collapse::quadric::Quadric;
 
 /// Puts the vertex at the minimum of the quadric: that of the cost, or the memoryless one when the
@@ -26,13 +27,15 @@ impl Default for Optimal {
 /// The largest accepted distance from the middle of the edge, in edge lengths.
 const FARTHEST: f64 = 10.0;
 
+impl Policy for Optimal {}
+
 impl Placement for Optimal {
     #[inline]
     fn place(
         &self,
         patch: &EdgePatch<'_>,
         quadric: Option<&Quadric>,
-        _: &dyn Fn(DVec3) -> f64,
+        _: &mut dyn FnMut(DVec3) -> f64,
     ) -> Place {
         let quadric = quadric.copied().unwrap_or_else(|| patch.face_quadric() + *patch.border());
         let plane = if self.keep_volume { patch.volume_plane() } else { None };

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use mesh_core::{EdgeId, EdgeMap, VertexMap};
 
+use crate::collapse::guard::Guards;
 use crate::finish::curve::Curve;
 
 /// What a fit must leave alone.
@@ -19,6 +20,9 @@ pub struct FitConstraints {
     /// The feature lines of the original, for the vertices of the edges in `features`, in the same
     /// way.
     pub feature_curve: Option<Arc<Curve>>,
+    /// Guards that follow the mesh; they are asked about the collapses that annealing and cutting of
+    /// peaks make.
+    pub guards: Guards,
 }
 
 impl FitConstraints {

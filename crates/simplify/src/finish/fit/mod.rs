@@ -39,6 +39,7 @@ use crate::finish::fit::system::{System, Weighting};
 
 /// How to fit; see [`fit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FitOptions {
     /// How many rounds.
     pub rounds: usize,
@@ -75,6 +76,7 @@ impl Default for FitOptions {
 
 /// What a fit did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FitReport {
     /// How many rounds were made.
     pub rounds: usize,

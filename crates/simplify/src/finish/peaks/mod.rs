@@ -24,6 +24,7 @@ use crate::finish::peaks::points::{Most, Peaks, Points};
 
 /// How to take down peaks; see [`cut_peaks`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PeakOptions {
     /// How many rounds at most.
     pub rounds: usize,
@@ -67,6 +68,7 @@ impl Default for PeakOptions {
 
 /// What [`cut_peaks`] did.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PeakReport {
     /// How many rounds were made.
     pub rounds: usize,

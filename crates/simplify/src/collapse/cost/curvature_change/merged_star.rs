@@ -37,8 +37,8 @@ pub(super) struct MergedStar {
     closed: bool,
     rows: Rows,
     center: Term,
-    /// The collapse that was evaluated last, unless the tables have changed since.
-    evaluated: Option<(HalfEdgeId, DVec3)>,
+    /// What was evaluated last: the measure, the version of the tables, and the collapse.
+    evaluated: Option<(Measure, u64, HalfEdgeId, DVec3)>,
 }
 
 /// A neighbour of the vertex that remains.
@@ -58,8 +58,8 @@ pub(super) struct MergedFace {
     pub(super) link_hinge: f64,
 }
 
-impl MergedStar {
-    pub(super) fn new() -> Self {
+impl Default for MergedStar {
+    fn default() -> Self {
         Self {
             level: Level::new(),
             half_edges: Vec::new(),
@@ -70,30 +70,27 @@ impl MergedStar {
             evaluated: None,
         }
     }
+}
 
+impl MergedStar {
     /// Evaluates the star of the vertex that remains at `x`, and what becomes of its neighbours,
-    /// unless that was what was evaluated last.
+    /// unless that was what was evaluated last, with the tables in the same version.
     pub(super) fn evaluate(
         &mut self,
         tables: &Tables,
-        measure: Measure,
+        (measure, version): (Measure, u64),
         patch: &EdgePatch<'_>,
         x: DVec3,
     ) {
-        let collapse = (patch.half_edge(), x);
-        if self.evaluated == Some(collapse) {
+        let asked = (measure, version, patch.half_edge(), x);
+        if self.evaluated == Some(asked) {
             return;
         }
-        self.evaluated = Some(collapse);
+        self.evaluated = Some(asked);
         self.line_up(tables, patch, x);
         self.remove_vanishing(tables, patch);
         dispatch!(self.level, _ => self.evaluate_rows(measure));
         self.center = self.add_up(measure);
-    }
-
-    /// Called when the mesh or the tables change.
-    pub(super) fn forget(&mut self) {
-        self.evaluated = None;
     }
 
     /// The vertex that remains, as it would be.
@@ -385,11 +382,11 @@ mod tests {
             for measure in [Measure::AbsSum, Measure::SquaredSum, Measure::AbsIntegral] {
                 let tables = Tables::new(&mesh, measure);
                 let of = |level| {
-                    let mut star = MergedStar { level, ..MergedStar::new() };
+                    let mut star = MergedStar { level, ..MergedStar::default() };
                     let mut found = Vec::new();
                     for h in mesh.topology().half_edges() {
                         let patch = EdgePatch::without_faces(&mesh, h);
-                        star.evaluate(&tables, measure, &patch, DVec3::new(0.01, 0.02, 0.03));
+                        star.evaluate(&tables, (measure, 0), &patch, DVec3::new(0.01, 0.02, 0.03));
                         found.push(star.center().measured);
                         found.extend(star.measured());
                     }

@@ -10,15 +10,14 @@ mod merged_star;
 mod rows;
 mod tables;
 
-use core::cell::RefCell;
-
 use glam::DVec3;
-use mesh_core::{TriMesh, VertexId};
+use mesh_core::{Remap, TriMesh, VertexId};
 
 use crate::collapse::cost::curvature_change::measure::Measure;
 use crate::collapse::cost::curvature_change::merged_star::MergedStar;
 use crate::collapse::cost::curvature_change::tables::Tables;
 use crate::collapse::patch::EdgePatch;
+use crate::collapse::policy::Scratch;
 
 /// A number per vertex that follows from its curvature, kept up to date over collapses, and its
 /// sum over a patch before and after a collapse.
@@ -26,7 +25,8 @@ use crate::collapse::patch::EdgePatch;
 pub(super) struct CurvatureChange {
     measure: Measure,
     tables: Tables,
-    star: RefCell<MergedStar>,
+    /// How often the tables have changed.
+    version: u64,
 }
 
 /// The sums over the two ends of an edge and their neighbours.
@@ -38,18 +38,23 @@ pub(super) struct Sums {
 
 impl CurvatureChange {
     pub(super) fn new(measure: Measure) -> Self {
-        Self { measure, tables: Tables::empty(), star: RefCell::new(MergedStar::new()) }
+        Self { measure, tables: Tables::empty(), version: 0 }
     }
 
     pub(super) fn prepare(&mut self, mesh: &TriMesh) {
         self.tables = Tables::new(mesh, self.measure);
-        self.star.get_mut().forget();
+        self.version += 1;
+    }
+
+    pub(super) fn compacted(&mut self, remap: &Remap) {
+        self.tables = self.tables.compact(remap);
+        self.version += 1;
     }
 
     /// The sums before and after the collapse with the remaining vertex at `x`.
-    pub(super) fn of(&self, patch: &EdgePatch<'_>, x: DVec3) -> Sums {
-        let star = &mut *self.star.borrow_mut();
-        star.evaluate(&self.tables, self.measure, patch, x);
+    pub(super) fn of(&self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> Sums {
+        let star: &mut MergedStar = scratch.get();
+        star.evaluate(&self.tables, (self.measure, self.version), patch, x);
         let measured = |v: VertexId| self.tables.vertices[v].measured;
         let neighbours = star.spokes().iter().map(|spoke| measured(spoke.vertex));
         Sums {
@@ -59,9 +64,10 @@ impl CurvatureChange {
     }
 
     /// Takes over what a collapse that is about to be carried out changes.
-    pub(super) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
-        let star = self.star.get_mut();
-        star.evaluate(&self.tables, self.measure, patch, x);
+    pub(super) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
+        let star: &mut MergedStar = scratch.get();
+        star.evaluate(&self.tables, (self.measure, self.version), patch, x);
+        self.version += 1;
         let Tables { vertices, hinges, corners, thirds } = &mut self.tables;
         let topology = patch.mesh().topology();
         vertices[patch.kept()] = *star.center();
@@ -90,7 +96,6 @@ impl CurvatureChange {
                 corners[this] = corners[other.twin()];
             }
         }
-        star.forget();
     }
 }
 
@@ -118,6 +123,7 @@ pub(super) mod tests {
         for mut mesh in bent_meshes(60, 5, 4) {
             let mut change = CurvatureChange::new(Measure::AbsSum);
             change.prepare(&mesh);
+            let scratch = &mut Scratch::default();
             let total = |mesh: &TriMesh| {
                 let all = mesh.topology().vertices();
                 all.map(|v| {
@@ -134,7 +140,7 @@ pub(super) mod tests {
                     let mut faces = Vec::new();
                     let patch = EdgePatch::gather(&mesh, h, &mut faces);
                     let x = DVec3::new(0.01, 0.02, 0.03);
-                    let sums = change.of(&patch, x);
+                    let sums = change.of(&patch, x, scratch);
                     let position = patch.origin() + x;
                     let mut collapsed = mesh.clone();
                     collapsed.collapse(legal, position);
@@ -148,7 +154,7 @@ pub(super) mod tests {
                 let Some((h, collapsed)) = chosen else { break };
                 let mut faces = Vec::new();
                 let patch = EdgePatch::gather(&mesh, h, &mut faces);
-                change.collapsing(&patch, DVec3::new(0.01, 0.02, 0.03));
+                change.collapsing(&patch, DVec3::new(0.01, 0.02, 0.03), scratch);
                 mesh = collapsed;
             }
         }

@@ -4,7 +4,9 @@ use dcurv::{
     CurvatureOptions, Curvatures, VertexArea, VertexCurvature, edge_mean_curvatures,
     triangle_angles,
 };
-use mesh_core::{EdgeMap, FaceId, FaceMap, HalfEdgeMap, Handle, TriMesh, VertexMap, parallel};
+use mesh_core::{
+    EdgeMap, FaceId, FaceMap, HalfEdgeMap, Handle, Remap, TriMesh, VertexMap, parallel,
+};
 
 use crate::collapse::cost::curvature_change::measure::{Measure, Term};
 
@@ -31,6 +33,16 @@ impl Tables {
             hinges: EdgeMap::from_vec(Vec::new()),
             corners: HalfEdgeMap::from_vec(Vec::new()),
             thirds: FaceMap::from_vec(Vec::new()),
+        }
+    }
+
+    /// Those of the mesh without gaps.
+    pub(super) fn compact(&self, remap: &Remap) -> Self {
+        Self {
+            vertices: self.vertices.compact(remap),
+            hinges: self.hinges.compact(remap),
+            corners: self.corners.compact(remap),
+            thirds: self.thirds.compact(remap),
         }
     }
 

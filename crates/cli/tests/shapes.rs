@@ -1,0 +1,207 @@
+//! `curvmesh subdivide` and `repair` on shapes whose result is known.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::path::Path;
+
+use common::{code, json, write};
+use glam::DVec3;
+use mesh_core::PolygonSoup;
+use mesh_core::shapes::{Torus, polyhedra};
+use mesh_io::{Model, WriteOptions};
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn subdivision_comes_closer_to_the_smooth_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
+    let torus = Torus { major: 5.0, minor: 2.0 };
+    write(torus.mesh(24, 12).unwrap(), &input);
+    let report = json(&["subdivide", text(&input), "-o", text(&output), "--steps", "2"]);
+    assert_eq!((&report["faces"], &report["faces_out"]), (&576.into(), &9216.into()));
+    let (before, after) = (mesh_io::read(&input).unwrap(), mesh_io::read(&output).unwrap());
+    let kept = before.soup.vertex_count();
+    assert_eq!(before.soup.positions(), &after.soup.positions()[..kept]);
+    // The middle of an edge of the input is up to 0.08 inside of the torus.
+    for p in after.soup.positions() {
+        let ring = DVec3::new(p.x, p.y, 0.0).normalize() * torus.major;
+        assert!((p.distance(ring) - torus.minor).abs() < 0.02, "{p}");
+    }
+    let flat = folder.path().join("flat.ply");
+    json(&["subdivide", text(&input), "-o", text(&flat), "--tension", "0", "--eight-point"]);
+    let measured = json(&["distance", text(&input), text(&flat), "--samples", "1000"]);
+    assert!(measured["max"].as_f64().unwrap() < 1e-12, "{measured}");
+    for wrong in [["--steps", "0"], ["--steps", "13"], ["--tension", "-1"], ["--tension", "nan"]] {
+        let arguments = ["subdivide", text(&input), "-o", text(&output)];
+        assert_eq!(code(&[&arguments[..], &wrong].concat()).0, 2, "{wrong:?}");
+    }
+}
+
+/// A grid with a bump whose texture coordinates are its first two coordinates, and whose halves have
+/// materials and charts of their own.
+#[test]
+fn subdivision_takes_textures_and_materials_along() {
+    let cells = 6_u32;
+    let mut soup = PolygonSoup::new();
+    for i in 0..=cells {
+        for j in 0..=cells {
+            soup.push_vertex([f64::from(i), f64::from(j), f64::from(i * j) * 0.05]);
+        }
+    }
+    let at = |i: u32, j: u32| i * (cells + 1) + j;
+    let (mut uvs, mut materials) = (Vec::new(), Vec::new());
+    for i in 0..cells {
+        for j in 0..cells {
+            let second = i >= cells / 2;
+            for face in [
+                [at(i, j), at(i + 1, j), at(i + 1, j + 1)],
+                [at(i, j), at(i + 1, j + 1), at(i, j + 1)],
+            ] {
+                soup.push_face(&face).unwrap();
+                materials.push(u32::from(second));
+                let shift = if second { 20.0 } else { 0.0 };
+                uvs.extend(face.map(|v| {
+                    let p = soup.positions()[v as usize];
+                    [p.x as f32 + shift, p.y as f32]
+                }));
+            }
+        }
+    }
+    let named = |name: &str| mesh_io::Material { name: name.into(), ..Default::default() };
+    let model = Model {
+        corner_uvs: Some(uvs),
+        face_materials: Some(materials),
+        materials: vec![named("first"), named("second")],
+        ..Model::from(soup)
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.obj", "out.obj"].map(|name| folder.path().join(name));
+    mesh_io::write(&input, &model, &WriteOptions::default()).unwrap();
+    json(&["subdivide", text(&input), "-o", text(&output), "--steps", "2"]);
+    let result = mesh_io::read(&output).unwrap();
+    assert_eq!(result.soup.face_count(), 16 * 72);
+    let (uvs, materials) = (result.corner_uvs.unwrap(), result.face_materials.unwrap());
+    let middle = f64::from(cells) / 2.0;
+    for (face, uvs) in uvs.as_chunks::<3>().0.iter().enumerate() {
+        let points = result.soup.corner_range(face).map(|c| result.soup.corners()[c] as usize);
+        let points: Vec<DVec3> = points.map(|v| result.soup.positions()[v]).collect();
+        let second = materials[face] == 1;
+        let centre = points.iter().map(|p| p.x).sum::<f64>() / 3.0;
+        assert_eq!(second, centre > middle, "face {face}");
+        for (p, uv) in points.iter().zip(uvs) {
+            let expected = [p.x + if second { 20.0 } else { 0.0 }, p.y];
+            // The surface is that of a scheme of fourth order, the texture is linear between.
+            assert!(uv.iter().zip(expected).all(|(a, b)| (f64::from(*a) - b).abs() < 0.2), "{p}");
+        }
+    }
+}
+
+#[test]
+fn repair_makes_a_closed_manifold_of_parts() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| text(&folder.path().join(name)).to_owned();
+    // A cube of single triangles, one of them turned round, one twice, one gone.
+    let cube = polyhedra::cube();
+    let mut parts = PolygonSoup::new();
+    for (i, face) in cube.faces().enumerate() {
+        let mut corners = face.to_vec();
+        if i == 3 {
+            corners.reverse();
+        }
+        for _ in 0..=usize::from(i == 5) {
+            let first = parts.vertex_count() as u32;
+            corners.iter().for_each(|&v| parts.push_vertex(cube.positions()[v as usize]));
+            let face: Vec<u32> = (0..corners.len() as u32).map(|k| first + k).collect();
+            if i != 1 {
+                parts.push_face(&face).unwrap();
+            }
+        }
+    }
+    write(parts, path("parts.obj").as_ref());
+    let report = json(&["repair", &path("parts.obj"), "-o", &path("open.obj")]);
+    assert_eq!(
+        report["dropped_duplicates"].as_u64(),
+        Some(if cube.face_count() > 6 { 1 } else { 2 })
+    );
+    assert!(
+        report["welded_vertices"].as_u64() > Some(10)
+            && report["reversed_faces"].as_u64() > Some(0)
+    );
+    let open = json(&["info", &path("open.obj")]);
+    assert_eq!((&open["manifold"], &open["closed"]), (&true.into(), &false.into()));
+    let filled =
+        json(&["repair", &path("parts.obj"), "-o", &path("whole.obj"), "--fill-holes", "all"]);
+    assert_eq!((&filled["holes"]["filled"], &filled["holes"]["left"]), (&1.into(), &0.into()));
+    let whole = json(&["info", &path("whole.obj")]);
+    assert_eq!((&whole["manifold"], &whole["closed"]), (&true.into(), &true.into()));
+    assert_eq!((&whole["vertices"], &whole["volume"]), (&8.into(), &8.0.into()));
+    let left = json(&["repair", &path("parts.obj"), "-o", &path("open.obj"), "--fill-holes", "2"]);
+    assert_eq!((&left["holes"]["filled"], &left["holes"]["left"]), (&0.into(), &1.into()));
+
+    // Named repairs are made alone.
+    let (status, message) = code(&[
+        "repair",
+        &path("parts.obj"),
+        "-o",
+        &path("o.obj"),
+        "--weld",
+        "exact",
+        "--reorient",
+    ]);
+    assert_eq!(status, 4, "{message}");
+    assert!(message.contains("--drop-duplicates"), "{message}");
+    let sound = json(&["repair", &path("whole.obj"), "-o", &path("same.obj")]);
+    assert_eq!(sound["unchanged"], true);
+}
+
+/// Texture coordinates and materials of the faces round a hole go on into it.
+#[test]
+fn filled_holes_have_the_data_of_their_outline() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| text(&folder.path().join(name)).to_owned();
+    let whole = Torus { major: 5.0, minor: 2.0 }.mesh(24, 12).unwrap();
+    let mut soup = PolygonSoup::new();
+    whole.positions().iter().for_each(|&p| soup.push_vertex(p));
+    for (i, face) in whole.faces().enumerate() {
+        if !(100..110).contains(&i) && i != 300 {
+            soup.push_face(face).unwrap();
+        }
+    }
+    let corners = soup.corners().iter().map(|&v| soup.positions()[v as usize]);
+    let uvs = corners.map(|p| [p.x, p.y].map(|x| x as f32)).collect();
+    let model = Model { corner_uvs: Some(uvs), ..Model::from(soup) };
+    mesh_io::write(path("in.obj"), &model, &WriteOptions::default()).unwrap();
+    let report = json(&["repair", &path("in.obj"), "-o", &path("out.obj"), "--fill-holes", "all"]);
+    assert!(report["holes"]["filled"].as_u64() >= Some(2), "{report}");
+    assert_eq!(json(&["info", &path("out.obj")])["closed"], true);
+    let result = mesh_io::read(path("out.obj")).unwrap();
+    let uvs = result.corner_uvs.unwrap();
+    for (uv, &v) in uvs.iter().zip(result.soup.corners()) {
+        let p = result.soup.positions()[v as usize];
+        // Vertices of holes are those of the outline, so this holds in them too.
+        assert_eq!(*uv, [p.x, p.y].map(|x| x as f32));
+    }
+}
+
+#[test]
+fn completions_and_manual_pages_name_every_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = common::curvmesh(&["completions", "bash"]);
+    let script = String::from_utf8(output.stdout).unwrap();
+    let output = common::curvmesh(&["man"]);
+    let page = String::from_utf8(output.stdout).unwrap();
+    let pages = folder.path().join("man1");
+    assert!(common::curvmesh(&["man", "-o", text(&pages)]).status.success());
+    for command in ["info", "simplify", "flip", "repair", "subdivide", "completions"] {
+        assert!(script.contains(command) && page.contains(command), "{command}");
+        let own = std::fs::read_to_string(pages.join(format!("curvmesh-{command}.1"))).unwrap();
+        assert!(own.contains(".TH curvmesh"), "{command}: {own}");
+    }
+    assert!(script.contains("--keep-partial") && pages.join("curvmesh.1").is_file());
+    let flip = std::fs::read_to_string(pages.join("curvmesh-flip.1")).unwrap();
+    assert!(flip.contains("look") && flip.contains("json"), "{flip}");
+}

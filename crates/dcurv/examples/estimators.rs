@@ -1,0 +1,42 @@
+//! Which estimate to take: the largest error of the mean curvature on an irregular torus that is
+//! refined, with and without noise.
+//!
+//! `cargo run -p dcurv --example estimators`
+#![allow(clippy::print_stdout)]
+
+use std::error::Error;
+
+use dcurv::{CurvatureOptions, Curvatures, FitOptions, ball_curvatures, fitted_frames};
+use mesh_core::shapes::{AnalyticSurface, Irregular, Torus, add_normal_noise};
+use mesh_core::{TriMesh, VertexId};
+
+const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!(
+        "{:>8} {:>6} {:>10} {:>10} {:>10}",
+        "vertices", "noise", "pointwise", "fitted", "averaged"
+    );
+    for noise in [0.0, 0.02] {
+        for n in [16_usize, 32, 64] {
+            let mut soup = TORUS.irregular_mesh(2 * n, n, Irregular::default())?;
+            add_normal_noise(&mut soup, noise, 1);
+            let mesh = TriMesh::from_soup(&soup)?;
+            let worst = |h: &dyn Fn(VertexId) -> f64| {
+                let error = |v| (h(v) - TORUS.mean_curvature(mesh.position(v))).abs();
+                mesh.topology().vertices().map(error).fold(0.0, f64::max)
+            };
+            let curvatures = Curvatures::of(&mesh, &CurvatureOptions::default());
+            let fits = fitted_frames(&mesh, &FitOptions::default());
+            let balls = ball_curvatures(&mesh, 2.0 / (n as f64).sqrt())?;
+            println!(
+                "{:8} {noise:6} {:10.4} {:10.4} {:10.4}",
+                mesh.topology().vertex_count(),
+                worst(&|v| curvatures[v].mean().value()),
+                worst(&|v| fits[v].map_or(f64::NAN, |frame| frame.mean().value())),
+                worst(&|v| balls[v].mean().value()),
+            );
+        }
+    }
+    Ok(())
+}

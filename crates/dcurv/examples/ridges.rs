@@ -1,0 +1,31 @@
+//! Where a surface bends most, and which way: the vertices of an ellipsoid with the largest principal
+//! curvature, as a set of line segments along the direction of the smaller one (an OBJ of lines).
+//!
+//! `cargo run -p dcurv --example ridges > ridges.obj`
+
+use std::error::Error;
+use std::io::{Write, stdout};
+
+use dcurv::{FitOptions, fitted_frames};
+use mesh_core::TriMesh;
+use mesh_core::glam::DVec3;
+use mesh_core::shapes::{Ellipsoid, Irregular};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let ellipsoid = Ellipsoid { semi_axes: DVec3::new(1.0, 0.7, 0.4) };
+    let mesh = TriMesh::from_soup(&ellipsoid.irregular_icosphere(4, Irregular::default())?)?;
+    let frames = fitted_frames(&mesh, &FitOptions::default());
+    let mut bends: Vec<_> =
+        frames.iter().filter_map(|(v, frame)| frame.map(|frame| (v, frame))).collect();
+    bends.sort_by(|a, b| b.1.k_max.value().total_cmp(&a.1.k_max.value()));
+    let half = 0.5 * mesh.mean_edge_length().ok_or("no edges")?;
+    let mut out = stdout().lock();
+    for (vertex, frame) in bends.iter().take(mesh.topology().vertex_count() / 20) {
+        for sign in [-1.0, 1.0] {
+            let p = mesh.position(*vertex) + sign * half * frame.direction_min;
+            writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
+        }
+        writeln!(out, "l -2 -1")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,266 @@
+//! Fitted and averaged curvature against surfaces of known curvature, at irregular samplings.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use dcurv::{
+    CurvatureOptions, Curvatures, FitOptions, PrincipalFrame, ball_curvature, ball_curvatures,
+    fitted_frame, fitted_frames,
+};
+use glam::DVec3;
+use mesh_core::shapes::{
+    AnalyticSurface, Cylinder, Ellipsoid, Irregular, RowPhase, Saddle, Sphere, Torus,
+    add_normal_noise,
+};
+use mesh_core::{Handle, PolygonSoup, TriMesh, VertexId};
+
+const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
+const SADDLE: Saddle = Saddle { coefficient: 0.5, half_width: 1.0 };
+const ELLIPSOID: Ellipsoid = Ellipsoid { semi_axes: DVec3::new(1.0, 0.8, 0.6) };
+const CYLINDER: Cylinder = Cylinder { radius: 1.0, height: 2.0 };
+
+fn mesh(soup: &PolygonSoup) -> TriMesh {
+    TriMesh::from_soup(soup).unwrap()
+}
+
+/// The largest error of the two principal curvatures, and of the direction of the larger one where
+/// they differ by a half or more.
+fn errors<'a>(
+    mesh: &TriMesh,
+    surface: &dyn AnalyticSurface,
+    region: &dyn Fn(DVec3) -> bool,
+    frames: impl Iterator<Item = (VertexId, &'a Option<PrincipalFrame>)>,
+) -> [f64; 2] {
+    let mut worst = [0.0_f64; 2];
+    for (v, frame) in frames.filter(|(v, _)| region(mesh.position(*v))) {
+        let (frame, exact) = (frame.unwrap(), surface.principal_curvatures(mesh.position(v)));
+        let [max, min] = [frame.k_max.value() - exact.max, frame.k_min.value() - exact.min];
+        worst[0] = worst[0].max(max.abs()).max(min.abs());
+        assert!(frame.direction_max.dot(frame.normal).abs() < 1e-12);
+        let expected = frame.normal.cross(frame.direction_max);
+        assert!(expected.distance(frame.direction_min) < 1e-12);
+        if exact.max - exact.min > 0.5 {
+            let turn = frame.direction_max.cross(exact.directions.unwrap()[0]).length();
+            worst[1] = worst[1].max(turn);
+        }
+    }
+    worst
+}
+
+/// Refines irregular samplings of a surface, and returns the mean order in which the errors of the
+/// fit fall.
+fn orders(
+    name: &str,
+    surface: &dyn AnalyticSurface,
+    region: &dyn Fn(DVec3) -> bool,
+    rings: usize,
+    refined: &dyn Fn(usize) -> PolygonSoup,
+) -> [f64; 2] {
+    let options = FitOptions { rings, ..FitOptions::default() };
+    let found = [16, 32, 64, 128].map(|n| {
+        let mesh = mesh(&refined(n));
+        errors(&mesh, surface, region, fitted_frames(&mesh, &options).iter())
+    });
+    let order = |i: usize| (found[0][i] / found[3][i].max(1e-12)).log2() / 3.0;
+    println!("{name}, {rings} rings: {found:.5?}  orders {:5.2} {:5.2}", order(0), order(1));
+    [order(0), order(1)]
+}
+
+#[test]
+fn fits_converge_at_every_vertex_of_irregular_samplings() {
+    let disorder = Irregular::default();
+    let inside = |p: DVec3| p.x.abs().max(p.y.abs()) < 0.7;
+    let middle = |p: DVec3| (p.z - 1.0).abs() < 0.5;
+    let everywhere = |_: DVec3| true;
+    for rings in [2, 3] {
+        let torus = |n| TORUS.irregular_mesh(2 * n, n, disorder).unwrap();
+        let saddle = |n| SADDLE.irregular_mesh(n, disorder).unwrap();
+        let cylinder = |n| CYLINDER.irregular_mesh(n / 2, n, disorder).unwrap();
+        let ellipsoid = |n: usize| ELLIPSOID.irregular_icosphere(n.ilog2() - 1, disorder).unwrap();
+        for [curvature, _] in [
+            orders("torus", &TORUS, &everywhere, rings, &torus),
+            orders("saddle", &SADDLE, &inside, rings, &saddle),
+            orders("cylinder", &CYLINDER, &middle, rings, &cylinder),
+            orders("ellipsoid", &ELLIPSOID, &everywhere, rings, &ellipsoid),
+        ] {
+            assert!(curvature >= 0.7);
+        }
+        let [_, direction] = orders("torus", &TORUS, &everywhere, rings, &torus);
+        assert!(direction >= 0.7);
+    }
+}
+
+#[test]
+fn fits_are_one_sided_at_the_boundary_and_still_converge() {
+    let everywhere = |_: DVec3| true;
+    let saddle = |n| SADDLE.irregular_mesh(n, Irregular::default()).unwrap();
+    let [curvature, _] = orders("saddle with its boundary", &SADDLE, &everywhere, 2, &saddle);
+    assert!(curvature >= 0.7);
+    // Two triangles have no neighbourhood to speak of; a corner with few has just enough.
+    let square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]];
+    let two = TriMesh::from_triangles(&square, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+    assert!(fitted_frames(&two, &FitOptions::default()).iter().all(|(_, f)| f.is_none()));
+    let grid = mesh(&SADDLE.mesh(4, Default::default()).unwrap());
+    let one = FitOptions { rings: 1, ..FitOptions::default() };
+    assert!(fitted_frames(&grid, &one).iter().all(|(_, frame)| frame.is_some()));
+}
+
+#[test]
+fn more_rings_average_noise_out() {
+    let mut soup = Sphere::UNIT.icosphere(4).unwrap();
+    add_normal_noise(&mut soup, 0.02, 3);
+    let mesh = mesh(&soup);
+    let worst = [2, 3, 4].map(|rings| {
+        let options = FitOptions { rings, ..FitOptions::default() };
+        errors(&mesh, &Sphere::UNIT, &|_| true, fitted_frames(&mesh, &options).iter())[0]
+    });
+    println!("errors by rings: {worst:.3?}");
+    assert!(worst.windows(2).all(|w| w[1] < w[0]) && worst[2] < 0.35 * worst[0]);
+}
+
+#[test]
+fn one_vertex_and_all_give_the_same_bits_on_any_number_of_threads() {
+    let mesh = mesh(&TORUS.irregular_mesh(40, 20, Irregular::default()).unwrap());
+    let options = FitOptions::default();
+    let in_pool = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| (fitted_frames(&mesh, &options), ball_curvatures(&mesh, 0.4).unwrap()))
+    };
+    let (frames, balls) = in_pool(1);
+    assert_eq!(in_pool(3), (frames.clone(), balls.clone()));
+    for vertex in mesh.topology().vertices().step_by(7) {
+        assert_eq!(fitted_frame(&mesh, vertex, &options), frames[vertex]);
+        assert_eq!(ball_curvature(&mesh, vertex, 0.4).unwrap(), balls[vertex]);
+    }
+}
+
+#[test]
+fn a_ball_round_everything_holds_the_totals() {
+    for mesh in [
+        mesh(&TORUS.irregular_mesh(30, 15, Irregular::default()).unwrap()),
+        mesh(&SADDLE.irregular_mesh(12, Irregular::default()).unwrap()),
+    ] {
+        let ball = ball_curvature(&mesh, VertexId::new(0), 20.0).unwrap();
+        let curvatures = Curvatures::of(&mesh, &CurvatureOptions::default());
+        let [all, inner] = [curvatures.totals(), curvatures.interior_totals()];
+        assert!((ball.area.value() - mesh.area()).abs() < 1e-12 * mesh.area());
+        assert!((ball.gaussian.value() - inner.gaussian.value()).abs() < 1e-11);
+        assert!((ball.mean.value() - all.mean.value()).abs() < 1e-10);
+        assert!((ball.abs_mean.value() - all.abs_mean.value()).abs() < 1e-10);
+        let trace = ball.tensor.x_axis.x + ball.tensor.y_axis.y + ball.tensor.z_axis.z;
+        assert!((trace - 2.0 * ball.mean.value()).abs() < 1e-10);
+    }
+}
+
+#[test]
+fn averages_over_balls_converge_on_irregular_samplings() {
+    // The radius shrinks with the square root of the edge length.
+    let disorder = Irregular::default();
+    let mut last = [f64::INFINITY; 4];
+    for n in [24_u32, 48, 96] {
+        let mesh = mesh(&TORUS.irregular_mesh(2 * n as usize, n as usize, disorder).unwrap());
+        let radius = 4.0 / f64::from(n).sqrt();
+        let mut worst = [0.0_f64; 4];
+        for (vertex, ball) in ball_curvatures(&mesh, radius).unwrap().iter() {
+            let p = mesh.position(vertex);
+            let (exact, frame) = (TORUS.principal_curvatures(p), ball.principal().unwrap());
+            let errors = [
+                ball.gaussian().value() - TORUS.gaussian_curvature(p),
+                ball.mean().value() - TORUS.mean_curvature(p),
+                frame.k_max.value() - exact.max,
+                if exact.max - exact.min > 0.5 {
+                    frame.direction_max.cross(exact.directions.unwrap()[0]).length()
+                } else {
+                    0.0
+                },
+            ];
+            for (worst, error) in worst.iter_mut().zip(errors) {
+                *worst = worst.max(error.abs());
+            }
+        }
+        println!("radius {radius:.3}: {worst:.4?}");
+        assert!(worst.iter().zip(last).all(|(now, before)| *now < 0.9 * before));
+        last = worst;
+    }
+    assert!(last.iter().all(|&error| error < 0.2));
+}
+
+#[test]
+fn averages_are_smooth_where_pointwise_values_are_not() {
+    let mut soup = CYLINDER.mesh(40, 120, RowPhase::Staggered).unwrap();
+    add_normal_noise(&mut soup, 0.05, 1);
+    let mesh = mesh(&soup);
+    let middle = |v: VertexId| (mesh.position(v).z - 1.0).abs() < 0.5;
+    let spread = |values: &mut dyn Iterator<Item = f64>| {
+        values.fold(0.0_f64, |worst, h| worst.max((h - 0.5).abs()))
+    };
+    let curvatures = Curvatures::of(&mesh, &CurvatureOptions::default());
+    let vertices = || mesh.topology().vertices().filter(|&v| middle(v));
+    let pointwise = spread(&mut vertices().map(|v| curvatures[v].mean().value()));
+    let balls = ball_curvatures(&mesh, 0.3).unwrap();
+    let averaged = spread(&mut vertices().map(|v| balls[v].mean().value()));
+    println!("largest error of H: pointwise {pointwise:.3}, averaged {averaged:.3}");
+    assert!(averaged < 0.05 * pointwise && averaged < 0.2);
+}
+
+#[test]
+fn other_sheets_near_by_do_not_count() {
+    // Two parallel squares at a distance of a tenth, seen from opposite sides.
+    let at = |i: u32, z: f64| [f64::from(i % 9) / 8.0, f64::from(i / 9) / 8.0, z];
+    let points: Vec<[f64; 3]> =
+        (0..81).map(|i| at(i, 0.0)).chain((0..81).map(|i| at(i, 0.1))).collect();
+    let cells = (0..72).filter(|i| i % 9 < 8);
+    let faces: Vec<[u32; 3]> = cells
+        .flat_map(|i| {
+            let [a, b, c, d] = [i, i + 1, i + 10, i + 9];
+            [[a, b, c], [a, c, d], [a + 81, c + 81, b + 81], [a + 81, d + 81, c + 81]]
+        })
+        .collect();
+    let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
+    let ball = ball_curvature(&mesh, VertexId::new(40), 0.3).unwrap();
+    let disk = core::f64::consts::PI * 0.09;
+    assert!((ball.area.value() - disk).abs() < 1e-12, "{}", ball.area.value());
+    assert_eq!((ball.mean.value(), ball.abs_mean.value()), (0.0, 0.0));
+}
+
+#[test]
+fn a_radius_must_be_a_length() {
+    let mesh = mesh(&Sphere::UNIT.icosphere(1).unwrap());
+    for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = ball_curvatures(&mesh, radius).unwrap_err();
+        assert!(error.to_string().contains("positive finite"), "{error}");
+    }
+}
+
+#[test]
+fn unused_vertices_are_no_matter() {
+    let soup = Sphere::UNIT.icosphere(2).unwrap();
+    let mut with_more = soup.clone();
+    for far in [3e38, -1e300] {
+        with_more.push_vertex([far; 3]);
+    }
+    let (plain, more) = (mesh(&soup), mesh(&with_more));
+    let options = FitOptions::default();
+    let (a, b) = (fitted_frames(&plain, &options), fitted_frames(&more, &options));
+    let (c, d) = (ball_curvatures(&plain, 0.5).unwrap(), ball_curvatures(&more, 0.5).unwrap());
+    let [e, f] = [&plain, &more].map(|mesh| Curvatures::of(mesh, &CurvatureOptions::default()));
+    for vertex in plain.topology().vertices() {
+        assert_eq!((a[vertex], c[vertex], e[vertex]), (b[vertex], d[vertex], f[vertex]));
+    }
+    let unused = VertexId::from_index(plain.positions().len());
+    assert_eq!((b[unused], d[unused]), (None, dcurv::BallCurvature::default()));
+    assert_eq!(e.totals().f1, f.totals().f1);
+    assert_eq!(plain.bounding_box(), more.bounding_box());
+}
+
+#[test]
+fn a_cone_of_many_faces_takes_no_quadratic_time() {
+    let n = 200_000_u32;
+    let rim = (0..n).map(|i| {
+        let angle = core::f64::consts::TAU * f64::from(i) / f64::from(n);
+        [angle.cos(), angle.sin(), 0.0]
+    });
+    let points: Vec<[f64; 3]> = rim.chain([[0.0, 0.0, 1.0]]).collect();
+    let faces: Vec<[u32; 3]> = (0..n).map(|i| [i, (i + 1) % n, n]).collect();
+    let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
+    let frames = fitted_frames(&mesh, &FitOptions { rings: 3, ..FitOptions::default() });
+    assert_eq!(frames.len(), points.len());
+}

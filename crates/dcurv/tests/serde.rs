@@ -1,0 +1,28 @@
+//! What is written can be read.
+#![cfg(feature = "serde")]
+#![allow(clippy::unwrap_used)]
+
+use dcurv::{
+    BallCurvature, CurvatureOptions, Curvatures, FitOptions, PrincipalFrame, Totals,
+    ball_curvatures, fitted_frames,
+};
+use mesh_core::shapes::Torus;
+use mesh_core::{TriMesh, VertexMap};
+use serde_json::{from_str, to_string};
+
+#[test]
+fn curvatures_totals_and_frames_come_back() {
+    let torus = Torus { major: 2.0, minor: 1.0 }.mesh(12, 8).unwrap();
+    let mesh = TriMesh::from_soup(&torus).unwrap();
+    let all = Curvatures::of(&mesh, &CurvatureOptions::default());
+    assert_eq!(from_str::<Curvatures>(&to_string(&all).unwrap()).unwrap(), all);
+    assert_eq!(from_str::<Totals>(&to_string(&all.totals()).unwrap()).unwrap(), all.totals());
+    let frames = fitted_frames(&mesh, &FitOptions::default());
+    let read: VertexMap<Option<PrincipalFrame>> = from_str(&to_string(&frames).unwrap()).unwrap();
+    assert_eq!(read, frames);
+    let balls = ball_curvatures(&mesh, 0.7).unwrap();
+    let read: VertexMap<BallCurvature> = from_str(&to_string(&balls).unwrap()).unwrap();
+    assert_eq!(read, balls);
+    assert_eq!(from_str::<FitOptions>("{\"rings\": 3}").unwrap().most_points, 128);
+    assert!(from_str::<FitOptions>("{\"ring\": 3}").is_err());
+}

@@ -1,0 +1,276 @@
+//! A model as the columns of numbers that glTF makes of it.
+
+use super::wedges::Wedges;
+use crate::color::{are_bytes, to_bytes};
+use crate::cutter::Cutter;
+use crate::distinct_names::distinct_names;
+use crate::error::WriteError;
+use crate::format::Format;
+use crate::model::Model;
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+use std::io::Write;
+use std::ops::Range;
+
+/// What the vertices have, in the order of the buffer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Column {
+    Position,
+    Normal,
+    Uv,
+    /// Colours of eight bits.
+    ByteColor,
+    Color,
+    /// One of the named numbers.
+    Scalar(usize),
+}
+
+impl Column {
+    /// The `type` of its accessor.
+    pub(super) fn shape(self) -> &'static str {
+        match self {
+            Self::Position | Self::Normal => "VEC3",
+            Self::Uv => "VEC2",
+            Self::ByteColor | Self::Color => "VEC4",
+            Self::Scalar(_) => "SCALAR",
+        }
+    }
+
+    /// Bytes per vertex.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::Position | Self::Normal => 12,
+            Self::Uv => 8,
+            Self::Color => 16,
+            Self::ByteColor | Self::Scalar(_) => 4,
+        }
+    }
+}
+
+/// The triangles of one material.
+pub(super) struct Primitive {
+    pub(super) material: u32,
+    /// Where its indices are in [`Level::indices`].
+    pub(super) range: Range<usize>,
+}
+
+/// A model, taken apart.
+pub(super) struct Level<'m> {
+    model: &'m Model,
+    wedges: Wedges,
+    /// What is subtracted from the positions.
+    offset: DVec3,
+    /// The columns under their names in glTF.
+    pub(super) columns: Vec<(String, Column)>,
+    /// Normals for vertices whose own have no length, when there are such.
+    substitutes: Option<Vec<Vec3>>,
+    /// The indices of all primitives, one after another.
+    pub(super) indices: Vec<u32>,
+    pub(super) primitives: Vec<Primitive>,
+    /// The smallest and the largest position.
+    pub(super) bounds: [Vec3; 2],
+    /// The largest error of a coordinate.
+    pub(super) rounding: f64,
+    /// What could not be kept, in words.
+    pub(super) dropped: Vec<&'static str>,
+}
+
+impl<'m> Level<'m> {
+    pub(super) fn new(model: &'m Model, offset: DVec3, format: Format) -> Result<Self, WriteError> {
+        let wedges = Wedges::new(model, format)?;
+        let (primitives, indices) = primitives(model, &wedges);
+        let mut level = Self {
+            model,
+            wedges,
+            offset,
+            columns: Vec::new(),
+            substitutes: None,
+            indices,
+            primitives,
+            bounds: [Vec3::INFINITY, Vec3::NEG_INFINITY],
+            rounding: 0.0,
+            dropped: Vec::new(),
+        };
+        level.measure(format)?;
+        level.take_normals();
+        level.find_columns();
+        Ok(level)
+    }
+
+    pub(super) fn vertex_count(&self) -> usize {
+        self.wedges.count()
+    }
+
+    fn measure(&mut self, format: Format) -> Result<(), WriteError> {
+        for (vertex, &exact) in self.model.soup.positions().iter().enumerate() {
+            let stored = self.stored(vertex);
+            if !stored.is_finite() {
+                let value = exact.to_array()[exact.abs().max_position()];
+                return Err(WriteError::OutOfSingleRange { format, vertex, value });
+            }
+            let error = (stored.as_dvec3() + self.offset - exact).abs().max_element();
+            self.rounding = self.rounding.max(error);
+            let [low, high] = self.bounds;
+            self.bounds = [low.min(stored), high.max(stored)];
+        }
+        Ok(())
+    }
+
+    /// The position of a vertex of the model in the file.
+    fn stored(&self, vertex: usize) -> Vec3 {
+        (self.model.soup.positions()[vertex] - self.offset).as_vec3()
+    }
+
+    /// Finds out which vertices have a normal of their own, and finds others for those that do not.
+    fn take_normals(&mut self) {
+        let model = self.model;
+        if model.corner_normals.is_none() && model.vertex_normals.is_none() {
+            return;
+        }
+        let used = |corner: Option<usize>| corner.is_some() || model.corner_normals.is_none();
+        let (mut own, mut missing) = (false, false);
+        for (vertex, corner) in self.wedges.sources() {
+            match self.own_normal(vertex, corner) {
+                Some(_) => own = true,
+                None => missing |= used(corner),
+            }
+        }
+        if !own {
+            self.dropped.push("normals (none of them has a length)");
+            return;
+        }
+        if missing {
+            self.dropped.push("normals without length (those of the faces stand in)");
+            self.substitutes = Some(face_normals(model));
+        }
+        self.columns.push(("NORMAL".to_owned(), Column::Normal));
+    }
+
+    /// The unit normal that the model gives, if it has a direction.
+    fn own_normal(&self, vertex: usize, corner: Option<usize>) -> Option<Vec3> {
+        let given = match (&self.model.corner_normals, &self.model.vertex_normals) {
+            (Some(all), _) => all[corner?],
+            (None, Some(all)) => all[vertex],
+            (None, None) => return None,
+        };
+        unit(given)
+    }
+
+    fn find_columns(&mut self) {
+        let model = self.model;
+        self.columns.insert(0, ("POSITION".to_owned(), Column::Position));
+        if model.corner_uvs.is_some() {
+            self.columns.push(("TEXCOORD_0".to_owned(), Column::Uv));
+        }
+        if let Some(colors) = &model.vertex_colors {
+            let column = if are_bytes(colors) { Column::ByteColor } else { Column::Color };
+            self.columns.push(("COLOR_0".to_owned(), column));
+        }
+        let name = |name: &str| format!("_{}", name.to_uppercase());
+        let names = distinct_names(model.vertex_scalars.iter().map(|s| name(&s.name)), &[]);
+        let scalars = names.into_iter().enumerate();
+        self.columns.extend(scalars.map(|(index, name)| (name, Column::Scalar(index))));
+        let mut values = model.vertex_scalars.iter().flat_map(|scalars| &scalars.values);
+        if values.any(|&value| !(value as f32).is_finite()) {
+            self.dropped.push("numbers that are not finite in 32 bits (zero instead)");
+        }
+    }
+
+    /// Writes a column, the value of every vertex.
+    pub(super) fn write(&self, column: Column, writer: &mut dyn Write) -> std::io::Result<()> {
+        let model = self.model;
+        self.wedges.sources().try_for_each(|(vertex, corner)| match column {
+            Column::Position => floats(writer, self.stored(vertex).to_array()),
+            Column::Normal => {
+                let substitute = || self.substitutes.as_ref().map(|normals| normals[vertex]);
+                let normal = self.own_normal(vertex, corner).or_else(substitute);
+                floats(writer, normal.unwrap_or(Vec3::Z).to_array())
+            }
+            Column::Uv => {
+                let uv = model.corner_uvs.as_ref().zip(corner).map(|(uvs, corner)| uvs[corner]);
+                let uv = uv.filter(|uv| uv.iter().all(|value| value.is_finite()));
+                floats(writer, uv.map_or([0.0; 2], |[u, v]| [u, 1.0 - v]))
+            }
+            Column::ByteColor => writer.write_all(&to_bytes(&self.color(vertex))),
+            Column::Color => floats(writer, self.color(vertex)),
+            Column::Scalar(index) => {
+                let value = model.vertex_scalars[index].values[vertex] as f32;
+                floats(writer, [if value.is_finite() { value } else { 0.0 }])
+            }
+        })
+    }
+
+    /// The colour of a vertex, white where it has none.
+    fn color(&self, vertex: usize) -> [f32; 4] {
+        let color = self.model.vertex_colors.as_ref().map_or([1.0; 4], |colors| colors[vertex]);
+        color.map(|value| if value.is_finite() { value } else { 1.0 })
+    }
+
+    pub(super) fn write_indices(&self, writer: &mut dyn Write) -> std::io::Result<()> {
+        self.indices.iter().try_for_each(|index| writer.write_all(&index.to_le_bytes()))
+    }
+}
+
+fn floats<const N: usize>(writer: &mut dyn Write, values: [f32; N]) -> std::io::Result<()> {
+    values.iter().try_for_each(|value| writer.write_all(&value.to_le_bytes()))
+}
+
+/// A normal of unit length, bit for bit what it was if it had that already.
+fn unit(normal: [f32; 3]) -> Option<Vec3> {
+    /// How far from one a squared length may be that rounding has made of one.
+    const ROUNDING: f64 = 1e-6;
+    let normal = Vec3::from(normal);
+    let exact = normal.as_dvec3();
+    if (exact.length_squared() - 1.0).abs() <= ROUNDING {
+        return Some(normal);
+    }
+    exact.try_normalize().map(DVec3::as_vec3).filter(|normal| normal.is_finite())
+}
+
+/// The unit normal of every vertex, the mean of those of its faces weighted by area; upwards where
+/// that has no direction.
+fn face_normals(model: &Model) -> Vec<Vec3> {
+    let positions = model.soup.positions();
+    let mut sums = vec![DVec3::ZERO; positions.len()];
+    for face in model.soup.faces() {
+        let origin = face.first().map_or(DVec3::ZERO, |&v| positions[v as usize]);
+        let from_origin = |v: u32| positions[v as usize] - origin;
+        let area: DVec3 =
+            face.windows(2).map(|edge| from_origin(edge[0]).cross(from_origin(edge[1]))).sum();
+        face.iter().for_each(|&v| sums[v as usize] += area);
+    }
+    sums.into_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3()).collect()
+}
+
+/// A primitive for every material, in the order of their first faces, and the indices of them all.
+fn primitives(model: &Model, wedges: &Wedges) -> (Vec<Primitive>, Vec<u32>) {
+    let material = |face: usize| model.face_materials.as_ref().map_or(Model::NONE, |all| all[face]);
+    let mut primitives: Vec<Primitive> = Vec::new();
+    let mut places = HashMap::<u32, usize, foldhash::fast::RandomState>::default();
+    for (face, corners) in model.soup.faces().enumerate() {
+        let material = material(face);
+        let place = *places.entry(material).or_insert_with(|| {
+            primitives.push(Primitive { material, range: 0..0 });
+            primitives.len() - 1
+        });
+        primitives[place].range.end += 3 * (corners.len() - 2);
+    }
+    let mut total = 0;
+    for primitive in &mut primitives {
+        let start = total;
+        total += primitive.range.end;
+        // Empty as yet; it grows by every triangle.
+        primitive.range = start..start;
+    }
+    let mut indices = vec![0; total];
+    let mut cutter = Cutter::default();
+    for face in 0..model.soup.face_count() {
+        let corners = &wedges.of_corners()[model.soup.corner_range(face)];
+        let end = &mut primitives[places[&material(face)]].range.end;
+        for &corner in cutter.cut(&model.soup, face).as_flattened() {
+            indices[*end] = corners[corner as usize];
+            *end += 1;
+        }
+    }
+    (primitives, indices)
+}

@@ -1,0 +1,207 @@
+//! Whose the files beside an OBJ file are.
+//!
+//! Nobody names the material library and the pictures that are written beside an OBJ file, so they
+//! replace nothing but their own kind. A library written here says so in its first line, with the
+//! name of the OBJ file and a checksum of all the lines that follow, and lists the pictures written
+//! with it and their checksums. A file is from an earlier run of the same output when all of that
+//! still holds; one that was changed since, or comes from elsewhere, is not replaced unless asked.
+
+use crate::atomic::{Beside, prepare_unlinked};
+use crate::error::WriteError;
+use std::fs::{self, File, Metadata};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// No line that is looked at here is longer.
+const LONGEST_LINE: u64 = 1 << 16;
+
+/// A checksum: 64-bit FNV-1a, which tells files apart but resists no one who wants it fooled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Checksum(u64);
+
+impl Checksum {
+    pub(super) fn of(bytes: &[u8]) -> Self {
+        let mut sum = Self::default();
+        sum.add(bytes);
+        sum
+    }
+
+    fn add(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+}
+
+impl Default for Checksum {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl std::fmt::Display for Checksum {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}
+
+/// Adds up what is written.
+impl Write for Checksum {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.add(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The first line of the library that goes with the OBJ file of this name.
+pub(super) fn first_line(output: &str, rest: Checksum) -> String {
+    format!("# Material library of {output}, written by mesh-io, checksum {rest}")
+}
+
+/// The line for a picture that was written with the library.
+pub(super) fn picture_line(name: &str, content: Checksum) -> String {
+    format!("# picture {content} {name}")
+}
+
+/// The library of an earlier run of the same output, if it is there as it was written.
+pub(super) struct Earlier {
+    pictures: Vec<String>,
+}
+
+impl Earlier {
+    /// Looks at the library at `path`; whatever keeps it from being read makes it someone else's.
+    pub(super) fn find(path: &Path, output: &str) -> Option<Self> {
+        if !fs::symlink_metadata(path).is_ok_and(|metadata| metadata.is_file()) {
+            return None;
+        }
+        let mut reader = BufReader::new(File::open(path).ok()?);
+        let mut line = Vec::new();
+        let mut next = |line: &mut Vec<u8>| {
+            line.clear();
+            reader.by_ref().take(LONGEST_LINE).read_until(b'\n', line)
+        };
+        next(&mut line).ok()?;
+        let first = String::from_utf8(line.trim_ascii_end().to_vec()).ok()?;
+        if first.rsplit_once(' ')?.0 != first_line(output, Checksum(0)).rsplit_once(' ')?.0 {
+            return None;
+        }
+        let (mut rest, mut pictures) = (Checksum::default(), Vec::new());
+        while next(&mut line).ok()? > 0 {
+            rest.add(&line);
+            if line.starts_with(b"# picture ") {
+                pictures.push(String::from_utf8_lossy(&line).trim_end().to_owned());
+            }
+        }
+        (first == first_line(output, rest)).then_some(Self { pictures })
+    }
+
+    /// The line of the picture of this name, if it was written with the library.
+    pub(super) fn line_of(&self, name: &str) -> Option<&str> {
+        let is_of = |line: &&String| line.splitn(4, ' ').nth(3) == Some(name);
+        self.pictures.iter().find(is_of).map(String::as_str)
+    }
+
+    /// Whether the picture of this name is as it was written with the library.
+    fn has_picture(&self, name: &str, content: Checksum) -> bool {
+        self.pictures.contains(&picture_line(name, content))
+    }
+}
+
+/// What may be done about companions of an earlier run, and of others.
+pub(super) struct Companions<'p> {
+    folder: &'p Path,
+    pub(super) earlier: Option<Earlier>,
+    overwrite: bool,
+    /// The files that wait for their places.
+    pub(super) prepared: Vec<Beside>,
+    /// Where they are, and those that are there already with the same content.
+    pub(super) paths: Vec<PathBuf>,
+}
+
+impl<'p> Companions<'p> {
+    pub(super) fn new(folder: &'p Path, earlier: Option<Earlier>, overwrite: bool) -> Self {
+        Self { folder, earlier, overwrite, prepared: Vec::new(), paths: Vec::new() }
+    }
+
+    /// Prepares a picture, unless it is there already.
+    pub(super) fn picture(&mut self, name: &str, bytes: &[u8]) -> Result<(), WriteError> {
+        let path = self.folder.join(name);
+        let old = there(&path)?;
+        let same = |old: &Metadata| -> Result<bool, WriteError> {
+            Ok(old.is_file()
+                && old.len() == bytes.len() as u64
+                && checksum_of(&path)? == Checksum::of(bytes))
+        };
+        let is_there = old.as_ref().map(same).transpose()?.unwrap_or(false);
+        if !is_there {
+            let ours = match (&self.earlier, &old) {
+                (Some(earlier), Some(old)) if old.is_file() => {
+                    earlier.has_picture(name, checksum_of(&path)?)
+                }
+                _ => false,
+            };
+            self.check(&path, old.as_ref(), ours)?;
+            let write = |writer: &mut dyn Write| Ok(writer.write_all(bytes)?);
+            self.prepared.push(prepare_unlinked(&path, old.as_ref(), write)?);
+        }
+        self.paths.push(path);
+        Ok(())
+    }
+
+    /// Prepares the library.
+    pub(super) fn library(
+        &mut self,
+        name: &str,
+        write: impl FnOnce(&mut dyn Write) -> Result<(), WriteError>,
+    ) -> Result<(), WriteError> {
+        let path = self.folder.join(name);
+        let old = there(&path)?;
+        self.check(&path, old.as_ref(), self.earlier.is_some())?;
+        self.prepared.push(prepare_unlinked(&path, old.as_ref(), write)?);
+        self.paths.push(path);
+        Ok(())
+    }
+
+    /// Whether a file may take the place of what is there.
+    fn check(&self, path: &Path, old: Option<&Metadata>, ours: bool) -> Result<(), WriteError> {
+        let Some(old) = old else { return Ok(()) };
+        if !old.is_file() && !old.is_symlink() {
+            let source = std::io::Error::other(
+                "a companion of the output goes there, but what is there is no file",
+            );
+            return Err(WriteError::Io { path: Some(path.to_owned()), source });
+        }
+        if self.overwrite || (ours && old.is_file()) {
+            if old.is_file() && old.permissions().readonly() {
+                return Err(WriteError::ReadOnly(path.to_owned()));
+            }
+            return Ok(());
+        }
+        let why = if old.is_symlink() {
+            "is a link"
+        } else {
+            "is not from an earlier run of this output, or was changed since"
+        };
+        Err(WriteError::Companion { path: path.to_owned(), why })
+    }
+}
+
+/// What is at a path, links not followed.
+fn there(path: &Path) -> Result<Option<Metadata>, WriteError> {
+    match fs::symlink_metadata(path) {
+        Ok(metadata) => Ok(Some(metadata)),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(source) => Err(WriteError::Io { path: Some(path.to_owned()), source }),
+    }
+}
+
+fn checksum_of(path: &Path) -> Result<Checksum, WriteError> {
+    let mut sum = Checksum::default();
+    let read = File::open(path).and_then(|mut file| std::io::copy(&mut file, &mut sum));
+    read.map_err(|source| WriteError::Io { path: Some(path.to_owned()), source })?;
+    Ok(sum)
+}

@@ -1,0 +1,39 @@
+//! What becomes of coordinates in 32 bits.
+
+use crate::error::WriteError;
+use crate::format::Format;
+use glam::DVec3;
+
+/// The largest error of a coordinate when stored in 32 bits.
+pub(crate) fn rounding(positions: &[DVec3]) -> f64 {
+    positions
+        .iter()
+        .flat_map(DVec3::to_array)
+        .map(|value| (value - f64::from(value as f32)).abs())
+        .fold(0.0, f64::max)
+}
+
+/// The error for a finite coordinate that is beyond the range of 32-bit numbers, if there is one.
+pub(crate) fn check_range(positions: &[DVec3], format: Format) -> Result<(), WriteError> {
+    let beyond = |value: &f64| value.is_finite() && !(*value as f32).is_finite();
+    match find(positions, beyond) {
+        Some((vertex, value)) => Err(WriteError::OutOfSingleRange { format, vertex, value }),
+        None => Ok(()),
+    }
+}
+
+/// The error for a coordinate that is not a finite number, if there is one.
+#[cfg(feature = "gltf")]
+pub(crate) fn check_finite(positions: &[DVec3], format: Format) -> Result<(), WriteError> {
+    match find(positions, |value| !value.is_finite()) {
+        Some((vertex, value)) => Err(WriteError::NotFinite { format, vertex, value }),
+        None => Ok(()),
+    }
+}
+
+/// The first coordinate that is so, and its vertex.
+fn find(positions: &[DVec3], is_so: impl Fn(&f64) -> bool) -> Option<(usize, f64)> {
+    positions.iter().enumerate().find_map(|(vertex, position)| {
+        Some((vertex, position.to_array().into_iter().find(&is_so)?))
+    })
+}

@@ -1,0 +1,52 @@
+//! A cost of one's own: edges along one direction are dearer than others, so that triangles get long
+//! across it.
+
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+use mesh_core::shapes::Wave;
+use simplify::{
+    EdgePatch, Hybrid, NormalGuard, Optimal, Options, Policies, Policy, Scratch, Surcharge,
+    simplify_with,
+};
+
+/// The cost times one plus the squared component of the edge along a direction of length one,
+/// relative to its squared length, times a weight.
+struct Along {
+    direction: DVec3,
+    weight: f64,
+}
+
+impl Policy for Along {}
+
+impl Surcharge for Along {
+    fn raise(&self, cost: f64, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> f64 {
+        let [a, b] = patch.ends();
+        let along = (b - a).normalize_or_zero().dot(self.direction);
+        cost * (1.0 + self.weight * along * along)
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let wave = Wave { amplitude: 0.1, wavelength: 1.0, half_width: 2.0 };
+    let mesh = TriMesh::from_soup(&wave.mesh(80, Default::default())?)?;
+    let options = Options::default().to_faces(1000);
+    for weight in [0.0, 100.0] {
+        let mut policies = Policies::new(Hybrid::default(), Optimal::default());
+        policies.surcharges.push(Box::new(Along { direction: DVec3::X, weight }));
+        policies.guards.push(NormalGuard::default());
+        let result = simplify_with(&mesh, policies, &options, &mut |_| ControlFlow::Continue(()))?;
+        let mesh = &result.mesh;
+        let edges = mesh.topology().edges().map(|e| mesh.topology().edge_vertices(e));
+        let edges: Vec<DVec3> = edges.map(|[a, b]| mesh.position(b) - mesh.position(a)).collect();
+        let mean =
+            |part: fn(&DVec3) -> f64| edges.iter().map(part).sum::<f64>() / edges.len() as f64;
+        println!(
+            "weight {weight}: edges are {:.3} by {:.3}",
+            mean(|e| e.x.abs()),
+            mean(|e| e.y.abs())
+        );
+    }
+    Ok(())
+}

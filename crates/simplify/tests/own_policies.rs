@@ -1,0 +1,129 @@
+//! Policies from outside this crate, through everything that `simplify` does.
+#![allow(clippy::unwrap_used)]
+
+use glam::DVec3;
+use mesh_core::shapes::{Irregular, Sphere};
+use mesh_core::{Remap, TriMesh, VertexMap};
+use simplify::{
+    AnnealOptions, Collapse, Cost, EdgePatch, ErrorCheck, Guard, Hybrid, Memoryless, NormalGuard,
+    Optimal, Options, Placement, Policies, Policy, Preset, Refusal, Scratch, ShapeGuard,
+    Simplified, SimplifyError, simplify, simplify_with,
+};
+use std::collections::HashSet;
+use std::ops::ControlFlow;
+use std::time::Duration;
+
+/// Painted vertices stay, and nothing is collapsed into them.
+#[derive(Clone)]
+struct Painted(VertexMap<bool>);
+
+impl Policy for Painted {
+    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
+        assert!(!self.0.get(collapse.removed).is_some_and(|&painted| painted));
+    }
+
+    fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
+        self.0 = self.0.compact(remap);
+    }
+}
+
+impl Guard for Painted {
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
+        let is_painted = |v| self.0.get(v).is_some_and(|&painted| painted);
+        let any = is_painted(patch.removed()) || is_painted(patch.kept());
+        if any { Err(Refusal::Other) } else { Ok(()) }
+    }
+}
+
+fn ball() -> TriMesh {
+    let sphere = Sphere { radius: 1.0 };
+    let soup = sphere.irregular_icosphere(3, Irregular { jitter: 0.2, seed: 7 }).unwrap();
+    TriMesh::from_soup(&soup).unwrap()
+}
+
+fn painted(mesh: &TriMesh) -> VertexMap<bool> {
+    let mut painted = mesh.topology().vertex_map(false);
+    mesh.topology().vertices().for_each(|v| painted[v] = mesh.position(v).z > 0.7);
+    painted
+}
+
+fn guarded<C: Cost, P: Placement>(
+    mesh: &TriMesh,
+    mut policies: Policies<C, P>,
+    options: &Options,
+) -> Result<Simplified, SimplifyError> {
+    policies.guards.push(NormalGuard::default());
+    policies.guards.push(ShapeGuard::default());
+    policies.guards.push(Painted(painted(mesh)));
+    simplify_with(mesh, policies, options, &mut |_| ControlFlow::Continue(()))
+}
+
+/// All painted vertices are there, each by itself, whatever was done after the collapses.
+#[test]
+fn a_guard_from_outside_holds_in_all_steps() {
+    let mesh = ball();
+    let painted = painted(&mesh);
+    let mut extreme = Options::preset(Preset::Extreme).to_faces(500);
+    extreme.finish.anneal = Some(AnnealOptions { rounds: 4, ..AnnealOptions::default() });
+    let peaks_only = {
+        let mut options = Options::preset(Preset::Quality).to_faces(500);
+        options.finish.fit = None;
+        options
+    };
+    let within = Options::default().within(0.05, ErrorCheck::Sampled);
+    assert!(within.limit.squeeze);
+    let mut levels = Options::preset(Preset::Fast).within(0.05, ErrorCheck::Certified);
+    levels.collapse.limits.time = Some(Duration::from_secs(3600));
+    for options in [extreme, peaks_only, within, levels] {
+        let policies = Policies::new(Hybrid::default(), Optimal::default());
+        let result = guarded(&mesh, policies, &options).unwrap();
+        assert!(result.mesh.topology().face_count() < mesh.topology().face_count() / 2);
+        let became: HashSet<_> = painted
+            .iter()
+            .filter(|(_, painted)| **painted)
+            .map(|(v, _)| result.vertex_map[v].unwrap())
+            .collect();
+        let count = painted.iter().filter(|(_, painted)| **painted).count();
+        assert_eq!(became.len(), count, "{options:?}");
+        assert!(result.refusals.of(Refusal::Other) > 0);
+    }
+}
+
+/// The policies that options name, given by hand, do the same.
+#[test]
+fn policies_by_hand_are_those_by_name() {
+    let mesh = ball();
+    let mut options = Options::preset(Preset::Fast).to_faces(300);
+    options.collapse.metric = simplify::Metric::Memoryless;
+    let named = simplify(&mesh, &options).unwrap();
+    let mut policies = Policies::new(Memoryless, Optimal::default());
+    policies.guards = options.collapse.guards();
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let by_hand = simplify_with(&mesh, policies, &options, go_on).unwrap();
+    assert_eq!(named.log, by_hand.log);
+    assert_eq!(named.mesh.positions(), by_hand.mesh.positions());
+}
+
+#[test]
+fn options_that_exclude_each_other_are_errors() {
+    let mesh = ball();
+    let conflict = |change: fn(&mut Options)| {
+        let mut options = Options::default().within(0.1, ErrorCheck::Sampled);
+        change(&mut options);
+        match simplify(&mesh, &options) {
+            Err(SimplifyError::Conflict { option, with, .. }) => (option, with),
+            other => panic!("{other:?}"),
+        }
+    };
+    let time = |o: &mut Options| o.collapse.limits.time = Some(Duration::from_secs(1));
+    assert_eq!(conflict(time), ("limit.squeeze", "collapse.limits.time"));
+    assert_eq!(conflict(|o| o.limit.check = None), ("limit.distance", "limit.check = None"));
+    assert_eq!(conflict(|o| o.limit.distance = None), ("limit.squeeze", "limit.distance = None"));
+    let anneal = |o: &mut Options| {
+        o.finish.anneal = Some(AnnealOptions::default());
+        o.finish.fit = None;
+    };
+    assert_eq!(conflict(anneal), ("finish.anneal", "finish.fit = None"));
+    let norm = |o: &mut Options| o.collapse.metric = simplify::Metric::CurvatureL1;
+    assert_eq!(conflict(norm).0, "collapse.curvature_weight");
+}
