@@ -1,4 +1,4 @@
-//! What can go wrong while reproducing or drawing.
+//! What can go wrong while reproducing, drawing or torturing.
 
 use std::path::{Path, PathBuf};
 
@@ -31,6 +31,12 @@ pub(crate) enum Failure {
     Circles(usize),
     #[error("{0} of the items could not be computed; the table says why")]
     Items(usize),
+    #[error("cannot read {path}: {source}")]
+    Input { path: PathBuf, source: std::io::Error },
+    #[error("{0} of the runs are at fault; the table says which")]
+    Torture(usize),
+    #[error("{0} rules for dependencies are broken")]
+    Denied(usize),
 }
 
 impl Failure {

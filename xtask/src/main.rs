@@ -1,23 +1,27 @@
 //! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print,
 //! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask limits-study`
-//! counts the faces within a largest error, and `cargo xtask circles` holds the files of each crate to be in layers.
+//! counts the faces within a largest error, `cargo xtask circles` holds the files of each crate to be
+//! in layers, `cargo xtask torture` runs every command on every file of a folder, and
+//! `cargo xtask deny` checks the dependencies.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod circles;
 mod convex_study;
+mod deny;
 mod failure;
 mod limits_study;
 mod plot;
 mod reproduce;
+mod torture;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
 #[derive(Debug, Parser)]
-#[command(name = "cargo xtask", about = "Reproduces the papers")]
+#[command(name = "cargo xtask", about = "Reproduces the papers and tries to break the program")]
 enum Task {
     /// Compute the papers' tables and figures and compare them with what is printed
     ///
@@ -43,6 +47,14 @@ enum Task {
     ///     cargo xtask circles crates/simplify
     #[command(verbatim_doc_comment)]
     Circles(circles::Circles),
+    /// Run every command on every file, under limits, and check what comes out with other readers
+    ///
+    ///     cargo xtask torture --models meshes
+    ///     cargo xtask torture --models meshes --quick --only simplify,flip --every 7
+    #[command(verbatim_doc_comment)]
+    Torture(torture::Torture),
+    /// Check the licences, versions and sources of all dependencies against deny.toml
+    Deny(deny::Deny),
 }
 
 fn main() -> ExitCode {
@@ -51,6 +63,8 @@ fn main() -> ExitCode {
         Task::ConvexStudy(options) => convex_study::run(&options),
         Task::LimitsStudy(options) => limits_study::run(&options),
         Task::Circles(options) => circles::run(&options),
+        Task::Torture(options) => torture::run(&options),
+        Task::Deny(options) => deny::run(&options),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -143,6 +143,10 @@ impl StarBlock {
 
     #[inline(always)]
     fn evaluate(&mut self, positions: &[DVec3], area: VertexArea) {
+        // None of the vertices has faces.
+        if self.ends.is_empty() {
+            return;
+        }
         self.evaluate_spokes(positions);
         match area {
             VertexArea::Voronoi => self.evaluate_faces(voronoi_share),

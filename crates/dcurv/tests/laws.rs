@@ -252,3 +252,23 @@ fn shape_index_names_the_shape() {
     let (cap, curvedness) = shape(&Sphere::UNIT.icosphere(5).unwrap());
     assert!((cap - 1.0).abs() < 0.05 && (curvedness - 1.0).abs() < 1e-2);
 }
+
+#[test]
+fn vertices_without_faces_have_no_curvature() {
+    // Vertices are evaluated in blocks; here whole blocks of them have no faces.
+    let points: Vec<DVec3> = (0..5000).map(|i| DVec3::new(f64::from(i), 0.0, 0.0)).collect();
+    let mut corners = points.clone();
+    corners.extend([DVec3::ZERO, DVec3::X, DVec3::Y]);
+    for (positions, triangles) in
+        [(points.clone(), vec![]), (corners, vec![[5000, 5001, 5002]]), (vec![], vec![])]
+    {
+        let mesh = TriMesh::from_triangles(&positions, &triangles).unwrap();
+        for area in [VertexArea::Voronoi, VertexArea::Barycentric] {
+            let all = curvatures(&mesh, area);
+            let abs_means = all.map(|at| at.abs_mean().value());
+            assert_eq!(abs_means.as_slice(), vec![0.0; positions.len()]);
+            let totals = all.totals();
+            assert_eq!([totals.f1, totals.f2(), totals.f3], [0.0; 3]);
+        }
+    }
+}

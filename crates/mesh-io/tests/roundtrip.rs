@@ -380,3 +380,24 @@ fn same_corner(a: &Corner, b: &Corner) -> bool {
         && a.color == b.color
         && a.scalars == b.scalars
 }
+
+#[test]
+fn numbers_that_fit_into_32_bits_come_back_from_text() {
+    let number = f64::from(0.1_f32);
+    let mut model = Model::default();
+    for position in [[number, -3.0, 0.5], [f64::from(-3.132_106e-25_f32), 0.0, 1e9]] {
+        model.soup.push_vertex(DVec3::from(position));
+    }
+    model.soup.push_face(&[0, 1, 0]).unwrap();
+    model.vertex_scalars = vec![Scalars { name: "quality".to_owned(), values: vec![number; 2] }];
+    for format in [Format::Ply, Format::Obj, Format::Off] {
+        let options = WriteOptions { encoding: Encoding::Text, ..WriteOptions::default() };
+        let mut bytes = Vec::new();
+        write_to(&mut bytes, &model, format, &options).unwrap();
+        let again = read_from(&mut bytes.as_slice(), &ReadOptions::default()).unwrap();
+        assert_eq!(again.soup, model.soup, "{format}");
+        if format == Format::Ply {
+            assert_eq!(again.vertex_scalars, model.vertex_scalars);
+        }
+    }
+}

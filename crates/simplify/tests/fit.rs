@@ -5,7 +5,9 @@ use glam::DVec3;
 use mesh_core::shapes::{Irregular, Plane, Wave};
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_metric::{CompareOptions, Surface, compare};
-use simplify::{Boundary, Curve, Options, simplify};
+use simplify::{
+    AnnealOptions, Boundary, Curve, FitOptions, Options, PeakOptions, Preset, simplify,
+};
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
     TriMesh::from_soup(soup).unwrap()
@@ -85,4 +87,19 @@ fn corners_of_a_curve_are_where_it_turns() {
     let line = Curve::of_edges(&square, |e| e == inner).unwrap();
     assert_eq!(line.corners().len(), 2);
     assert!(Curve::of_edges(&square, |_| false).is_none());
+}
+
+#[test]
+fn the_last_seed_is_as_good_as_any() {
+    let soup = mesh_core::shapes::Sphere { radius: 1.0 }.icosphere(2).unwrap();
+    let original = mesh(&soup);
+    let mut options = Options::preset(Preset::Extreme).to_faces(60);
+    let fit = FitOptions { rounds: 3, seed: u64::MAX, ..FitOptions::default() };
+    options.fit = Some(fit);
+    options.anneal = Some(AnnealOptions { rounds: 2, fit, ..AnnealOptions::default() });
+    let tailed = FitOptions { tail: 300.0, ..fit };
+    options.peaks = Some(PeakOptions { fit: tailed, ..PeakOptions::default() });
+    let result = simplify(&original, &options).unwrap();
+    assert_eq!(result.mesh.topology().face_count(), 60);
+    assert_eq!(result.fit.unwrap().rounds, 3);
 }

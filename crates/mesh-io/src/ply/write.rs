@@ -301,7 +301,14 @@ impl Values for Text<'_> {
     }
 
     fn float(&mut self, value: f64, wide: bool) -> std::io::Result<()> {
-        if wide { self.word(Decimal(value)) } else { self.word(Decimal(value as f32)) }
+        // Readers may take the text of a number for one of 64 bits, this one does: where 32 bits hold
+        // the number exactly, its text has the digits for that.
+        let narrow = value as f32;
+        if wide || f64::from(narrow) == value {
+            self.word(Decimal(value))
+        } else {
+            self.word(Decimal(narrow))
+        }
     }
 
     fn end(&mut self) -> std::io::Result<()> {

@@ -69,7 +69,7 @@ pub fn anneal(
     let mut kept = 0;
     let mut share = options.share;
     for round in 0..options.rounds {
-        let seed = options.fit.seed + round as u64;
+        let seed = options.fit.seed.wrapping_add(round as u64);
         let fit_options = FitOptions { seed, ..options.fit };
         let next = state.step(original, &points, share, &fit_options)?;
         if next.topology_faces() <= faces && next.squares < state.squares {

@@ -137,11 +137,12 @@ pub fn fit(
             let weights = weights_of_closest(target.point, &mesh.triangle(face));
             tally.add(system.add(mesh, face, weights, target, weighting));
         });
+        let seed = options.seed.wrapping_add(round as u64 + 1);
         let samples = if options.flips {
             // The faces are others now.
-            sample_surface(&Surface::new(mesh)?, count, options.seed + round as u64 + 1)
+            sample_surface(&Surface::new(mesh)?, count, seed)
         } else {
-            sample_surface(&surface, count, options.seed + round as u64 + 1)
+            sample_surface(&surface, count, seed)
         };
         add_own_samples(mesh, original, &samples, weighting, &mut system, &mut tally);
         report.rms_last = tally.rms();

@@ -28,7 +28,7 @@ impl Peaks<'_> {
     ) -> Result<(), SurfaceError> {
         for round in 0..options.rounds {
             let local = self.all_but_peaks_fixed(mesh, constraints, FLATTENED * self.largest);
-            let seed = options.seed + round as u64;
+            let seed = options.seed.wrapping_add(round as u64);
             let once = FitOptions { rounds: 1, flips: false, seed, ..*options };
             let mut moved = mesh.clone();
             fit(&mut moved, original, &local, &once)?;

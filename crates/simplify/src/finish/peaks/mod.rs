@@ -143,3 +143,76 @@ pub fn cut_peaks(
 
 /// After so many rounds in vain in a row, it is enough.
 const PATIENCE: usize = 2;
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use mesh_core::TriMesh;
+    use mesh_metric::Surface;
+
+    use super::{FitConstraints, PeakOptions, PeakReport, cut_peaks};
+
+    /// A flat square of 10 x 10 cells, all lengths times `scale`, with a peak of height 3 at one of
+    /// its vertices if there is to be one.
+    fn plain(scale: f64, has_peak: bool) -> TriMesh {
+        const CELLS: u32 = 10;
+        let side = CELLS + 1;
+        let vertices = (0..side * side).map(|v| {
+            let height = if has_peak && v == 5 * side + 4 { 3.0 } else { 0.0 };
+            scale * DVec3::new(f64::from(v % side), f64::from(v / side), height)
+        });
+        let vertices: Vec<DVec3> = vertices.collect();
+        let cells = (0..CELLS * CELLS).map(|cell| cell % CELLS + cell / CELLS * side);
+        let faces = cells.flat_map(|a| {
+            let b = a + side;
+            [[a, a + 1, b + 1], [a, b + 1, b]]
+        });
+        TriMesh::from_triangles(&vertices, &faces.collect::<Vec<_>>()).expect("a square")
+    }
+
+    fn cut(scale: f64, options: &PeakOptions) -> (TriMesh, PeakReport) {
+        let original = Surface::new(&plain(scale, true)).expect("there are faces");
+        let mut mesh = plain(scale, false);
+        let mut constraints = FitConstraints::default();
+        let report = cut_peaks(&mut mesh, &original, &mut constraints, options);
+        (mesh, report.expect("there are faces"))
+    }
+
+    #[test]
+    fn a_peak_gets_a_vertex_at_any_scale() {
+        for scale in [1e-6, 1.0, 1e6] {
+            let (mesh, report) =
+                cut(scale, &PeakOptions { max_rise: 2.0, ..PeakOptions::default() });
+            assert!(report.kept > 0, "at scale {scale}");
+            assert!((report.largest_before - 3.0 * scale).abs() < 1e-9 * scale);
+            assert!(report.largest_after < 0.5 * report.largest_before, "at scale {scale}");
+            assert_eq!(mesh.topology().face_count(), 200);
+            let highest = mesh.positions().iter().map(|p| p.z).fold(0.0, f64::max);
+            assert_eq!(highest, 3.0 * scale);
+        }
+    }
+
+    #[test]
+    fn averages_may_rise_by_the_ratio_only() {
+        // Whatever is done leaves averages above a thousandth of what they were.
+        for scale in [1e-6, 1.0] {
+            let options = PeakOptions { max_rise: 1e-3, ..PeakOptions::default() };
+            assert_eq!(cut(scale, &options).1.kept, 0, "at scale {scale}");
+        }
+    }
+
+    #[test]
+    fn a_round_in_vain_is_followed_by_smaller_ones_and_two_are_the_end() {
+        // No result has so many faces: all rounds are in vain. At first all vertices return that
+        // are far away, then 100, then vertices are put in place at 30, where 30 return, then at 30
+        // again.
+        let options =
+            PeakOptions { min_faces: 1000, share: 0.5, rounds: 50, ..PeakOptions::default() };
+        let (mesh, report) = cut(1.0, &options);
+        assert_eq!([report.rounds, report.kept], [4, 0]);
+        assert_eq!(mesh.positions(), plain(1.0, false).positions());
+        assert_eq!(report.largest_after, report.largest_before);
+        let few = PeakOptions { rounds: 2, ..options };
+        assert_eq!(cut(1.0, &few).1.rounds, 2);
+    }
+}

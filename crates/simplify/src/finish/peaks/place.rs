@@ -98,3 +98,89 @@ fn put_vertex(
     let split = topology.check_split_edge(edge).ok()?;
     Some(mesh.split_edge(split, point).vertex)
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use mesh_core::{EdgeMap, Topology, TriMesh, VertexId};
+    use mesh_metric::{ClosestPoint, Surface};
+
+    use super::{FitConstraints, farthest_first, put_vertex};
+
+    const CORNERS: [DVec3; 3] = [DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 4.0, 0.0)];
+
+    fn triangle() -> TriMesh {
+        TriMesh::from_triangles(&CORNERS, &[[0, 1, 2]]).expect("a triangle")
+    }
+
+    /// Puts a vertex above the point of a triangle with these weights.
+    fn put(weights: [f64; 3], constraints: &FitConstraints) -> (TriMesh, Option<VertexId>) {
+        let mut mesh = triangle();
+        let below: DVec3 =
+            weights.iter().zip(CORNERS).map(|(weight, corner)| *weight * corner).sum();
+        let point = below + DVec3::Z;
+        let surface = Surface::new(&mesh).expect("a face");
+        let closest = surface.closest_points(&[point])[0];
+        let vertex = put_vertex(&mut mesh, constraints, point, &closest);
+        mesh.topology().validate().expect("a split keeps the invariants");
+        if let Some(vertex) = vertex {
+            assert_eq!(mesh.position(vertex), point);
+        }
+        (mesh, vertex)
+    }
+
+    fn neighbours(topology: &Topology, vertex: VertexId) -> Vec<u32> {
+        let mut found: Vec<u32> = topology.one_ring(vertex).map(VertexId::get).collect();
+        found.sort_unstable();
+        found
+    }
+
+    #[test]
+    fn faces_are_split_inside_and_edges_next_to_them() {
+        let free = FitConstraints::default();
+        for least in 0..3 {
+            let with = |weight: f64| {
+                let mut weights = [0.5 * (1.0 - weight); 3];
+                weights[least] = weight;
+                weights
+            };
+            for inside in [0.11, 0.3] {
+                let (mesh, vertex) = put(with(inside), &free);
+                let vertex = vertex.expect("a face can be split");
+                assert_eq!(mesh.topology().face_count(), 3);
+                assert_eq!(neighbours(mesh.topology(), vertex), [0, 1, 2]);
+            }
+            for beside in [0.09, 0.01, 0.0] {
+                let (mesh, vertex) = put(with(beside), &free);
+                let vertex = vertex.expect("an edge can be split");
+                let topology = mesh.topology();
+                assert_eq!(topology.face_count(), 2);
+                assert_eq!(neighbours(topology, vertex), [0, 1, 2]);
+                // The side opposite to the corner of least weight is in two parts now.
+                let [a, b] = [1, 2].map(|next| VertexId::new(((least + next) % 3) as u32));
+                assert_eq!(topology.find_half_edge(a, b), None);
+                assert_eq!(topology.find_half_edge(b, a), None);
+            }
+        }
+    }
+
+    #[test]
+    fn feature_edges_are_not_split() {
+        let features = Some(EdgeMap::from_vec(vec![true; 3]));
+        let kept = FitConstraints { features, ..FitConstraints::default() };
+        assert_eq!(put([0.05, 0.5, 0.45], &kept).1, None);
+        assert!(put([0.2, 0.4, 0.4], &kept).1.is_some());
+    }
+
+    #[test]
+    fn the_farthest_come_first_and_the_bar_is_left_out() {
+        let at = |distance| ClosestPoint { distance, ..closest() };
+        let all = [1.0, 3.0, 2.0, 3.0, 0.5].map(at);
+        assert_eq!(farthest_first(&all, 1.0), [1, 3, 2]);
+        assert_eq!(farthest_first(&all, 3.0), [0_usize; 0]);
+    }
+
+    fn closest() -> ClosestPoint {
+        Surface::new(&triangle()).expect("a face").closest_points(&[DVec3::ZERO])[0]
+    }
+}

@@ -95,3 +95,63 @@ fn inner_points(mesh: &TriMesh) -> impl Iterator<Item = (FaceId, DVec3)> {
     });
     centers.chain(middles)
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use mesh_core::TriMesh;
+    use mesh_metric::{Surface, edge_points};
+
+    use super::{MAX_ON_EDGE, Peaks, Points, SAMPLES_PER_FACE, inner_points};
+
+    const SQUARE: [[f64; 3]; 4] =
+        [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [0.0, 10.0, 0.0]];
+    const HALVES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+    #[test]
+    fn spacing_is_in_roots_of_the_mean_area() {
+        let square = Surface::from_triangles(&SQUARE, &HALVES).expect("a square");
+        for (spacing, on_edges) in [(0.1, 4 * 14 + 20), (1.0, 4 + 2), (1.5, 1), (3.0, 0)] {
+            let points = Points::new(&square, spacing, 7);
+            // The halves have an area of 50 each.
+            let inside = edge_points(&square, spacing * 50_f64.sqrt(), MAX_ON_EDGE);
+            assert_eq!(inside.len(), on_edges);
+            assert_eq!(points.samples, 4 + on_edges);
+            assert_eq!(points.all[4..points.samples], inside);
+            assert_eq!(points.all.len(), points.samples + 7 * SAMPLES_PER_FACE);
+        }
+    }
+
+    #[test]
+    fn centres_and_middles_lie_inside() {
+        let corners = [[0.0, 0.0, 0.0], [3.0, 0.0, 3.0], [0.0, 6.0, 9.0]];
+        let mesh = TriMesh::from_triangles(&corners, &[[0, 1, 2]]).expect("a triangle");
+        let face = mesh.topology().faces().next().expect("a face");
+        let mut found: Vec<[f64; 3]> = inner_points(&mesh)
+            .map(|(of, point)| {
+                assert_eq!(of, face);
+                point.to_array()
+            })
+            .collect();
+        found[1..].sort_by(|a, b| a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0])));
+        let middles = [[1.5, 0.0, 1.5], [0.0, 3.0, 4.5], [1.5, 3.0, 6.0]];
+        assert_eq!(found, [&[[1.0, 2.0, 4.0]], &middles[..]].concat());
+    }
+
+    #[test]
+    fn averages_are_over_the_area_and_the_largest_over_all() {
+        // The square at a height of 3, with a needle without area that reaches up to 13.
+        let mut corners = SQUARE.map(|[x, y, _]| [x, y, 3.0]).to_vec();
+        corners.push([5.0, 5.0, 13.0]);
+        let above = Surface::from_triangles(&corners, &[HALVES[0], HALVES[1], [0, 4, 4]]);
+        let above = above.expect("a square and a needle");
+        let mesh = TriMesh::from_triangles(&SQUARE, &HALVES).expect("a square");
+        let points = Points::new(&above, 3.0, 5);
+        let peaks = Peaks::new(&mesh, &above, &points).expect("there are faces");
+        assert_eq!(peaks.largest, 13.0);
+        assert!((peaks.mean - 3.0).abs() < 1e-12 && (peaks.rms - 3.0).abs() < 1e-12);
+        assert_eq!(peaks.backward.len(), 4);
+        let top = peaks.forward.iter().find(|closest| closest.distance == 13.0);
+        assert_eq!(top.map(|closest| closest.point), Some(DVec3::new(5.0, 5.0, 0.0)));
+    }
+}
