@@ -23,6 +23,7 @@
 //! their turns.
 
 pub(crate) mod constraint;
+mod contact;
 pub(crate) mod cost;
 pub(crate) mod driver;
 mod evaluate;
