@@ -30,6 +30,8 @@ pub enum Refusal {
     TextureFold,
     /// The mesh would be too far from the original.
     Distance,
+    /// An end of the edge has too many edges; it is tried again once enough of them are gone.
+    Valence,
     /// The cost or the new place is not a number.
     NotFinite,
     /// Something else, refused by a guard from outside this crate.
@@ -38,7 +40,7 @@ pub enum Refusal {
 
 impl Refusal {
     /// All reasons, in order.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::LinkCondition,
         Self::JoinsBoundaries,
         Self::LastFace,
@@ -51,6 +53,7 @@ impl Refusal {
         Self::Intersection,
         Self::TextureFold,
         Self::Distance,
+        Self::Valence,
         Self::NotFinite,
         Self::Other,
     ];
@@ -71,6 +74,7 @@ impl Refusal {
             Self::Intersection => "intersection",
             Self::TextureFold => "texture_fold",
             Self::Distance => "distance",
+            Self::Valence => "valence",
             Self::NotFinite => "not_finite",
             Self::Other => "other",
         }

@@ -15,6 +15,7 @@ use crate::collapse::run::Run;
 use crate::collapse::schedule::Schedule;
 use crate::collapse::schedule::queue::Entry;
 use crate::collapse::stop::StopReason;
+use crate::collapse::valence::Valences;
 use crate::collapse::watch::Watch;
 
 /// A mesh under collapse and everything that follows it.
@@ -26,6 +27,7 @@ pub(super) struct Stepper<'a, 'g, C, P> {
     is_refused: Vec<bool>,
     /// The number of refused edges at each vertex, or more.
     refused_at: Vec<u32>,
+    valences: Valences,
     used_vertices: usize,
     /// Whether costs depend on the faces of a patch.
     gathers: bool,
@@ -59,6 +61,7 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
         let used_vertices = used_vertices.count();
         let is_refused = vec![false; topology.edge_capacity()];
         let refused_at = vec![0; topology.vertex_capacity()];
+        let valences = Valences::new(topology);
         let gathers = policies.cost.needs_faces() || policies.placement.needs_faces();
         Self {
             mesh,
@@ -67,6 +70,7 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
             gathers,
             is_refused,
             refused_at,
+            valences,
             used_vertices,
             scratch: Vec::new(),
             touched: Vec::new(),
@@ -89,12 +93,18 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
         watch.reached(self.mesh.topology().face_count(), self.used_vertices, self.result.log.len())
     }
 
+    /// The number of collapses so far.
+    pub(super) fn collapses(&self) -> usize {
+        self.result.log.len()
+    }
+
     /// All edges that are not refused, with their costs or the quickest bounds of these.
     pub(super) fn entries(&mut self) -> Vec<Entry> {
         let mut entries = Vec::with_capacity(self.mesh.topology().edge_count());
         for index in 0..self.mesh.topology().edge_capacity() {
             let edge = EdgeId::new(index as u32);
             if self.mesh.topology().contains_edge(edge)
+                && !self.is_refused[index]
                 && let Some(cost) = self.key(edge)
             {
                 entries.push(Entry { cost, edge });
@@ -124,7 +134,10 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
     }
 
     fn evaluate(&mut self, edge: EdgeId) -> Result<f64, Refusal> {
-        let Self { mesh, policies, fixed, scratch, gathers, .. } = self;
+        let Self { mesh, policies, fixed, scratch, gathers, valences, .. } = self;
+        if valences.has_to_wait(mesh.topology(), edge) {
+            return Err(Refusal::Valence);
+        }
         if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
             return Ok(bound);
         }
@@ -162,7 +175,10 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
     }
 
     fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
-        let Self { mesh, policies, fixed, scratch, .. } = self;
+        let Self { mesh, policies, fixed, scratch, valences, .. } = self;
+        if valences.has_to_wait(mesh.topology(), edge) {
+            return Err(Refusal::Valence);
+        }
         let patch = EdgePatch::gather(mesh, edge.half_edge(), scratch);
         let patch = patch.with_border(fixed.border(&patch));
         let (place, cost) = match assess(policies, fixed, &patch, ceiling)? {
@@ -194,6 +210,8 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
         }
         policies.cost.collapsing(&patch, offset);
         let faces_before = mesh.topology().face_count() as u32;
+        let apexes = [half_edge, half_edge.twin()].map(|side| mesh.topology().apex(side));
+        valences.collapsed([removed, kept], apexes);
         let collapsed = mesh.collapse(legal, collapse.position);
         fixed.collapsed(&collapse, collapsed.merged_edges);
         policies.cost.collapsed(mesh, &collapse);
@@ -229,6 +247,10 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
     fn readmit(&mut self, schedule: &mut dyn Schedule) {
         let topology = self.mesh.topology();
         for &v in &self.touched {
+            // Its edges would be refused again.
+            if self.valences.is_crowded(v) {
+                continue;
+            }
             if core::mem::take(&mut self.refused_at[v.index()]) == 0 {
                 continue;
             }
@@ -246,7 +268,8 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
         self.widen_touched();
         let topology = self.mesh.topology();
         stale.clear();
-        for &v in &self.touched {
+        // The edges of the others wait for more than their cost.
+        for &v in self.touched.iter().filter(|&&v| !self.valences.is_crowded(v)) {
             stale.extend(topology.edges_of_vertex(v));
         }
         stale.sort_unstable();
@@ -262,6 +285,9 @@ impl<'a, 'g, C: Cost, P: Placement> Stepper<'a, 'g, C, P> {
             Reach::TwoRings => {
                 for index in 1..self.touched.len() {
                     let v = self.touched[index];
+                    if self.valences.is_crowded(v) {
+                        continue;
+                    }
                     self.touched.extend(self.mesh.topology().one_ring(v));
                 }
                 self.touched.sort_unstable();
