@@ -44,7 +44,7 @@ pub use collapse::cost::{
 pub use collapse::driver::collapse_edges;
 pub use collapse::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
 pub use collapse::log::record::RecordError;
-pub use collapse::log::{CollapseLog, LogEntry};
+pub use collapse::log::{CollapseLog, LogEntry, ReplayError};
 pub use collapse::patch::{Collapse, EdgePatch, PatchFace, Place};
 pub use collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use collapse::policies::{Policies, Update};
