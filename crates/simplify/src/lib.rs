@@ -50,7 +50,7 @@ pub use collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, P
 pub use collapse::policies::{Policies, Update};
 pub use collapse::quadric::Quadric;
 pub use collapse::refusal::{Refusal, Refusals};
-pub use collapse::run::{Progress, Run};
+pub use collapse::run::{Phase, Progress, Run};
 pub use collapse::stop::{Limits, StopReason};
 pub use collapse::symmetric::Symmetric3;
 pub use error::SimplifyError;

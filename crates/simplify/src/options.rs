@@ -130,6 +130,8 @@ impl Options {
         )?;
         check("min_cosine", self.min_cosine, |x| (-1.0..=1.0).contains(&x), "between -1 and 1")?;
         check("min_shape", self.min_shape, |x| (0.0..=1.0).contains(&x), "between 0 and 1")?;
-        check("fit pull", self.fit.map(|f| f.pull), not_negative, "at least 0 and finite")
+        self.fit.as_ref().map_or(Ok(()), FitOptions::check)?;
+        self.anneal.as_ref().map_or(Ok(()), AnnealOptions::check)?;
+        self.peaks.as_ref().map_or(Ok(()), PeakOptions::check)
     }
 }

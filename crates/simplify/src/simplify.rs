@@ -10,7 +10,7 @@ use crate::collapse::constraint::Marks;
 use crate::collapse::level::Level;
 use crate::collapse::log::CollapseLog;
 use crate::collapse::refusal::Refusals;
-use crate::collapse::run::Progress;
+use crate::collapse::run::{Phase, Progress};
 use crate::collapse::stop::{Limits, StopReason};
 use crate::error::SimplifyError;
 use crate::finish::anneal::{AnnealOptions, AnnealReport};
@@ -19,6 +19,7 @@ use crate::finish::curve::Curve;
 use crate::finish::finishing::{Finished, Finishing, Steps};
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::{FitOptions, FitReport};
+use crate::finish::observer::Observer;
 use crate::finish::peaks::{PeakOptions, PeakReport};
 use crate::finish::texture_fit::Texture;
 use crate::limit::measure::{AchievedError, ErrorCheck, Measuring};
@@ -76,8 +77,12 @@ pub fn simplify(mesh: &TriMesh, options: &Options) -> Result<Simplified, Simplif
     simplify_observed(mesh, options, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Simplifies a mesh, showing its progress and asking whether to go on. When it was told to stop,
-/// the result is what there is by then, not fitted.
+/// Simplifies a mesh, showing its progress and asking whether to go on, in all phases.
+///
+/// When it was told to stop, the result is the best that there is by then, whole, and
+/// [`Simplified::stop`] is [`StopReason::Cancelled`]: the collapses so far, not finished, or finished
+/// as far as that has come; its distance from the original is not known. With a largest error it is
+/// the coarsest level that was measured to be within it by then, and when none was, the original.
 ///
 /// # Errors
 /// An option makes no sense, or a position is not finite.
@@ -89,13 +94,14 @@ pub fn simplify_observed(
     options.check()?;
     check_positions(mesh)?;
     let mut working = mesh.clone();
-    let mut run = collapse(&mut working, options, observe);
-    let is_cancelled = run.stop == StopReason::Cancelled;
-    let is_changed = !is_cancelled && !run.log.is_empty();
+    let faces_before = mesh.topology().face_count();
+    let target = options.limits.face_target(faces_before);
+    let mut observer = Observer::new(faces_before, target, observe);
+    let mut run = collapse(&mut working, options, &mut |now| observer.observe(now));
+    let is_changed = !observer.is_stopped() && !run.log.is_empty();
     let wants_finish = is_changed && (options.fit.is_some() || options.peaks.is_some());
     let wants_error = options.max_error.is_some() || options.error != ErrorCheck::None;
     let has_faces = mesh.topology().face_count() > 0;
-    let target = options.limits.face_target(mesh.topology().face_count());
     let mut level = Level::at_end(working, &run);
     let mut error = None;
     let finished = if has_faces && (wants_finish || wants_error) {
@@ -115,17 +121,24 @@ pub fn simplify_observed(
                 limit,
                 squeeze: squeeze(options, target),
             };
-            let found = search.run()?;
-            if found.collapses < run.log.len() || !found.error.is_within(limit) {
-                run.truncate(found.collapses);
-                let faces = found.finished.mesh.topology().face_count();
-                run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
+            let found = if observer.is_stopped() { None } else { search.run(&mut observer)? };
+            if let Some(found) = found {
+                if found.collapses < run.log.len() || !found.error.is_within(limit) {
+                    run.truncate(found.collapses);
+                    let faces = found.finished.mesh.topology().face_count();
+                    run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
+                }
+                (level, error) = (found.level, Some(found.error));
+                found.finished
+            } else {
+                run.truncate(0);
+                let marks = Marks::new(mesh, &options.constraints);
+                level = Level::new(mesh, &marks, &run.log, 0)?;
+                Finished::untouched(level.mesh.clone(), FitConstraints::default())
             }
-            (level, error) = (found.level, Some(found.error));
-            found.finished
         } else {
-            let finished = finishing.finish(&level)?;
-            if wants_error {
+            let finished = finishing.finish(&level, &mut observer)?;
+            if wants_error && !observer.stops(Phase::Measure, &finished.mesh) {
                 error = Some(measuring.measure(&finished.mesh)?.0);
             }
             finished
@@ -133,6 +146,9 @@ pub fn simplify_observed(
     } else {
         Finished::untouched(level.mesh.clone(), FitConstraints::default())
     };
+    if observer.is_stopped() {
+        run.stop = StopReason::Cancelled;
+    }
     let follow = |&v: &Option<VertexId>| match &finished.vertex_map {
         Some(map) => v.and_then(|v| map.get(v).copied().flatten()),
         None => v,

@@ -1,7 +1,5 @@
 //! After splits: the cheapest collapses, until there are as many faces as before.
 
-use core::ops::ControlFlow;
-
 use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::{Boundary, Constraints};
@@ -10,8 +8,10 @@ use crate::collapse::driver::collapse_edges;
 use crate::collapse::guard::{ComponentGuard, Guard, IntersectionGuard, NormalGuard, ShapeGuard};
 use crate::collapse::placement::{Optimal, Placement};
 use crate::collapse::policies::{Policies, Update};
+use crate::collapse::run::Phase;
 use crate::collapse::stop::Limits;
 use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::observer::Observer;
 
 /// What a mesh is brought back to.
 pub(crate) struct CollapseBack<'a> {
@@ -30,13 +30,16 @@ pub(crate) struct Back {
     pub(crate) vertex_map: VertexMap<Option<VertexId>>,
 }
 
-/// Collapses edges by the memoryless metric and closes the gaps.
+/// Collapses edges by the memoryless metric and closes the gaps. There are more faces left than
+/// wanted when the observer says to stop.
 pub(crate) fn collapse_back(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
     to: &CollapseBack<'_>,
+    phase: Phase,
+    observer: &mut Observer<'_>,
 ) -> Back {
-    collapse_guarded(mesh, constraints, to, Optimal::default(), None)
+    collapse_guarded(mesh, constraints, to, Optimal::default(), None, (phase, observer))
 }
 
 /// The same with a placement and one more guard.
@@ -46,6 +49,7 @@ pub(crate) fn collapse_guarded<'a>(
     to: &CollapseBack<'_>,
     placement: impl Placement,
     guard: Option<Box<dyn Guard + 'a>>,
+    (phase, observer): (Phase, &mut Observer<'_>),
 ) -> Back {
     let mut guards: Vec<Box<dyn Guard + 'a>> =
         vec![Box::new(NormalGuard::default()), Box::new(ShapeGuard::default())];
@@ -67,8 +71,8 @@ pub(crate) fn collapse_guarded<'a>(
         features: constraints.features.clone(),
     };
     let limits = Limits { faces: Some(to.faces), ..Limits::default() };
-    let go_on = &mut |_: &_| ControlFlow::Continue(());
-    let run = collapse_edges(mesh, policies, &fixed, &limits, go_on);
+    let observe = &mut |now: &_| observer.observe_in(phase, now);
+    let run = collapse_edges(mesh, policies, &fixed, &limits, observe);
     let became = run.log.representatives(mesh, run.log.len());
     let remap = mesh.compact();
     let vertex_map = became.as_slice().iter().map(|&v| remap.new_handle(v)).collect();

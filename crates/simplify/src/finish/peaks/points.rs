@@ -1,7 +1,7 @@
 //! How far a mesh and the original are from each other, point by point.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh};
+use mesh_core::{FaceId, TriMesh, VertexId};
 use mesh_metric::{ClosestPoint, Surface, SurfaceError, edge_points, sample_surface};
 
 /// Points of the original, to be asked how far they are from the mesh.
@@ -47,8 +47,8 @@ pub(super) struct Peaks<'a> {
     pub(super) points: &'a Points,
     /// For each of the points, what is closest on the mesh.
     pub(super) forward: Vec<ClosestPoint>,
-    /// For each vertex of the mesh, what is closest on the original.
-    pub(super) backward: Vec<ClosestPoint>,
+    /// The vertices of the mesh that have faces, each with what is closest on the original.
+    pub(super) backward: Vec<(VertexId, ClosestPoint)>,
     /// Faces of the mesh and how far the original is from their centres and from the middle of
     /// their sides.
     pub(super) inner: Vec<(FaceId, f64)>,
@@ -65,11 +65,17 @@ impl<'a> Peaks<'a> {
         points: &'a Points,
     ) -> Result<Self, SurfaceError> {
         let forward = Surface::new(mesh)?.closest_points(&points.all);
-        let backward = original.closest_points(mesh.positions());
+        let topology = mesh.topology();
+        let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+        let (used, places): (Vec<VertexId>, Vec<DVec3>) =
+            used.map(|v| (v, mesh.position(v))).unzip();
+        let backward: Vec<(VertexId, ClosestPoint)> =
+            used.into_iter().zip(original.closest_points(&places)).collect();
         let (faces, centers): (Vec<FaceId>, Vec<DVec3>) = inner_points(mesh).unzip();
         let inner: Vec<(FaceId, f64)> =
             faces.into_iter().zip(original.distances(&centers)).collect();
-        let vertices = forward.iter().chain(&backward).map(|closest| closest.distance);
+        let back = backward.iter().map(|(_, closest)| closest);
+        let vertices = forward.iter().chain(back).map(|closest| closest.distance);
         let largest =
             vertices.chain(inner.iter().map(|&(_, distance)| distance)).fold(0.0, f64::max);
         let samples = forward.get(points.samples..).unwrap_or_default();
@@ -94,4 +100,65 @@ fn inner_points(mesh: &TriMesh) -> impl Iterator<Item = (FaceId, DVec3)> {
         Some((face, a + 0.5 * (b - a)))
     });
     centers.chain(middles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::Plane;
+
+    fn plane(half_width: f64, cells: usize, place: impl Fn(DVec3) -> DVec3) -> TriMesh {
+        let soup = Plane { half_width }.mesh(cells, Default::default()).unwrap();
+        let mut mesh = TriMesh::from_soup(&soup).unwrap();
+        mesh.positions_mut().iter_mut().for_each(|p| *p = place(*p));
+        mesh
+    }
+
+    #[test]
+    fn points_are_spaced_by_the_mean_area_of_the_triangles() {
+        let mesh = plane(1.0, 4, |p| p);
+        let surface = Surface::new(&mesh).unwrap();
+        for times in [0.3, 0.9, 3.0] {
+            let triangles = mesh.topology().face_count() as f64;
+            let spacing = times * (4.0 / triangles).sqrt();
+            let on_edges = edge_points(&surface, spacing, 100).len();
+            assert_eq!(on_edges == 0, times == 3.0);
+            let points = Points::new(&surface, times, 20);
+            assert_eq!(points.samples, mesh.topology().vertex_count() + on_edges);
+            assert_eq!(points.all.len(), points.samples + 200);
+        }
+    }
+
+    #[test]
+    fn distances_are_those_of_points_vertices_centres_and_middles() {
+        // The plane z = x, and below it a square: the distance at x is x / sqrt 2.
+        let tilted = Surface::new(&plane(8.0, 8, |p| p.with_z(p.x))).unwrap();
+        let mesh = plane(1.0, 1, |p| p);
+        let points = Points::new(&tilted, 3.0, 1);
+        let peaks = Peaks::new(&mesh, &tilted, &points).unwrap();
+        let (height, topology) = (|x: f64| x.abs() / 2.0_f64.sqrt(), mesh.topology());
+        let mut expected: Vec<f64> = topology
+            .faces()
+            .map(|f| mesh.triangle(f).iter().map(|p| p.x).sum::<f64>() / 3.0)
+            .collect();
+        expected.extend(topology.edges().map(|e| {
+            let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v).x);
+            0.5 * (a + b)
+        }));
+        assert_eq!(peaks.inner.len(), topology.face_count() + topology.edge_count());
+        for ((_, found), x) in peaks.inner.iter().zip(expected) {
+            assert!((found - height(x)).abs() < 1e-12);
+        }
+        for (v, closest) in &peaks.backward {
+            assert!((closest.distance - height(mesh.position(*v).x)).abs() < 1e-12);
+        }
+        let forward = || peaks.forward.iter().map(|closest| closest.distance);
+        assert_eq!(peaks.largest, forward().fold(0.0, f64::max));
+        let samples: Vec<f64> = forward().skip(points.samples).collect();
+        let count = samples.len() as f64;
+        assert_eq!(count, 10.0);
+        assert!((peaks.mean - samples.iter().sum::<f64>() / count).abs() < 1e-12);
+        let square = samples.iter().map(|d| d * d).sum::<f64>() / count;
+        assert!((peaks.rms - square.sqrt()).abs() < 1e-12);
+    }
 }
