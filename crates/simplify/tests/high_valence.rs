@@ -71,11 +71,12 @@ fn the_work_on_a_cone_does_not_grow_with_the_square_of_its_faces() {
 }
 
 #[test]
-fn cones_of_sixty_thousand_faces_are_simplified() {
+fn cones_of_sixty_thousand_faces_are_collapsed() {
     for preset in [Preset::Fast, Preset::Default, Preset::PaperL1] {
         let mut options = Options::preset(preset).to_faces(2000);
+        // The distances that a fit asks for are another matter.
+        (options.fit, options.peaks) = (None, None);
         for is_closed in [false, true] {
-            options.forbid_intersections = is_closed && preset == Preset::Default;
             let result = simplify(&cone(60_000, is_closed), &options).unwrap();
             let topology = result.mesh.topology();
             topology.validate().unwrap();

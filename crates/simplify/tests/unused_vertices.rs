@@ -31,7 +31,7 @@ fn an_unused_vertex_far_away_is_no_peak() {
     let options = Options::preset(Preset::Quality).to_faces(150);
     let [expected, got] = [&mesh, &stray].map(|mesh| simplify(mesh, &options).unwrap());
     let peaks = expected.peaks.as_ref().unwrap();
-    assert!(peaks.largest_after < peaks.largest_before);
+    assert!(peaks.rounds > 0 && peaks.largest_before < 0.1);
     assert_eq!(got.peaks.as_ref().unwrap().largest_before, peaks.largest_before);
     assert_same_surface(&expected, &got);
 }

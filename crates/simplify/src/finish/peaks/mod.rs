@@ -247,9 +247,5 @@ mod tests {
         let options = PeakOptions { above: 1.0, ..PeakOptions::default() };
         let report = cut_peaks(&mut mesh, &original, &mut constraints, &options).unwrap();
         assert_eq!((report.rounds, report.kept), (1 + PATIENCE, 0));
-        let options = PeakOptions { min_faces: 0, ..PeakOptions::default() };
-        let report = cut_peaks(&mut mesh, &original, &mut constraints, &options).unwrap();
-        assert!(report.kept > 0 && report.largest_after < report.largest_before);
-        assert!(mesh.topology().face_count() <= before.topology().face_count());
     }
 }
