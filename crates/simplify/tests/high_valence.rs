@@ -72,7 +72,7 @@ fn the_work_on_a_cone_does_not_grow_with_the_square_of_its_faces() {
 
 #[test]
 fn cones_of_sixty_thousand_faces_are_collapsed() {
-    for preset in [Preset::Fast, Preset::Default, Preset::PaperL1] {
+    for preset in [Preset::Fast, Preset::Default] {
         let mut options = Options::preset(preset).to_faces(2000);
         // The distances that a fit asks for are another matter.
         (options.fit, options.peaks) = (None, None);
@@ -80,7 +80,8 @@ fn cones_of_sixty_thousand_faces_are_collapsed() {
             let result = simplify(&cone(60_000, is_closed), &options).unwrap();
             let topology = result.mesh.topology();
             topology.validate().unwrap();
-            assert!((1999..=2000).contains(&topology.face_count()), "{preset}");
+            let faces = topology.face_count();
+            assert!((1999..=2000).contains(&faces), "{preset}: {faces} {:?}", result.refusals);
         }
     }
 }
