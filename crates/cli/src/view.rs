@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use dcurv::{PrincipalFrame, principal_frames};
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, VertexMap};
 use mesh_io::{External, Model};
 use mesh_metric::Surface;
 use mesh_view::{Directions, Exhibit, Field, On, Page, Section, ViewError};

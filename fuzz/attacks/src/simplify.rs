@@ -90,7 +90,7 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
             let at = half_edge.index();
             [numbers[at % 7], numbers[at / 7 % 7]].map(|number| f64::from(number / 64))
         });
-        options.attributes.corners = Some(attributes);
+        options.attributes.corners = attributes.ok();
     }
     if let Some(distance) = distance {
         // Now and then what does not go together.

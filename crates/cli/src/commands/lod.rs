@@ -120,7 +120,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let mut loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
     let errors = options.steps.errors.iter().map(|error| error.on(&loaded.mesh, loading.relative));
     let errors: Vec<f64> = errors.collect::<Result<_, Failure>>()?;
-    let attributes = options.carry.find(&mut loaded, console);
+    let attributes = options.carry.find(&mut loaded, console)?;
     let (log, rejected) = Seconds::time(&mut seconds.compute, || {
         collapses(options, &errors, &loaded.mesh, &attributes, console)
     })?;

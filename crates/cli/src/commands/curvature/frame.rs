@@ -191,7 +191,8 @@ fn colored(
     scale: &Scale,
 ) -> Model {
     let known = values.of_vertex.as_slice();
-    let color = |v: &Option<Value>| v.map_or(UNKNOWN, |v| opaque(scale.color(v.quantity(quantity))));
+    let color =
+        |v: &Option<Value>| v.map_or(UNKNOWN, |v| opaque(scale.color(v.quantity(quantity))));
     model.vertex_colors = Some(known.iter().map(color).collect());
     if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
         return model;
