@@ -1,31 +1,10 @@
-//! Simplification of triangle meshes by edge collapse.
+#![doc = include_str!("../README.md")]
+#![cfg_attr(not(feature = "finish"), allow(rustdoc::broken_intra_doc_links))]
 //!
-//! [`simplify()`] takes [`Options`], most easily one of the presets, and returns a mesh together with
-//! what was done, why it stopped, and what was refused. Underneath, [`collapse_edges`] is a greedy
-//! loop over separate policies that can be mixed and replaced:
+//! ## The source
 //!
-//! - [`Cost`]: what a collapse costs. [`GarlandHeckbert`] (quadrics accumulated from the original),
-//!   [`Memoryless`] (quadrics of the current faces), [`Hybrid`] (both), [`CurvatureNorm`] (Kim, Kim
-//!   and Levin 2002).
-//! - [`Surcharge`]: what comes on top of a cost. [`CurvatureFactor`] where curvature changes,
-//!   [`AttributeDeviation`] where texture coordinates, normals and colours would shift.
-//! - [`Placement`]: where the remaining vertex goes. [`Optimal`], with or without keeping the volume,
-//!   [`ButterflyPoint`], [`BestEndpoint`], [`Midpoint`].
-//! - [`Guard`]: what is refused. [`NormalGuard`], [`ShapeGuard`], [`ComponentGuard`],
-//!   [`IntersectionGuard`]; manifoldness is always guarded.
-//! - [`Limits`]: when to stop. [`Constraints`]: what must stay.
-//!
-//! Policies from outside this crate go the same way, and with [`simplify_with`] all the way.
-//!
-//! [`fit()`] then moves the vertices closer to the original, [`anneal()`] spends patience on it, and
-//! [`cut_peaks()`] takes down the largest errors. With [`LimitOptions::distance`] the
-//! result is the coarsest that is found within it, and with [`LimitOptions::squeeze`] that is collapsed
-//! further where that does not exceed it.
-//!
-//! The source has four rooms, each above those before it: `collapse` (the loop and its policies),
+//! There are four rooms, each above those before it: `collapse` (the loop and its policies),
 //! `attributes`, `finish` (fit, anneal, peaks) and `limit` (the largest error).
-//!
-//! All lengths are in model units. Results are bitwise the same for any number of threads.
 
 #[cfg(feature = "finish")]
 mod attributes;

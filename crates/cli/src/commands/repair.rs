@@ -3,6 +3,7 @@
 use std::fmt;
 
 use clap::Arg;
+use mesh_core::FaceId;
 use mesh_core::build::{BuildReport, Repair as Repairs};
 use mesh_core::fill::FillOptions;
 use serde::Serialize;
@@ -135,7 +136,7 @@ fn fill(loaded: &mut Loaded, options: &FillOptions) -> Holes {
     sources.face_source.resize(topology.face_capacity(), 0);
     sources.corner_source.resize(topology.face_capacity(), [0; 3]);
     for hole in &report.filled {
-        let beside = topology.face(hole.half_edge.twin()).map_or(0, |face| face.index());
+        let beside = topology.face(hole.half_edge.twin()).map_or(0, FaceId::index);
         let on_outline = topology.origin(hole.half_edge).index();
         if let Some(vertex) = hole.new_vertex {
             sources.vertex_source[vertex.index()] = sources.vertex_source[on_outline];

@@ -111,6 +111,9 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     Ok(Outcome::Done)
 }
 
+/// A number that follows from the curvature of a vertex.
+type Quantity = fn(&VertexCurvature) -> f64;
+
 impl View {
     fn exhibit(&self, path: &Path, console: &Console) -> Result<Exhibit, Failure> {
         let name = name_of(path);
@@ -122,7 +125,7 @@ impl View {
         let model = loaded.to_model(&loaded.provenance.corner_source)?;
         let mut exhibit = view::content(&name, path, &model)?;
         let curvatures = Curvatures::of(&loaded.mesh, &CurvatureOptions::default());
-        let quantities: [(&str, fn(&VertexCurvature) -> f64); 6] = [
+        let quantities: [(&str, Quantity); 6] = [
             ("mean_curvature", |c| c.mean().value()),
             ("gaussian_curvature", |c| c.gaussian().value()),
             ("k1", |c| c.principal()[0].value()),

@@ -1,0 +1,37 @@
+//! Reads a mesh, flips edges, simplifies it with a guard of its own, and saves it.
+use mesh_core::{Repair, TriMesh, build, glam::DVec3};
+use simplify::{EdgePatch, Guard, Policies, Policy, Refusal, Scratch};
+use std::ops::ControlFlow;
+
+/// What lies above a height stays as it is.
+#[derive(Clone)]
+struct Above(f64);
+
+impl Policy for Above {}
+
+impl Guard for Above {
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
+        let ends = patch.ends().map(|end| (patch.origin() + end).z);
+        if ends.iter().any(|&z| z > self.0) { Err(Refusal::Other) } else { Ok(()) }
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let paths: Vec<String> = std::env::args().skip(1).collect();
+    let [input, output] = &paths[..] else { return Err("give an input and an output".into()) };
+    let model = mesh_io::read(input)?;
+    let mut mesh: TriMesh = build(&model.soup, &Repair::strict())?.mesh;
+    let flips = dtri_flip::optimise(&mut mesh, &dtri_flip::AbsMean, &Default::default())?;
+    let top = mesh.positions().iter().map(|p| p.z).fold(f64::MIN, f64::max);
+
+    let options = simplify::Options::default().to_faces(mesh.topology().face_count() / 2);
+    let cost = simplify::Hybrid::default();
+    let mut policies = Policies::new(cost, simplify::Optimal::default());
+    policies.guards = options.collapse.guards();
+    policies.guards.push(Above(0.9 * top));
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let result = simplify::simplify_with(&mesh, policies, &options, go_on)?;
+    mesh_io::write(output, &result.mesh, &Default::default())?;
+    println!("{} flips, {} faces", flips.flips, result.mesh.topology().face_count());
+    Ok(())
+}
