@@ -37,14 +37,14 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
 fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
     let mut options = Options::preset(*u.choose(&Preset::ALL[..])?);
     // The presets, but on a small scale.
-    if let Some(fit) = &mut options.fit {
+    if let Some(fit) = &mut options.finish.fit {
         *fit = FitOptions { rounds: fit.rounds.min(2), samples_per_face: 4, ..*fit };
     }
-    if let Some(anneal) = &mut options.anneal {
+    if let Some(anneal) = &mut options.finish.anneal {
         *anneal = AnnealOptions { rounds: 2, samples_per_face: 4, ..*anneal };
         anneal.fit.samples_per_face = 4;
     }
-    if let Some(peaks) = &mut options.peaks {
+    if let Some(peaks) = &mut options.finish.peaks {
         peaks.fit =
             FitOptions { rounds: peaks.fit.rounds.min(2), samples_per_face: 4, ..peaks.fit };
         peaks.share = 0.5;
@@ -52,14 +52,14 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
     }
     let faces = mesh.topology().face_count();
     match u.int_in_range(0..=5)? {
-        0 => options.limits.ratio = Some(f64::from(u.int_in_range(0..=10)?) / 10.0),
-        1 => options.limits.vertices = Some(u.int_in_range(0..=20)?),
-        2 => options.limits.cost = Some(f64::from(u.int_in_range(0..=20)?) / 10.0),
-        3 => options.max_error = Some(f64::from(u.int_in_range(1..=20)?) / 10.0),
-        _ => options.limits.faces = Some(u.int_in_range(0..=faces)?),
+        0 => options.collapse.limits.ratio = Some(f64::from(u.int_in_range(0..=10)?) / 10.0),
+        1 => options.collapse.limits.vertices = Some(u.int_in_range(0..=20)?),
+        2 => options.collapse.limits.cost = Some(f64::from(u.int_in_range(0..=20)?) / 10.0),
+        3 => options.limit.distance = Some(f64::from(u.int_in_range(1..=20)?) / 10.0),
+        _ => options.collapse.limits.faces = Some(u.int_in_range(0..=faces)?),
     }
     if u.ratio(1, 3)? {
-        options.placement = *u.choose(&[
+        options.collapse.placement = *u.choose(&[
             PlacementRule::OptimalVolume,
             PlacementRule::Optimal,
             PlacementRule::Endpoint,
@@ -67,19 +67,21 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
             PlacementRule::Butterfly,
         ])?;
     }
-    options.error = *u.choose(&[ErrorCheck::None, ErrorCheck::Sampled, ErrorCheck::Certified])?;
-    options.constraints.boundary =
+    options.limit.check =
+        *u.choose(&[None, None, Some(ErrorCheck::Sampled), Some(ErrorCheck::Certified)])?;
+    options.limit.squeeze = u.ratio(1, 4)?;
+    options.collapse.constraints.boundary =
         *u.choose(&[Boundary::Quadrics, Boundary::Lock, Boundary::Free])?;
     if u.ratio(1, 4)? {
         let angle = f64::from(u.int_in_range(0..=30)?) / 10.0;
-        options.constraints.features = Some(feature_edges(mesh, angle));
+        options.collapse.constraints.features = Some(feature_edges(mesh, angle));
     }
-    options.forbid_intersections = u.ratio(1, 3)?;
+    options.collapse.forbid_intersections = u.ratio(1, 3)?;
     if u.ratio(1, 4)? {
-        options.min_component_vertices = Some(u.int_in_range(0..=8)?);
+        options.collapse.min_component_vertices = Some(u.int_in_range(0..=8)?);
     }
     if u.ratio(1, 4)? {
-        options.curvature_weight = f64::from(u.int_in_range(0..=20)?) / 2.0;
+        options.collapse.curvature_weight = f64::from(u.int_in_range(0..=20)?) / 2.0;
     }
     if u.ratio(1, 4)? {
         let has_texture = u.arbitrary()?;
@@ -88,7 +90,7 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
             let at = half_edge.index();
             [numbers[at % 7], numbers[at / 7 % 7]].map(|number| f64::from(number / 64))
         });
-        options.attributes = Some(attributes);
+        options.attributes.corners = Some(attributes);
     }
     Ok(options)
 }
@@ -104,15 +106,18 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     }
     assert!(result.max_cost.is_finite(), "the largest cost is {}", result.max_cost);
     if result.stop == StopReason::Faces {
-        let ratio =
-            options.limits.ratio.map_or(0, |r| (r * old.face_count() as f64).ceil() as usize);
-        let target = options.limits.faces.unwrap_or(0).max(ratio);
+        let ratio = options
+            .collapse
+            .limits
+            .ratio
+            .map_or(0, |r| (r * old.face_count() as f64).ceil() as usize);
+        let target = options.collapse.limits.faces.unwrap_or(0).max(ratio);
         assert!(new.face_count() <= target, "{} faces, not {target}", new.face_count());
     }
     // The log belongs to the mesh, whatever became of it afterwards.
     let replayed = result.log.replay(mesh, result.log.len()).expect("the log fits the mesh");
     replayed.topology().validate().expect("a replay keeps the invariants");
-    if options.constraints.boundary == Boundary::Lock {
+    if options.collapse.constraints.boundary == Boundary::Lock {
         for vertex in old.vertices().filter(|&v| old.is_boundary_vertex(v)) {
             let became = result.vertex_map[vertex].expect("locked vertices stay");
             assert_eq!(result.mesh.position(became), mesh.position(vertex), "{vertex:?} is locked");
@@ -123,8 +128,8 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
         if let Some(upper) = error.upper {
             assert!(error.lower <= upper, "bounds {} and {upper}", error.lower);
         }
-        let is_limited = options.max_error.is_some() && result.stop != StopReason::Cancelled;
-        if let (Some(limit), true) = (options.max_error, is_limited) {
+        let is_limited = options.limit.distance.is_some() && result.stop != StopReason::Cancelled;
+        if let (Some(limit), true) = (options.limit.distance, is_limited) {
             assert!(error.is_within(limit), "{error:?} with a limit of {limit}");
         }
     }
