@@ -183,9 +183,9 @@ fn build() -> Result<PathBuf, Failure> {
     let failed = |why: String| Failure::Usage(format!("cannot build the program: {why}"));
     let output = command.output().map_err(|error| failed(error.to_string()))?;
     let messages = String::from_utf8_lossy(&output.stdout);
-    let executables = messages.lines().filter_map(|line| {
+    let mut executables = messages.lines().filter_map(|line| {
         let message: serde_json::Value = serde_json::from_str(line).ok()?;
         message.get("executable")?.as_str().map(PathBuf::from)
     });
-    executables.last().ok_or_else(|| failed("cargo names no executable".into()))
+    executables.next_back().ok_or_else(|| failed("cargo names no executable".into()))
 }

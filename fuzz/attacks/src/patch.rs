@@ -47,7 +47,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
 }
 
 fn of_vertices(mesh: &TriMesh, area: VertexArea) {
-    let options = CurvatureOptions { area, ..CurvatureOptions::default() };
+    let options = CurvatureOptions { area };
     let curvatures = Curvatures::of(mesh, &options);
     let totals = curvatures.totals();
     let topology = mesh.topology();

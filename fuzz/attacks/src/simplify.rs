@@ -35,7 +35,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
 }
 
 fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
-    let mut options = Options::preset(*u.choose(&Preset::ALL[..])?);
+    let mut options = Options::preset(*u.choose(Preset::ALL)?);
     // The presets, but on a small scale.
     if let Some(fit) = &mut options.finish.fit {
         *fit = FitOptions { rounds: fit.rounds.min(2), samples_per_face: 4, ..*fit };
