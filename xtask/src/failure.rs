@@ -11,8 +11,8 @@ pub(crate) enum Failure {
     Recorded(Box<csv::Error>),
     #[error("cannot write {path}: {source}")]
     Write { path: PathBuf, source: std::io::Error },
-    #[error("cannot write {path}: {source}")]
-    Picture { path: PathBuf, source: Box<image::ImageError> },
+    #[error(transparent)]
+    Render(Box<mesh_render::RenderError>),
     #[error("cannot read {path}: {source}")]
     Read { path: PathBuf, source: Box<mesh_io::ReadError> },
     #[error("cannot read {path}: {source}")]
@@ -50,6 +50,10 @@ impl Failure {
 
     pub(crate) fn mesh(source: impl std::error::Error + Send + Sync + 'static) -> Self {
         Self::Mesh(Box::new(source))
+    }
+
+    pub(crate) fn render(source: mesh_render::RenderError) -> Self {
+        Self::Render(Box::new(source))
     }
 
     /// Adds the path to an error of writing there.

@@ -1,8 +1,8 @@
 //! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print,
 //! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask limits-study`
-//! counts the faces within a largest error, `cargo xtask render` draws a mesh,
-//! `cargo xtask circles` holds the files of each crate to be in layers, `cargo xtask torture` runs
-//! every command on every file of a folder, and `cargo xtask deny` checks the dependencies.
+//! counts the faces within a largest error, `cargo xtask circles` holds the files of each crate to be
+//! in layers, `cargo xtask torture` runs every command on every file of a folder, and
+//! `cargo xtask deny` checks the dependencies.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -10,13 +10,10 @@
 mod circles;
 mod convex_study;
 mod deny;
-mod draw;
 mod failure;
 mod limits_study;
 mod plot;
-mod render;
 mod reproduce;
-mod texture;
 mod torture;
 
 use std::process::ExitCode;
@@ -24,10 +21,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 #[derive(Debug, Parser)]
-#[command(
-    name = "cargo xtask",
-    about = "Reproduces the papers, draws meshes and tries to break the program"
-)]
+#[command(name = "cargo xtask", about = "Reproduces the papers and tries to break the program")]
 enum Task {
     /// Compute the papers' tables and figures and compare them with what is printed
     ///
@@ -47,11 +41,6 @@ enum Task {
     ///     cargo xtask limits-study --models meshes --meshes cow.obj --presets fast,default,paper-l1
     #[command(verbatim_doc_comment)]
     LimitsStudy(limits_study::LimitsStudy),
-    /// Draw a mesh with its vertex colours to a PNG file, without a display
-    ///
-    ///     cargo xtask render torus.ply -o torus.png --edges 1 --from 1,0.3,1
-    #[command(verbatim_doc_comment)]
-    Render(draw::Draw),
     /// Look for circles among the files of each crate: what a file uses shall lie below it
     ///
     ///     cargo xtask circles
@@ -73,7 +62,6 @@ fn main() -> ExitCode {
         Task::Reproduce(options) => reproduce::run(&options),
         Task::ConvexStudy(options) => convex_study::run(&options),
         Task::LimitsStudy(options) => limits_study::run(&options),
-        Task::Render(options) => draw::run(&options),
         Task::Circles(options) => circles::run(&options),
         Task::Torture(options) => torture::run(&options),
         Task::Deny(options) => deny::run(&options),

@@ -2,6 +2,7 @@
 //! (classes `plot`, `curve`, `mark`, `grid`, `tick`, and `s1` to `s6` for the series).
 
 use maud::{Markup, html};
+use mesh_render::ticks;
 
 /// Curves over common axes.
 #[derive(Clone, Debug)]
@@ -179,32 +180,11 @@ impl Scale {
 
     /// Round values in the range.
     fn ticks(&self) -> Vec<f64> {
-        if self.log { self.log_ticks() } else { self.linear_ticks() }
-    }
-
-    fn linear_ticks(&self) -> Vec<f64> {
-        let rough = (self.high - self.low) / 6.0;
-        let power = 10_f64.powf(rough.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].map(|f| f * power).into_iter().find(|&s| s >= rough);
-        let step = step.unwrap_or(rough);
-        let first = (self.low / step).ceil() as i64;
-        let last = (self.high / step).floor() as i64;
-        (first..=last).map(|i| i as f64 * step).collect()
-    }
-
-    /// One, two and five times the powers of ten; the powers alone if that is enough.
-    fn log_ticks(&self) -> Vec<f64> {
-        let powers = self.low.floor() as i32..=self.high.ceil() as i32;
-        let all = |factors: &[f64]| -> Vec<f64> {
-            let values = powers.clone().flat_map(|p| {
-                factors
-                    .iter()
-                    .map(move |f| if p < 0 { f / 10_f64.powi(-p) } else { f * 10_f64.powi(p) })
-            });
-            values.filter(|v| (self.low..=self.high).contains(&v.log10())).collect()
-        };
-        let decades = all(&[1.0]);
-        if decades.len() >= 4 { decades } else { all(&[1.0, 2.0, 5.0]) }
+        if self.log {
+            ticks::log(10_f64.powf(self.low), 10_f64.powf(self.high))
+        } else {
+            ticks::linear(self.low, self.high, 6)
+        }
     }
 }
 

@@ -53,6 +53,9 @@ pub(crate) struct Reproduce {
     /// Put on record what is computed now (xtask/recorded), after looking at it
     #[arg(long, conflicts_with_all = ["check", "quick"])]
     record: bool,
+    /// Put the turning models into the page itself, so that it needs no file beside it
+    #[arg(long)]
+    embed: bool,
     /// The folder for the page, the pictures, the meshes and the numbers
     #[arg(long, value_name = "DIR", default_value = "target/reproduce")]
     out: PathBuf,
@@ -88,7 +91,7 @@ pub(crate) fn run(options: &Reproduce) -> Result<(), Failure> {
     }
     judge(&papers, &recorded, options.quick, &mut items);
     files::write(&items, &options.out)?;
-    page::write(&papers, &items, &options.out)?;
+    page::write(&papers, &items, &options.out, options.embed)?;
     print!("{}", summary::text(&papers, &items));
     println!("\nThe page with pictures: {}", options.out.join("index.html").display());
     verdict_of(&items, options.check)

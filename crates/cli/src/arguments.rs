@@ -12,9 +12,11 @@ use crate::commands::info::Info;
 use crate::commands::lod::Lod;
 use crate::commands::man::Manual;
 use crate::commands::patch::Patch;
+use crate::commands::render::Render;
 use crate::commands::repair::Repair;
 use crate::commands::simplify::Simplify;
 use crate::commands::subdivide::Subdivide;
+use crate::commands::view::View;
 
 /// Curvature-driven work on triangle meshes.
 #[derive(Debug, Parser)]
@@ -44,6 +46,8 @@ pub(crate) enum Command {
     Distance(Distance),
     Subdivide(Subdivide),
     Repair(Repair),
+    View(Box<View>),
+    Render(Box<Render>),
     Completions(Completions),
     Man(Manual),
 }

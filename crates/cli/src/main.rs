@@ -26,6 +26,7 @@ mod session;
 mod simplify_options;
 mod task;
 mod text;
+mod view;
 
 use std::num::NonZero;
 use std::process::ExitCode;
@@ -34,8 +35,8 @@ use clap::{CommandFactory, FromArgMatches};
 
 use arguments::{Arguments, Command};
 use commands::{
-    completions, convert, curvature, distance, flip, info, lod, man, patch, repair, simplify,
-    subdivide,
+    completions, convert, curvature, distance, flip, info, lod, man, patch, render, repair,
+    simplify, subdivide, view as view_command,
 };
 use console::Console;
 use failure::Failure;
@@ -115,6 +116,8 @@ fn run(arguments: Arguments, session: &Session) -> Result<Outcome, Failure> {
         Command::Distance(options) => distance::run(&options, session),
         Command::Subdivide(options) => subdivide::run(&options, session),
         Command::Repair(options) => repair::run(&options, session),
+        Command::View(options) => view_command::run(&options, session),
+        Command::Render(options) => render::run(&options, session),
         Command::Completions(options) => completions::run(&options, Arguments::command()),
         Command::Man(options) => man::run(&options, Arguments::command()),
     }

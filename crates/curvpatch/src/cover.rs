@@ -15,6 +15,7 @@ pub use options::{CoverMethod, CoverOptions, Seeds};
 
 /// A patch of a cover.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CoverPatch {
     /// The patch, with its point, curvature and shape.
     pub fit: PatchFit,
@@ -29,6 +30,7 @@ pub struct CoverPatch {
 
 /// A mesh covered by patches, as far as the tolerance allows.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Cover {
     /// The patches in the order in which they were chosen.
     pub patches: Vec<CoverPatch>,
@@ -125,9 +127,23 @@ impl CoverCandidates<'_> {
             CoverMethod::Greedy => greedy(),
             CoverMethod::Sequential => sequential(),
             CoverMethod::Best => {
-                let (greedy, sequential) = (greedy(), sequential());
+                let (greedy, sequential) = join(greedy, sequential);
                 if sequential.1.len() < greedy.1.len() { sequential } else { greedy }
             }
         }
     }
+}
+
+/// Both, at the same time where that is possible.
+#[cfg(feature = "rayon")]
+fn join<A: Send, B: Send>(
+    first: impl FnOnce() -> A + Send,
+    second: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    rayon::join(first, second)
+}
+
+#[cfg(not(feature = "rayon"))]
+fn join<A, B>(first: impl FnOnce() -> A, second: impl FnOnce() -> B) -> (A, B) {
+    (first(), second())
 }

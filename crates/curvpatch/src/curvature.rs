@@ -7,6 +7,7 @@ use crate::curvature_error::{CurvatureError, check_radius};
 use crate::params::{NormalRule, Params, PrincipalRule};
 use crate::section::{Section, SectionPlane, WalkEnd};
 use crate::section_curvature::{section_curvature, section_slope};
+use crate::sections::Sections;
 use crate::surface_point::SurfacePoint;
 
 /// What kind of point a surface has, by its principal curvatures.
@@ -30,6 +31,7 @@ pub enum PointClass {
 /// Curvatures are pointwise, in one over length, and positive where the surface is convex seen
 /// from the side of the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct DiscCurvature {
     /// The centre of the disc.
     pub center: DVec3,
@@ -113,6 +115,10 @@ impl TangentPlane {
 
     fn tangent(&self, cos: f64, sin: f64) -> DVec3 {
         cos * self.tangents[0] + sin * self.tangents[1]
+    }
+
+    fn section_plane(&self, direction: &Direction) -> SectionPlane {
+        SectionPlane::new(self.origin, self.normal, self.tangent(direction.cos, direction.sin))
     }
 }
 
@@ -202,20 +208,66 @@ impl<'a> CurvatureEstimator<'a> {
         point: impl Into<SurfacePoint>,
         radius: f64,
     ) -> Result<DiscCurvature, CurvatureError> {
-        let point = point.into();
+        self.at_with(point.into(), radius, |_, plane, direction| {
+            self.section(plane, direction, radius)
+        })
+    }
+
+    /// As [`CurvatureEstimator::at`], going on with sections of earlier radii at the same point.
+    pub(crate) fn at_again(
+        &self,
+        sections: &mut Sections<'a>,
+        point: SurfacePoint,
+        radius: f64,
+    ) -> Result<DiscCurvature, CurvatureError> {
+        sections.start(point);
+        self.at_with(point, radius, |number, plane, direction| {
+            let section_plane = plane.section_plane(direction);
+            sections.measure(number, self.mesh, &section_plane, plane.normal, radius)
+        })
+    }
+
+    /// As [`CurvatureEstimator::at`], with the sections in the planes through the normal of the face
+    /// from somewhere else.
+    fn at_with(
+        &self,
+        point: SurfacePoint,
+        radius: f64,
+        mut face_section: impl FnMut(usize, &TangentPlane, &Direction) -> Section,
+    ) -> Result<DiscCurvature, CurvatureError> {
         check_radius(radius)?;
-        let mut plane = self.face_plane(point)?;
-        let mut face_normal_kept = false;
-        if self.params.normal == NormalRule::Disc {
-            match self.disc_plane(&plane, radius) {
-                Some(fitted) => plane = fitted,
-                None => face_normal_kept = true,
+        let face_plane = self.face_plane(point)?;
+        let numbered = || self.directions.iter().enumerate();
+        let of_face =
+            numbered().map(|(i, direction)| (direction, face_section(i, &face_plane, direction)));
+        if self.params.normal == NormalRule::Face {
+            return self.disc(&face_plane, radius, false, of_face);
+        }
+        let of_face: Vec<(&Direction, Section)> = of_face.collect();
+        let fitted = self.disc_plane(&face_plane, radius, &of_face);
+        match fitted {
+            None => self.disc(&face_plane, radius, true, of_face.into_iter()),
+            Some(plane) => {
+                let of_disc = self
+                    .directions
+                    .iter()
+                    .map(|direction| (direction, self.section(&plane, direction, radius)));
+                self.disc(&plane, radius, false, of_disc)
             }
         }
+    }
+
+    /// The curvature that follows from the sections in the planes through a normal.
+    fn disc<'d>(
+        &self,
+        plane: &TangentPlane,
+        radius: f64,
+        face_normal_kept: bool,
+        sections: impl Iterator<Item = (&'d Direction, Section)>,
+    ) -> Result<DiscCurvature, CurvatureError> {
         let mut truncated = false;
         let mut wrapped = false;
-        let sections = self.directions.iter().map(|direction| {
-            let section = self.section(&plane, direction, radius);
+        let sections = sections.map(|(direction, section)| {
             truncated |= section.ended_by(WalkEnd::Boundary);
             wrapped |= section.ended_by(WalkEnd::Wrapped);
             (direction, section)
@@ -224,7 +276,7 @@ impl<'a> CurvatureEstimator<'a> {
             PrincipalRule::SignedExtremes => self.signed_extremes(sections),
             PrincipalRule::EulerFit => self.euler_fit(sections, radius),
         };
-        let face = point.face();
+        let face = plane.face;
         let Principal { curvatures, cos_sin } =
             principal.ok_or(CurvatureError::TooFewDirections { face })?;
         let e1 = plane.tangent(cos_sin.x, cos_sin.y);
@@ -280,15 +332,19 @@ impl<'a> CurvatureEstimator<'a> {
 
     /// The tangent plane of the disc: slope ≈ g·t in the least-squares sense gives the normal
     /// n - g. `None` when the slopes do not determine g.
-    fn disc_plane(&self, plane: &TangentPlane, radius: f64) -> Option<TangentPlane> {
+    fn disc_plane(
+        &self,
+        plane: &TangentPlane,
+        radius: f64,
+        sections: &[(&Direction, Section)],
+    ) -> Option<TangentPlane> {
         let mut matrix = DMat2::ZERO;
         let mut right = DVec2::ZERO;
-        for direction in &self.directions {
-            let section = self.section(plane, direction, radius);
+        for (direction, section) in sections {
             let weight = section.weight(radius);
             let row = DVec2::new(direction.cos, direction.sin);
             matrix += DMat2::from_cols(weight * row.x * row, weight * row.y * row);
-            right += weight * section_slope(&section) * row;
+            right += weight * section_slope(section) * row;
         }
         let trace = matrix.x_axis.x + matrix.y_axis.y;
         let solvable = matrix.determinant() > 1e-9 * trace * trace;
@@ -300,8 +356,7 @@ impl<'a> CurvatureEstimator<'a> {
     }
 
     fn section(&self, plane: &TangentPlane, direction: &Direction, radius: f64) -> Section {
-        let tangent = plane.tangent(direction.cos, direction.sin);
-        let section_plane = SectionPlane::new(plane.origin, plane.normal, tangent);
+        let section_plane = plane.section_plane(direction);
         Section::measure(self.mesh, plane.face, &section_plane, plane.normal, radius)
     }
 

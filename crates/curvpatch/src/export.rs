@@ -13,6 +13,7 @@ use crate::tessellate::TessellationError;
 /// A cover as triangles: every patch with its own vertices, then the residual triangles with
 /// theirs.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CoverMesh {
     /// The vertices.
     pub positions: Vec<DVec3>,

@@ -9,6 +9,7 @@ use crate::surface_point::SurfacePoint;
 
 /// A patch with what it was made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PatchFit {
     /// The point that the patch was made for.
     pub point: SurfacePoint,

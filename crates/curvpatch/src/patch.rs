@@ -238,8 +238,18 @@ impl Patch {
     #[must_use]
     pub fn local_point(&self, u: f64, phi: f64) -> DVec3 {
         let (sin, cos) = phi.sin_cos();
-        let reach = self.reaches(u).0;
-        let depth = self.sagittas(u).dot(DVec2::new(cos * cos, sin * sin));
+        self.point_of_arms(self.arms(u), sin, cos)
+    }
+
+    /// A₁ and A₂, and H₁ and H₂: what the points with this u have in common.
+    pub(crate) fn arms(&self, u: f64) -> [DVec2; 2] {
+        [self.reaches(u).0, self.sagittas(u)]
+    }
+
+    /// The point in the frame of the patch from its arms and the sine and cosine of φ.
+    #[inline]
+    pub(crate) fn point_of_arms(&self, [reach, sagitta]: [DVec2; 2], sin: f64, cos: f64) -> DVec3 {
+        let depth = sagitta.dot(DVec2::new(cos * cos, sin * sin));
         DVec3::new(reach.x * cos, reach.y * sin, self.translation - depth)
     }
 

@@ -44,6 +44,17 @@ pub(crate) struct Limits {
     pub(crate) ends_only: bool,
 }
 
+/// What a look at a patch along some sections tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// It does not keep its limits.
+    Fails,
+    /// All that was looked at is within tolerance.
+    Likely,
+    /// A test point is not within tolerance of what is straight under it, which says nothing yet.
+    Open,
+}
+
 /// Angles of the full test, unless asked for otherwise.
 pub(crate) const TEST_ANGLES: u32 = 16;
 
@@ -77,6 +88,7 @@ pub struct PatchProbe<'a> {
     /// The vertices in the footprint that are within tolerance.
     fitted: Marks,
     pending: Vec<TestPoint>,
+    turns: Turns,
 }
 
 impl<'a> PatchProbe<'a> {
@@ -84,7 +96,13 @@ impl<'a> PatchProbe<'a> {
     #[must_use]
     pub fn new(mesh: &'a TriMesh) -> Self {
         let fitted = Marks::new(mesh.topology().vertex_capacity());
-        Self { mesh, region: Region::new(mesh), fitted, pending: Vec::new() }
+        Self {
+            mesh,
+            region: Region::new(mesh),
+            fitted,
+            pending: Vec::new(),
+            turns: Turns::default(),
+        }
     }
 
     /// The distances of four boundary points from the mesh, at φ = 0°, 30°, 60° and 90°: the
@@ -105,7 +123,10 @@ impl<'a> PatchProbe<'a> {
     /// arcs: errors up to there are exact, and what lies beyond is another part of the surface.
     /// With `overhang`, test points whose nearest point of the mesh is on its boundary are ignored.
     pub fn full_error(&mut self, fit: &PatchFit, tolerance: f64, overhang: bool) -> PatchErrors {
-        let mut points: Vec<TestPoint> = full_test(&fit.patch, TEST_ANGLES)
+        self.turns.set(TEST_ANGLES);
+        let mut points: Vec<TestPoint> = self
+            .turns
+            .full_test(&fit.patch)
             .map(|local| TestPoint::new(fit.patch.to_world(local)))
             .collect();
         let heights = self.grow_whole(fit, 2.0 * tolerance);
@@ -125,6 +146,47 @@ impl<'a> PatchProbe<'a> {
         };
         let faces = self.region.faces().iter().copied();
         faces.filter(|&face| self.mesh.triangle(face).iter().all(in_footprint)).collect()
+    }
+
+    /// What can be told of a patch without looking at all of the faces under it: it fails when a
+    /// vertex of a face straight under a test point is out of tolerance and the section leads there
+    /// through faces of the region.
+    pub(crate) fn screen(&mut self, fit: &PatchFit, limits: &Limits) -> Verdict {
+        if limits.ends_only {
+            return Verdict::Open;
+        }
+        let (mesh, patch) = (self.mesh, &fit.patch);
+        let [l1, l2] = patch.arcs();
+        let reach = l1.max(l2) + 2.0 * limits.tolerance;
+        let is_bad = |face: FaceId| {
+            mesh.topology().face_vertices(face).into_iter().any(|vertex| {
+                height_error(patch, mesh.position(vertex))
+                    .is_some_and(|error| error > limits.tolerance)
+            })
+        };
+        self.turns.set(limits.angles);
+        self.pending.clear();
+        for local in self.turns.full_test(patch) {
+            let mut in_region = true;
+            let under = follow(mesh, fit, local, |walk| {
+                in_region &= walk.crossing().length_squared() <= reach * reach
+                    && mesh.face_cross(walk.face()).dot(patch.frame()[2]) > 0.0;
+            });
+            let at = patch.to_world(local);
+            let near = under.is_some_and(|face| is_near(mesh, face, at, limits.tolerance));
+            if !near {
+                return Verdict::Open;
+            }
+            if in_region && under.is_some_and(is_bad) {
+                return Verdict::Fails;
+            }
+        }
+        Verdict::Likely
+    }
+
+    /// How many faces the patch that was tested last has in its region.
+    pub(crate) fn region_size(&self) -> usize {
+        self.region.faces().len()
     }
 
     /// Whether a patch keeps its limits; if so, [`PatchProbe::covered`] has its faces.
@@ -153,44 +215,21 @@ impl<'a> PatchProbe<'a> {
     /// Leaves in `pending` the test points that are not within tolerance of the face that lies
     /// straight under them, which the section in their direction leads to.
     fn test_over_sections(&mut self, fit: &PatchFit, limits: &Limits) {
-        self.pending.clear();
+        let Self { mesh, pending, turns, .. } = self;
+        pending.clear();
         let patch = &fit.patch;
-        let mut test = |local: DVec3| {
+        let test = |local: DVec3| {
             let at = patch.to_world(local);
-            let under = self.face_under(fit, local);
-            let near = under.is_some_and(|face| {
-                closest_point(at, self.mesh.triangle(face)).0.distance(at) <= limits.tolerance
-            });
-            if !near {
-                self.pending.push(TestPoint::new(at));
+            let under = follow(mesh, fit, local, |_| {});
+            if !under.is_some_and(|face| is_near(mesh, face, at, limits.tolerance)) {
+                pending.push(TestPoint::new(at));
             }
         };
         if limits.ends_only {
-            arc_ends(patch).for_each(&mut test);
+            arc_ends(patch).for_each(test);
         } else {
-            full_test(patch, limits.angles).for_each(&mut test);
-        }
-    }
-
-    /// The face straight under a point of the patch, if the section leads there.
-    fn face_under(&self, fit: &PatchFit, local: DVec3) -> Option<FaceId> {
-        let [e1, e2, e3] = fit.patch.frame();
-        let distance = local.truncate().length();
-        let tangent = (local.x * e1 + local.y * e2) / distance;
-        let plane = SectionPlane::new(fit.patch.origin(), e3, tangent);
-        let [mut walk, _] = SectionWalk::both_ways(self.mesh, fit.point.face(), &plane)?;
-        let mut last = 0.0;
-        loop {
-            let ahead = walk.crossing().dot(tangent);
-            if ahead >= distance {
-                return Some(walk.face());
-            }
-            // Where the section turns back, the mesh folds over and nothing is straight under.
-            if ahead < last {
-                return None;
-            }
-            last = ahead;
-            walk.step().ok()?;
+            turns.set(limits.angles);
+            turns.full_test(patch).for_each(test);
         }
     }
 
@@ -269,11 +308,61 @@ fn height_error(patch: &Patch, point: DVec3) -> Option<f64> {
     patch.height_in_footprint(local.x, local.y).map(|z| (local.z - z).abs())
 }
 
-/// The points of the full test, in the frame of the patch.
-fn full_test(patch: &Patch, angles: u32) -> impl Iterator<Item = DVec3> + '_ {
-    let angle = move |j: u32| TAU * f64::from(j) / f64::from(angles);
-    let ring = move |u: f64| (0..angles).map(move |j| patch.local_point(u, angle(j)));
-    ring(1.0).chain(ring(0.5))
+/// Sines and cosines of evenly spaced angles.
+#[derive(Clone, Debug, Default)]
+struct Turns(Vec<[f64; 2]>);
+
+impl Turns {
+    /// Makes them so many.
+    fn set(&mut self, angles: u32) {
+        if self.0.len() != angles as usize {
+            let angle = |j: u32| TAU * f64::from(j) / f64::from(angles);
+            self.0 = (0..angles).map(|j| angle(j).sin_cos().into()).collect();
+        }
+    }
+
+    /// The points of the full test, in the frame of the patch.
+    fn full_test<'t>(&'t self, patch: &'t Patch) -> impl Iterator<Item = DVec3> + 't {
+        let ring = |u: f64| {
+            let arms = patch.arms(u);
+            self.0.iter().map(move |&[sin, cos]| patch.point_of_arms(arms, sin, cos))
+        };
+        ring(1.0).chain(ring(0.5))
+    }
+}
+
+/// Whether a face is within a distance of a point.
+fn is_near(mesh: &TriMesh, face: FaceId, at: DVec3, distance: f64) -> bool {
+    closest_point(at, mesh.triangle(face)).0.distance(at) <= distance
+}
+
+/// The face straight under a point of the patch, if the section leads there; the walker is shown in
+/// every face but the first.
+fn follow(
+    mesh: &TriMesh,
+    fit: &PatchFit,
+    local: DVec3,
+    mut visit: impl FnMut(&SectionWalk<'_>),
+) -> Option<FaceId> {
+    let [e1, e2, e3] = fit.patch.frame();
+    let distance = local.truncate().length();
+    let tangent = (local.x * e1 + local.y * e2) / distance;
+    let plane = SectionPlane::new(fit.patch.origin(), e3, tangent);
+    let [mut walk, _] = SectionWalk::both_ways(mesh, fit.point.face(), &plane)?;
+    let mut last = 0.0;
+    loop {
+        let ahead = walk.crossing().dot(tangent);
+        if ahead >= distance {
+            return Some(walk.face());
+        }
+        // Where the section turns back, the mesh folds over and nothing is straight under.
+        if ahead < last {
+            return None;
+        }
+        last = ahead;
+        walk.step().ok()?;
+        visit(&walk);
+    }
 }
 
 /// The ends of both principal arcs, where SN10 measures the error that a size is chosen by.

@@ -30,7 +30,8 @@ impl SectionPlane {
 pub(crate) enum WalkEnd {
     /// It came to the boundary of the mesh.
     Boundary,
-    /// It came back to the face that it started from.
+    /// It came back to the face that it started from, or crossed more faces than there are across
+    /// the mesh.
     Wrapped,
 }
 
@@ -86,8 +87,7 @@ impl<'a> SectionWalk<'a> {
                 exit: half_edges[i],
                 from,
                 to,
-                // No section visits a face more than twice; the limit is for rounding alone.
-                steps_left: 2 * topology.face_count() + 16,
+                steps_left: most_steps(topology.face_count()),
             })
         });
         let (first, second) = (exits.next()?, exits.next()?);
@@ -153,6 +153,16 @@ impl<'a> SectionWalk<'a> {
     }
 }
 
+/// How many faces a walk may cross in a mesh of so many. No section visits a face more than twice, and
+/// across a surface with faces of some breadth there are about as many as the root of their number
+/// tells. Round the apex of a fan with very many faces there are more, and the section counts as
+/// going round.
+fn most_steps(faces: usize) -> usize {
+    const BREADTHS: f64 = 16.0;
+    let across = 1024 + (BREADTHS * (faces as f64).sqrt()) as usize;
+    across.min(2 * faces + 16)
+}
+
 #[inline]
 fn sight(mesh: &TriMesh, plane: &SectionPlane, vertex: VertexId) -> Sighting {
     let at = mesh.position(vertex) - plane.origin;
@@ -206,6 +216,11 @@ impl Section {
     ) -> Self {
         let arcs = SectionWalk::both_ways(mesh, face, plane)
             .map_or([Arc::EMPTY; 2], |walks| walks.map(|walk| walk.arc(radius)));
+        Self::new(arcs, plane, normal)
+    }
+
+    /// The section with these arcs, forward first.
+    pub(crate) fn new(arcs: [Arc; 2], plane: &SectionPlane, normal: DVec3) -> Self {
         let [forward, backward] = arcs.map(|arc| PlaneArc {
             x: arc.end.dot(plane.tangent),
             y: arc.end.dot(normal),

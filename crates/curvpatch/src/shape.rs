@@ -22,7 +22,7 @@ pub enum Shape {
 
 impl Shape {
     /// All shapes.
-    pub const ALL: [Self; 3] = [Self::Circle, Self::Ellipse, Self::EqualSagitta];
+    pub const ALL: &'static [Self] = &[Self::Circle, Self::Ellipse, Self::EqualSagitta];
 
     /// The largest ratio of the two arcs.
     pub const MAX_STRETCH: f64 = 2.5;

@@ -5,7 +5,8 @@ use mesh_core::FaceId;
 use crate::curvature::{CurvatureEstimator, DiscCurvature};
 use crate::curvature_error::CurvatureError;
 use crate::fit::PatchFit;
-use crate::probe::{Limits, PatchProbe, TEST_ANGLES};
+use crate::probe::{Limits, PatchProbe, TEST_ANGLES, Verdict};
+use crate::sections::Sections;
 use crate::shape::Shape;
 use crate::surface_point::SurfacePoint;
 
@@ -100,6 +101,7 @@ pub struct OptionError {
 /// Why a patch is not larger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum StopReason {
     /// A larger one would be out of tolerance.
     Tolerance,
@@ -113,6 +115,7 @@ pub enum StopReason {
 
 /// A patch of automatic size.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SizedPatch {
     /// The patch; its radius is in the curvature.
     pub fit: PatchFit,
@@ -150,6 +153,10 @@ pub struct PatchSizer<'e, 'a> {
     probe: PatchProbe<'a>,
     /// The curvatures of the ladder's rungs at the current point, which all shapes share.
     rungs: Vec<Result<DiscCurvature, CurvatureError>>,
+    /// The sections of the face's own planes at the current point.
+    sections: Sections<'a>,
+    /// Whether patches have become so large that a first look is quicker than a full test.
+    is_large: bool,
     /// The faces of the best patch so far.
     faces: Vec<FaceId>,
 }
@@ -172,6 +179,8 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             max_radius: options.max_radius.unwrap_or_else(diagonal),
             probe: PatchProbe::new(mesh),
             rungs: Vec::new(),
+            sections: Sections::default(),
+            is_large: false,
             faces: Vec::new(),
         })
     }
@@ -227,36 +236,38 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
     }
 
     /// Climbs the ladder of radii, then bisects.
+    ///
+    /// Once patches are large, radii that are likely to be admissible are passed over until the ladder
+    /// ends; then the largest one is looked at closely, and where that fails the next one below.
     fn climb(&mut self, point: SurfacePoint, shape: Shape) -> Result<SizedPatch, Unfit> {
         let smallest = self.smallest_radius(point)?;
-        let mut best: Option<(f64, PatchFit)> = None;
-        let mut failure: Option<StopReason> = None;
+        self.is_large = false;
+        let mut rungs: Vec<(f64, Result<Tried, StopReason>)> = Vec::new();
         let mut failures = 0;
         for rung in 0.. {
             let radius = smallest * self.options.growth.powi(rung);
             if radius > self.max_radius {
-                failure.get_or_insert(StopReason::MaxRadius);
+                rungs.push((radius, Err(StopReason::MaxRadius)));
                 break;
             }
-            match self.try_rung(point, shape, rung as usize, radius) {
-                Ok(fit) => {
-                    best = Some((radius, fit));
-                    failure = None;
-                    failures = 0;
-                }
-                Err(stop) => {
-                    failure.get_or_insert(stop);
-                    failures += 1;
-                }
-            }
+            let tried = self.try_rung(point, shape, rung as usize, radius);
+            failures = if tried.is_err() { failures + 1 } else { 0 };
+            rungs.push((radius, tried));
             if failures >= 2 && radius >= 3.0 * smallest {
                 break;
             }
         }
-        let stop = failure.unwrap_or(StopReason::MaxRadius);
-        let (radius, fit) = best.ok_or_else(|| self.unfit(smallest, stop))?;
-        let fit = self.bisect(shape, radius, fit);
-        Ok(SizedPatch { fit, stop, faces: self.faces.clone() })
+        let mut stop = StopReason::MaxRadius;
+        while let Some((radius, tried)) = rungs.pop() {
+            match tried.and_then(|tried| self.confirm(tried)) {
+                Ok(fit) => {
+                    let fit = self.bisect(shape, radius, fit);
+                    return Ok(SizedPatch { fit, stop, faces: self.faces.clone() });
+                }
+                Err(reason) => stop = reason,
+            }
+        }
+        Err(self.unfit(smallest, stop))
     }
 
     /// The smallest radius that is tried: just large enough to reach over the face.
@@ -284,21 +295,31 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         shape: Shape,
         rung: usize,
         radius: f64,
-    ) -> Result<PatchFit, StopReason> {
+    ) -> Result<Tried, StopReason> {
         while self.rungs.len() <= rung {
-            self.rungs.push(self.estimator.at(point, radius));
+            self.rungs.push(self.estimator.at_again(&mut self.sections, point, radius));
         }
         let curvature = self.rungs[rung].map_err(|_| StopReason::Boundary)?;
         self.try_curvature(point, shape, curvature)
     }
 
-    /// The patch, when it is admissible; its faces are kept then.
+    /// The patch of a radius, unless a first look tells that it is not admissible.
+    fn try_radius(
+        &mut self,
+        point: SurfacePoint,
+        shape: Shape,
+        radius: f64,
+    ) -> Result<Tried, StopReason> {
+        let curvature = self.estimator.at_again(&mut self.sections, point, radius);
+        self.try_curvature(point, shape, curvature.map_err(|_| StopReason::Boundary)?)
+    }
+
     fn try_curvature(
         &mut self,
         point: SurfacePoint,
         shape: Shape,
         curvature: DiscCurvature,
-    ) -> Result<PatchFit, StopReason> {
+    ) -> Result<Tried, StopReason> {
         if curvature.truncated && !self.options.overhang {
             return Err(StopReason::Boundary);
         }
@@ -307,37 +328,82 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         if curvature.wrapped || fit.patch.turn() > self.options.max_turn {
             return Err(StopReason::Angle);
         }
-        let limits = Limits {
+        let limits = self.limits();
+        let verdict = if self.is_large { self.probe.screen(&fit, &limits) } else { Verdict::Open };
+        match verdict {
+            Verdict::Likely => Ok(Tried { fit, faces: None }),
+            Verdict::Fails => Err(StopReason::Tolerance),
+            Verdict::Open => {
+                let faces = self.faces_of(&fit)?;
+                Ok(Tried { fit, faces: Some(faces) })
+            }
+        }
+    }
+
+    fn limits(&self) -> Limits {
+        Limits {
             tolerance: self.options.tolerance,
             overhang: self.options.overhang,
             angles: self.options.test_angles,
             ends_only: self.options.test == ErrorTest::EndPoints,
-        };
-        if !self.probe.accepts(&fit, &limits) {
-            return Err(StopReason::Tolerance);
         }
-        self.faces.clear();
-        self.faces.extend(self.probe.covered());
-        Ok(fit)
     }
 
-    /// Narrows the gap between the largest admissible rung and the next.
+    /// The faces of a patch, when it is admissible.
+    fn faces_of(&mut self, fit: &PatchFit) -> Result<Vec<FaceId>, StopReason> {
+        let accepted = self.probe.accepts(fit, &self.limits());
+        self.is_large |= self.probe.region_size() >= LARGE;
+        if !accepted {
+            return Err(StopReason::Tolerance);
+        }
+        Ok(self.probe.covered().collect())
+    }
+
+    /// The patch, when it is admissible; its faces are kept then.
+    fn confirm(&mut self, tried: Tried) -> Result<PatchFit, StopReason> {
+        self.faces = match tried.faces {
+            Some(faces) => faces,
+            None => self.faces_of(&tried.fit)?,
+        };
+        Ok(tried.fit)
+    }
+
+    /// Narrows the gap between the largest admissible rung and the next: first by what is likely,
+    /// and where the end of that is not admissible, step by step.
     fn bisect(&mut self, shape: Shape, radius: f64, fit: PatchFit) -> PatchFit {
-        let mut best = fit;
-        let mut admissible = radius;
-        let mut limit = (radius * self.options.growth).min(self.max_radius);
+        let limit = (radius * self.options.growth).min(self.max_radius);
+        let (mut low, mut high) = (radius, limit);
+        let mut largest = None;
         for _ in 0..self.options.bisections {
-            let middle = (admissible * limit).sqrt();
-            let fits = self
-                .estimator
-                .at(fit.point, middle)
-                .ok()
-                .and_then(|curvature| self.try_curvature(fit.point, shape, curvature).ok());
-            match fits {
-                Some(fit) => (best, admissible) = (fit, middle),
-                None => limit = middle,
+            let middle = (low * high).sqrt();
+            match self.try_radius(fit.point, shape, middle) {
+                Ok(tried) => (low, largest) = (middle, Some(tried)),
+                Err(_) => high = middle,
+            }
+        }
+        let Some(largest) = largest else { return fit };
+        if let Ok(fit) = self.confirm(largest) {
+            return fit;
+        }
+        let (mut best, mut low, mut high) = (fit, radius, limit);
+        for _ in 0..self.options.bisections {
+            let middle = (low * high).sqrt();
+            let tried = self.try_radius(fit.point, shape, middle);
+            match tried.and_then(|tried| self.confirm(tried)) {
+                Ok(fit) => (best, low) = (fit, middle),
+                Err(_) => high = middle,
             }
         }
         best
     }
+}
+
+/// So many faces under a patch take longer to look at than a few sections over them.
+const LARGE: usize = 512;
+
+/// A patch that no first look has refused, with its faces where all of it has been looked at.
+#[derive(Clone, Debug)]
+struct Tried {
+    fit: PatchFit,
+    faces: Option<Vec<FaceId>>,
 }

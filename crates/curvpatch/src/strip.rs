@@ -34,6 +34,7 @@ impl StripOptions {
 
 /// Why a strip is not longer.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum StripEnd {
     /// It has as many patches as allowed.
     MaxPatches,

@@ -7,9 +7,31 @@ use crate::curvature_error::CurvatureError;
 
 /// A point strictly inside a face, by its barycentric coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Stored"))]
 pub struct SurfacePoint {
     face: FaceId,
     barycentric: [f64; 3],
+}
+
+/// A point as it is stored, before it has been checked.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Stored {
+    face: FaceId,
+    barycentric: [f64; 3],
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Stored> for SurfacePoint {
+    type Error = CurvatureError;
+
+    /// Keeps the coordinates to the last bit.
+    fn try_from(Stored { face, barycentric }: Stored) -> Result<Self, CurvatureError> {
+        let point = Self::new(face, barycentric)?;
+        let sum: f64 = barycentric.iter().sum();
+        if (sum - 1.0).abs() < 1e-12 { Ok(Self { face, barycentric }) } else { Ok(point) }
+    }
 }
 
 impl SurfacePoint {

@@ -8,6 +8,7 @@ use crate::patch::Patch;
 
 /// The triangles of a patch.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tessellation {
     /// The vertices, on the patch.
     pub positions: Vec<DVec3>,

@@ -9,6 +9,7 @@ use crate::surface_point::SurfacePoint;
 
 /// A normal section of a disc.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SectionTrace {
     /// The polygon in which the plane cuts the mesh, from one end over the centre to the other.
     pub points: Vec<DVec3>,

@@ -43,7 +43,7 @@ fn build(mesh: Mesh) -> TriMesh {
 const CIRCLE: &[Shape] = &[Shape::Circle];
 const ELLIPSE: &[Shape] = &[Shape::Ellipse];
 const SAGITTA: &[Shape] = &[Shape::EqualSagitta];
-const ALL: &[Shape] = &Shape::ALL;
+const ALL: &[Shape] = Shape::ALL;
 
 const fn row(
     mesh: Mesh,

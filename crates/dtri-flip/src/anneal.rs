@@ -23,7 +23,7 @@ pub(crate) fn run<C: FlipCost>(
 ) -> (Stop, u64) {
     let mut random = SplitMix64::new(settings.seed);
     run.forget_flips_of_edges();
-    let mut best = Best { cost: run.cost.total(run.mesh), length: run.log.len(), stop: at_minimum };
+    let mut best = Best { cost: run.total(), length: run.log.len(), stop: at_minimum };
     let mut kept_flips = 0;
     for _ in 0..settings.rounds {
         run.running_cost = best.cost;
@@ -31,9 +31,9 @@ pub(crate) fn run<C: FlipCost>(
         run.forget_flips_of_edges();
         let stop = match stopped {
             Some(stop) => stop,
-            None => greedy::run(run, run.options.look_ahead, watch),
+            None => greedy::run(run, run.rules.options.look_ahead, watch),
         };
-        let cost = run.cost.total(run.mesh);
+        let cost = run.total();
         if cost < best.cost {
             kept_flips = (run.log.len() - best.length) as u64;
             best = Best { cost, length: run.log.len(), stop };

@@ -50,13 +50,15 @@ use crate::quad::Quad;
 /// # }
 /// ```
 pub trait FlipCost: Sync {
-    /// What the cost keeps at hand to evaluate flips quickly; `()` for nothing.
-    type Cache: Sync;
+    /// What the cost keeps at hand to evaluate flips quickly; `()` for nothing. Look-ahead tries
+    /// flips on copies of it.
+    type Cache: Clone + Send + Sync;
 
     /// Computes the cache for a mesh.
     fn prepare(&self, mesh: &TriMesh) -> Self::Cache;
 
-    /// Brings the cache up to date after a flip; `flipped` is the quadrilateral as it is now.
+    /// Brings the cache up to date after a flip; `flipped` is the quadrilateral as it is now. A flip
+    /// and its way back must leave the same bits.
     fn update(&self, _mesh: &TriMesh, _cache: &mut Self::Cache, _flipped: &Quad) {}
 
     /// The cost of the whole mesh, computed afresh.
@@ -108,6 +110,7 @@ pub trait FlipCost: Sync {
 
 /// What a flip changes: parts of the cost, other parts staying as they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Change {
     /// The part that would change, before the flip.
     pub before: f64,
@@ -133,6 +136,7 @@ impl Change {
 
 /// Where the change that a flip makes depends on: what else a flip affects follows from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Reach {
     /// The two triangles at the edge. A flip affects the five edges of these triangles.
     Triangles,

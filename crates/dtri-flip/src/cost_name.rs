@@ -19,6 +19,8 @@ use crate::watch::Progress;
 
 /// The costs of this crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum CostName {
     /// `f1`: [`VertexFunction::SquaredMean`].
     F1,
@@ -45,7 +47,7 @@ pub struct UnknownCost(String);
 
 impl CostName {
     /// All costs.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: &'static [Self] = &[
         Self::F1,
         Self::F2,
         Self::F3,
@@ -147,7 +149,7 @@ impl FromStr for CostName {
     type Err = UnknownCost;
 
     fn from_str(name: &str) -> Result<Self, UnknownCost> {
-        let found = Self::ALL.into_iter().find(|cost| cost.as_str() == name);
+        let found = Self::ALL.iter().copied().find(|cost| cost.as_str() == name);
         found.ok_or_else(|| UnknownCost(name.to_owned()))
     }
 }
@@ -159,5 +161,5 @@ impl fmt::Display for CostName {
 }
 
 fn names() -> String {
-    CostName::ALL.map(CostName::as_str).join(", ")
+    CostName::ALL.iter().map(|cost| cost.as_str()).collect::<Vec<_>>().join(", ")
 }

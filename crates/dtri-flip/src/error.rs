@@ -14,6 +14,16 @@ pub enum FlipError {
         /// The mesh's edge capacity.
         edges: usize,
     },
+    /// More flips in a row are to be tried than can be.
+    #[error(
+        "look_ahead is {given}; it must be at most {limit}, for the effort grows sixfold with each step"
+    )]
+    LookAhead {
+        /// What was given.
+        given: usize,
+        /// What may be given.
+        limit: usize,
+    },
     /// A number is out of its range.
     #[error("{option} is {value}; it must be {range}")]
     OutOfRange {

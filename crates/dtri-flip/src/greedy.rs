@@ -6,6 +6,7 @@ use mesh_core::shapes::SplitMix64;
 use mesh_core::{EdgeId, Handle, parallel};
 
 use crate::cost::{Change, FlipCost, Reach};
+use crate::crowded::Crowded;
 use crate::look_ahead;
 use crate::options::{Ties, Update};
 use crate::quad::Quad;
@@ -24,7 +25,10 @@ pub(crate) fn run<C: FlipCost>(
     watch: &mut Watch<'_>,
 ) -> Stop {
     let cycles_before = run.refused.cycle;
-    let mut greedy = Greedy::new(run, look_ahead);
+    let mut greedy = match Greedy::new(run, look_ahead, watch) {
+        Ok(greedy) => greedy,
+        Err(stop) => return stop,
+    };
     loop {
         let now = || Progress {
             phase: Phase::Greedy,
@@ -37,7 +41,12 @@ pub(crate) fn run<C: FlipCost>(
         {
             return stop;
         }
-        let Some((edge, key)) = greedy.pop() else { break };
+        let Some((edge, key)) = greedy.pop() else {
+            if greedy.catch_up(run) {
+                continue;
+            }
+            break;
+        };
         greedy.take(run, edge, key, watch.flips_left(run.log.len()));
     }
     if greedy.row_too_long {
@@ -52,6 +61,7 @@ struct Greedy {
     order: TieOrder,
     region: Region,
     waiting: Waiting,
+    crowded: Crowded,
     /// Edges whose gains may have changed, their quadrilaterals, and what their flips change.
     outdated: Vec<EdgeId>,
     quads: Vec<Option<Quad>>,
@@ -66,45 +76,52 @@ struct Greedy {
 }
 
 impl Greedy {
-    fn new<C: FlipCost>(run: &mut Run<'_, C>, look_ahead: usize) -> Self {
+    /// Computes the gains of all edges; or says why to stop before that.
+    fn new<C: FlipCost>(
+        run: &Run<'_, C>,
+        look_ahead: usize,
+        watch: &mut Watch<'_>,
+    ) -> Result<Self, Stop> {
         let topology = run.mesh.topology();
         let edges = topology.edge_capacity();
-        let order = TieOrder::new(run.options.ties, edges);
-        let (reach, steps_ahead) = match run.options.update {
-            Update::Exact => (run.cost.reach(), look_ahead.saturating_sub(1)),
+        let order = TieOrder::new(run.rules.options.ties, edges);
+        let (reach, steps_ahead) = match run.rules.options.update {
+            Update::Exact => (run.rules.cost.reach(), look_ahead.saturating_sub(1)),
             Update::TwoNeighbourhood => (Reach::AdjacentTriangles, 0),
         };
         let region = Region::new(topology);
         let waiting = Waiting::new(topology);
-        let singles = {
-            let run = &*run;
-            parallel::collect_blocks::<_, _, 16>(
-                edges,
-                || (),
-                |(), indices| {
-                    let mut quads = [None; 16];
-                    for (quad, edge) in zip(&mut quads, indices.map(EdgeId::from_index)) {
-                        *quad = run.quad(edge);
-                    }
-                    let mut changes = [None; 16];
-                    run.gainful_changes(&quads, &mut changes);
-                    changes
-                },
-            )
-        };
-        let keys: Vec<Option<f64>> = (0..edges)
-            .map(|item| {
-                let edge = order.edge(item as u32);
-                let single = singles[edge.index()];
-                single.or_else(|| look_ahead::best_change(run, edge, look_ahead)).map(key)
-            })
-            .collect();
-        let queue = IndexedQueue::new(keys.into_iter());
-        Self {
+        let mut changes = parallel::collect_blocks::<_, _, 16>(
+            edges,
+            || (),
+            |(), indices| {
+                let mut quads = [None; 16];
+                for (quad, edge) in zip(&mut quads, indices.map(EdgeId::from_index)) {
+                    *quad = run.quad(edge);
+                }
+                let mut changes = [None; 16];
+                run.gainful_changes(&quads, &mut changes);
+                changes
+            },
+        );
+        if look_ahead > 1 {
+            let stuck: Vec<EdgeId> = (0..edges)
+                .filter(|&index| changes[index].is_none())
+                .map(EdgeId::from_index)
+                .collect();
+            let rows = look_ahead::best_changes(run, &stuck, look_ahead, watch)?;
+            for (edge, row) in zip(stuck, rows) {
+                changes[edge.index()] = row;
+            }
+        }
+        let keys = (0..edges as u32).map(|item| changes[order.edge(item).index()].map(key));
+        let queue = IndexedQueue::new(keys);
+        Ok(Self {
             queue,
             order,
             region,
             waiting,
+            crowded: Crowded::default(),
             outdated: Vec::new(),
             quads: Vec::new(),
             changes: Vec::new(),
@@ -112,7 +129,7 @@ impl Greedy {
             look_ahead,
             row_too_long: false,
             steps_ahead,
-        }
+        })
     }
 
     fn pop(&mut self) -> Option<(EdgeId, f64)> {
@@ -127,7 +144,11 @@ impl Greedy {
         key: f64,
         flips_left: usize,
     ) {
-        match self.single_change(run, edge, key) {
+        let is_old = self.is_outdated(run, edge);
+        if is_old && self.look_ahead < 2 && !self.is_still_best(run, edge, key) {
+            return;
+        }
+        match self.single_change(run, edge, key, is_old) {
             Some(change) => match run.allow(edge) {
                 Ok(flip) => {
                     if let Some(quad) = run.flip(flip, change) {
@@ -137,14 +158,42 @@ impl Greedy {
                 }
                 Err(refusal) => self.refuse(run, edge, refusal),
             },
-            None => self.take_row(run, edge, flips_left),
+            None => self.take_row(run, edge, flips_left, is_old),
         }
+    }
+
+    /// Whether a flip at a crowded vertex may have changed the gain of an edge unseen.
+    fn is_outdated<C: FlipCost>(&self, run: &Run<'_, C>, edge: EdgeId) -> bool {
+        let is_outdated = |quad: Quad| quad.corners.iter().any(|&v| self.crowded.is_outdated(v));
+        run.quad(edge).is_some_and(is_outdated)
+    }
+
+    /// Computes the gain of an edge again, and puts it back when it has become less.
+    fn is_still_best<C: FlipCost>(&mut self, run: &Run<'_, C>, edge: EdgeId, old: f64) -> bool {
+        let new = run.gainful_change(edge).map(key);
+        if new.is_none_or(|new| new < old) {
+            self.queue.set(self.order.item(edge), new);
+            return false;
+        }
+        true
+    }
+
+    /// Brings the crowded vertices up to date. Says whether there were any that were not.
+    fn catch_up<C: FlipCost>(&mut self, run: &mut Run<'_, C>) -> bool {
+        let outdated = self.crowded.take();
+        self.outdated.clear();
+        for &vertex in &outdated {
+            let edges = self.region.star(run.mesh.topology(), vertex);
+            self.outdated.extend_from_slice(edges);
+        }
+        self.reassess(run);
+        !outdated.is_empty()
     }
 
     /// Undoes a flip, just done, whose way back is a gain, too; the edge waits for a change near it.
     fn keep_if_real<C: FlipCost>(&mut self, run: &mut Run<'_, C>, quad: &Quad, change: Change) {
         let way_back = zip(&self.outdated, &self.changes).find(|&(&edge, _)| edge == quad.edge);
-        if run.cost.is_potential() && way_back.is_some_and(|(_, change)| change.is_some()) {
+        if run.rules.cost.is_potential() && way_back.is_some_and(|(_, change)| change.is_some()) {
             run.undo_rounding(change);
             self.refresh(run, &[*quad]);
             self.queue.set(self.order.item(quad.edge), None);
@@ -159,17 +208,25 @@ impl Greedy {
         run: &Run<'_, C>,
         edge: EdgeId,
         key: f64,
+        is_old: bool,
     ) -> Option<Change> {
-        if self.look_ahead < 2 && run.options.update == Update::Exact {
+        if self.look_ahead < 2 && run.rules.options.update == Update::Exact && !is_old {
             return Some(Change { before: key, after: 0.0 });
         }
         run.gainful_change(edge)
     }
 
     /// Does the best row of flips that begins with this edge.
-    fn take_row<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, flips_left: usize) {
-        let Some(row) = look_ahead::best_row(run, edge, self.look_ahead) else {
-            run.refused.stale += 1;
+    fn take_row<C: FlipCost>(
+        &mut self,
+        run: &mut Run<'_, C>,
+        edge: EdgeId,
+        flips_left: usize,
+        is_old: bool,
+    ) {
+        let (rules, mut trial) = run.trial();
+        let Some(row) = look_ahead::best_row(rules, &mut trial, edge, self.look_ahead) else {
+            run.refused.stale += u64::from(!is_old);
             return;
         };
         if row.len() > flips_left {
@@ -205,23 +262,39 @@ impl Greedy {
     /// Computes the gains again that may differ after these flips.
     fn refresh<C: FlipCost>(&mut self, run: &mut Run<'_, C>, flipped: &[Quad]) {
         self.outdated.clear();
+        let mut overdue = Vec::new();
         for quad in flipped {
             let topology = run.mesh.topology();
             let affected = self.region.affected(topology, quad, self.reach, self.steps_ahead);
             self.outdated.extend_from_slice(affected);
+            for &vertex in self.region.crowded() {
+                if self.crowded.note(topology, vertex) {
+                    overdue.push(vertex);
+                }
+            }
             self.waiting.wake(topology, quad.edge, &mut self.outdated);
         }
-        if flipped.len() > 1 {
+        for &vertex in &overdue {
+            self.outdated.extend_from_slice(self.region.star(run.mesh.topology(), vertex));
+        }
+        if flipped.len() > 1 || !overdue.is_empty() {
             self.outdated.sort_unstable();
             self.outdated.dedup();
         }
+        self.reassess(run);
+    }
+
+    /// Computes the gains of the outdated edges.
+    fn reassess<C: FlipCost>(&mut self, run: &mut Run<'_, C>) {
         self.quads.clear();
         self.quads.extend(self.outdated.iter().map(|&edge| run.quad(edge)));
         self.changes.clear();
         self.changes.resize(self.quads.len(), None);
         run.gainful_changes(&self.quads, &mut self.changes);
+        let (rules, mut trial) = run.trial();
         for (&edge, &single) in zip(&self.outdated, &self.changes) {
-            let best = single.or_else(|| look_ahead::best_change(run, edge, self.look_ahead));
+            let row = || look_ahead::best_change(rules, &mut trial, edge, self.look_ahead);
+            let best = single.or_else(row);
             self.queue.set(self.order.item(edge), best.map(key));
         }
     }

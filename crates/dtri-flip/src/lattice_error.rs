@@ -6,6 +6,7 @@ use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId, parallel};
 /// Norms of the distance between a mesh and a surface, over lattice points on the mesh; in model
 /// units.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LatticeError {
     /// The mean: `L1`.
     pub mean: f64,

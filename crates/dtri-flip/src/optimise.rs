@@ -10,6 +10,7 @@ use crate::error::FlipError;
 use crate::greedy;
 use crate::options::FlipOptions;
 use crate::report::{FlipReport, Stop};
+use crate::rules::Rules;
 use crate::run::Run;
 use crate::watch::{Progress, Watch};
 
@@ -43,7 +44,8 @@ pub fn optimise_with<C: FlipCost>(
 ) -> Result<FlipReport, FlipError> {
     options.check(mesh.topology().edge_capacity())?;
     let mut watch = Watch::new(options, progress);
-    let mut run = Run::new(mesh, cost, options);
+    let rules = Rules::new(mesh, cost, options, watch.deadline());
+    let mut run = Run::new(mesh, rules);
     let cost_before = run.running_cost;
     let mut stop = descend(&mut run, &mut watch);
     let mut annealed_flips = 0;
@@ -57,7 +59,7 @@ pub fn optimise_with<C: FlipCost>(
         cost_after: cost.total(run.mesh),
         flips: run.log.len() as u64,
         annealed_flips,
-        locked_edges: run.locked.as_slice().iter().filter(|&&locked| locked).count(),
+        locked_edges: run.rules.locked.as_slice().iter().filter(|&&locked| locked).count(),
         refused: run.refused,
         stop,
     })
@@ -68,7 +70,7 @@ pub fn optimise_with<C: FlipCost>(
 /// A row of flips that is taken early may lead to a worse minimum than single flips would have.
 /// So both ways are tried, and where the plain one gets lower, look-ahead goes on from its end.
 fn descend<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
-    if run.options.look_ahead < 2 {
+    if run.rules.options.look_ahead < 2 {
         return greedy::run(run, 1, watch);
     }
     let (start, start_refused) = (run.running_cost, run.refused);
@@ -76,17 +78,17 @@ fn descend<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
     if !matches!(plain_stop, Stop::LocalMinimum | Stop::CycleGuard) {
         return plain_stop;
     }
-    let (plain_cost, plain_refused) = (run.cost.total(run.mesh), run.refused);
+    let (plain_cost, plain_refused) = (run.total(), run.refused);
     let plain_flips = run.log.clone();
     run.start_over(start, start_refused);
-    let stop = greedy::run(run, run.options.look_ahead, watch);
-    if run.cost.total(run.mesh) <= plain_cost {
+    let stop = greedy::run(run, run.rules.options.look_ahead, watch);
+    if run.total() <= plain_cost {
         return stop;
     }
     run.start_over(plain_cost, plain_refused);
     run.repeat(&plain_flips);
     match stop {
         Stop::TimeLimit | Stop::Cancelled => stop,
-        _ => greedy::run(run, run.options.look_ahead, watch),
+        _ => greedy::run(run, run.rules.options.look_ahead, watch),
     }
 }

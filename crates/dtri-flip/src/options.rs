@@ -8,9 +8,11 @@ use crate::error::FlipError;
 
 /// How to run; the default is the plain greedy run of DHKL01 with an exact queue.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FlipOptions {
-    /// How many flips in a row are tried where no single one lowers the cost. 1 is the plain greedy
-    /// run, 2 the look-ahead of DHKL01; the effort grows about sixfold with each step.
+    /// How many flips in a row are tried where no single one lowers the cost, up to
+    /// [`FlipOptions::MAX_LOOK_AHEAD`]. 1 is the plain greedy run, 2 the look-ahead of DHKL01; the
+    /// effort grows about sixfold with each step.
     pub look_ahead: usize,
     /// Simulated annealing after the greedy run; the result is never worse than without.
     pub anneal: Option<Anneal>,
@@ -59,8 +61,17 @@ impl Default for FlipOptions {
 }
 
 impl FlipOptions {
+    /// The largest look-ahead. There are about a million rows of that length from each edge.
+    pub const MAX_LOOK_AHEAD: usize = 8;
+
     /// Checks the options against the size of a mesh.
     pub(crate) fn check(&self, edges: usize) -> Result<(), FlipError> {
+        if self.look_ahead > Self::MAX_LOOK_AHEAD {
+            return Err(FlipError::LookAhead {
+                given: self.look_ahead,
+                limit: Self::MAX_LOOK_AHEAD,
+            });
+        }
         FlipError::check_angle("feature_angle", self.feature_angle)?;
         FlipError::check_angle("max_fold", self.max_fold)?;
         if let Some(anneal) = &self.anneal {
@@ -83,6 +94,7 @@ impl FlipOptions {
 /// best mesh would make. A greedy run ends the round, and what is not better is undone. So the
 /// result is never worse than that of the greedy run, and the same seed always gives the same one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Anneal {
     /// Where the random numbers start.
     pub seed: u64,
@@ -117,6 +129,8 @@ impl Anneal {
 /// Which of the flips with the same gain comes first. Gains that agree in about ten digits count as
 /// the same, so that rounding does not decide.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Ties {
     /// That of the edge with the smaller id.
     #[default]
@@ -127,6 +141,8 @@ pub enum Ties {
 
 /// Which gains are computed again after a flip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Update {
     /// All that the flip affects, by the [reach](crate::Reach) of the cost.
     #[default]

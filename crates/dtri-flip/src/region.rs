@@ -1,8 +1,9 @@
 //! The edges whose flips look at the triangles that a flip has changed.
 
-use mesh_core::{EdgeId, FaceId, Topology};
+use mesh_core::{EdgeId, FaceId, Topology, VertexId};
 
 use crate::cost::Reach;
+use crate::crowded::{CROWDED, has_more_faces};
 use crate::quad::Quad;
 
 /// Collects edges; keeps its arrays between calls.
@@ -10,6 +11,7 @@ use crate::quad::Quad;
 pub(crate) struct Region {
     faces: Vec<FaceId>,
     edges: Vec<EdgeId>,
+    crowded: Vec<VertexId>,
     face_stamp: Vec<u32>,
     edge_stamp: Vec<u32>,
     stamp: u32,
@@ -20,6 +22,7 @@ impl Region {
         Self {
             faces: Vec::new(),
             edges: Vec::new(),
+            crowded: Vec::new(),
             face_stamp: vec![0; topology.face_capacity()],
             edge_stamp: vec![0; topology.edge_capacity()],
             stamp: 0,
@@ -30,7 +33,9 @@ impl Region {
     /// far as `reach` and `steps` more flips, each at a side of the one before, are looked ahead.
     ///
     /// A change sees a triangle when the triangle is within `reach` of its own two. Seen from the
-    /// flip, these are the edges of the triangles within `reach` of the flipped quadrilateral.
+    /// flip, these are the edges of the triangles within `reach` of the flipped quadrilateral. Of the
+    /// star of a [crowded](Region::crowded) corner, only the triangles next to the flip are among
+    /// them.
     pub(crate) fn affected(
         &mut self,
         topology: &Topology,
@@ -50,8 +55,18 @@ impl Region {
             Reach::Triangles => steps,
             Reach::AdjacentTriangles => steps + 1,
             Reach::CornerStars => {
-                for face in quad.corners.into_iter().flat_map(|v| topology.faces_of_vertex(v)) {
-                    self.add_face(face);
+                for corner in quad.corners {
+                    if has_more_faces(topology, corner, CROWDED) {
+                        self.crowded.push(corner);
+                    } else {
+                        self.add_star(topology, corner);
+                    }
+                }
+                if !self.crowded.is_empty() {
+                    let sides = quad.sides.into_iter();
+                    for face in sides.filter_map(|side| topology.face(side.twin())) {
+                        self.add_face(face);
+                    }
                 }
                 steps
             }
@@ -61,6 +76,26 @@ impl Region {
         }
         self.collect_edges(topology);
         &self.edges
+    }
+
+    /// The corners of the quadrilateral of the last [`Region::affected`] that have so many triangles
+    /// that these were left out.
+    pub(crate) fn crowded(&self) -> &[VertexId] {
+        &self.crowded
+    }
+
+    /// The edges of the triangles round a vertex.
+    pub(crate) fn star(&mut self, topology: &Topology, vertex: VertexId) -> &[EdgeId] {
+        self.start_over();
+        self.add_star(topology, vertex);
+        self.collect_edges(topology);
+        &self.edges
+    }
+
+    fn add_star(&mut self, topology: &Topology, vertex: VertexId) {
+        for face in topology.faces_of_vertex(vertex) {
+            self.add_face(face);
+        }
     }
 
     /// The edge, its four sides and the edges of the triangles beyond these: what the general way
@@ -80,6 +115,7 @@ impl Region {
     fn start_over(&mut self) {
         self.faces.clear();
         self.edges.clear();
+        self.crowded.clear();
         self.stamp = self.stamp.wrapping_add(1);
         if self.stamp == 0 {
             self.face_stamp.fill(0);

@@ -2,6 +2,7 @@
 
 /// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FlipReport {
     /// The cost of the mesh as it was given.
     pub cost_before: f64,
@@ -23,6 +24,7 @@ pub struct FlipReport {
 
 /// Counts of flips that would have lowered the cost but were refused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Refused {
     /// An end of the edge has three edges only.
     pub valence_three: u64,
@@ -46,6 +48,7 @@ pub struct Refused {
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Stop {
     /// No allowed flip, or row of flips looked ahead, lowers the cost.

@@ -8,6 +8,7 @@ use crate::report::Stop;
 
 /// Where a run is.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Progress {
     /// What it is doing.
     pub phase: Phase,
@@ -21,6 +22,7 @@ pub struct Progress {
 
 /// What a run is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Phase {
     /// Taking the best flip while there is one.
@@ -35,10 +37,9 @@ pub(crate) struct Watch<'p> {
     deadline: Option<Instant>,
     max_flips: u64,
     calls: u32,
+    /// Looks at the clock and tells the caller once in so many calls.
+    interval: u32,
 }
-
-/// Looks at the clock and tells the caller once in so many calls.
-const INTERVAL: u32 = 256;
 
 impl<'p> Watch<'p> {
     pub(crate) fn new(
@@ -50,7 +51,17 @@ impl<'p> Watch<'p> {
             deadline: options.time_limit.and_then(|limit| Instant::now().checked_add(limit)),
             max_flips: options.max_flips.unwrap_or(u64::MAX),
             calls: 0,
+            interval: match options.look_ahead {
+                0 | 1 => 256,
+                2 => 32,
+                _ => 1,
+            },
         }
+    }
+
+    /// When the time is over.
+    pub(crate) fn deadline(&self) -> Option<Instant> {
+        self.deadline
     }
 
     /// How many flips may still be done after so many.
@@ -65,9 +76,14 @@ impl<'p> Watch<'p> {
             return Some(Stop::FlipLimit);
         }
         self.calls = self.calls.wrapping_add(1);
-        if self.calls % INTERVAL != 1 {
+        if self.calls % self.interval != 1 % self.interval {
             return None;
         }
+        self.look(now)
+    }
+
+    /// Looks at the clock and tells the caller; why to stop, if so.
+    pub(crate) fn look(&mut self, now: impl FnOnce() -> Progress) -> Option<Stop> {
         if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             return Some(Stop::TimeLimit);
         }

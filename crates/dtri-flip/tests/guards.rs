@@ -29,7 +29,7 @@ fn trap_15_locked_and_feature_edges_never_flip_and_two_flips_restore_the_mesh() 
         .filter(|&e| locked[e] || features[e])
         .map(|e| (e, ends(&mesh, e)))
         .collect();
-    for cost in CostName::ALL {
+    for &cost in CostName::ALL {
         let mut copy = mesh.clone();
         let options = FlipOptions {
             locked: Some(locked.clone()),
@@ -61,7 +61,7 @@ fn trap_15_locked_and_feature_edges_never_flip_and_two_flips_restore_the_mesh() 
 fn feature_lines_of_a_cube_survive() {
     let mesh = mesh_of(&inset_cube(0.2).unwrap());
     let options = FlipOptions { feature_angle: Some(0.5), ..Default::default() };
-    for cost in CostName::ALL {
+    for &cost in CostName::ALL {
         let mut copy = mesh.clone();
         let report = cost
             .optimise(&mut copy, VertexArea::Voronoi, &options, &mut |_| {

@@ -45,7 +45,7 @@ fn scrambled_sphere(points: usize, seed: u64, flips: usize) -> TriMesh {
 fn trap_16_the_energy_never_rises_and_look_ahead_ends_no_worse() {
     for seed in 0..4 {
         let mesh = scrambled_sphere(40, seed, 30);
-        for cost in CostName::ALL.into_iter().filter(|c| c.is_potential()) {
+        for cost in CostName::ALL.iter().copied().filter(|c| c.is_potential()) {
             let mut last = cost.total(&mesh, VertexArea::Voronoi);
             let mut greedy = mesh.clone();
             let flips = run(&mut greedy, cost, &FlipOptions::default()).flips;
@@ -69,7 +69,7 @@ fn trap_16_the_energy_never_rises_and_look_ahead_ends_no_worse() {
 fn trap_16_rows_continue_where_single_flips_end() {
     for seed in 0..6 {
         let mesh = scrambled_sphere(40, seed, 30);
-        for cost in CostName::ALL.into_iter().filter(|c| c.is_potential()) {
+        for cost in CostName::ALL.iter().copied().filter(|c| c.is_potential()) {
             let mut greedy = mesh.clone();
             let plain = run(&mut greedy, cost, &FlipOptions::default());
             for look_ahead in [2, 3] {
@@ -94,7 +94,7 @@ fn trap_17_one_thread_and_eight_give_the_same_bytes() {
     let mut meshes = vec![scrambled_sphere(2000, 1, 1500)];
     meshes.extend(model("rocker-arm.obj"));
     for mesh in meshes {
-        for cost in CostName::ALL {
+        for &cost in CostName::ALL {
             let with_threads = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| {
@@ -113,7 +113,7 @@ fn trap_17_one_thread_and_eight_give_the_same_bytes() {
 fn annealing_is_never_worse_and_repeats_itself() {
     for seed in 0..3 {
         let mesh = scrambled_sphere(40, seed, 60);
-        for cost in CostName::ALL {
+        for &cost in CostName::ALL {
             let greedy = run(&mut mesh.clone(), cost, &FlipOptions::default());
             let settings = Anneal { seed, rounds: 2, steps_per_edge: 30, ..Default::default() };
             let options = FlipOptions { anneal: Some(settings), ..Default::default() };

@@ -11,6 +11,7 @@ use fearless_simd::{Level, dispatch, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
 
+use crate::proved::at_least;
 use crate::wide::{Columns, LANES, Wide, closest_on_triangles, squared_gaps};
 
 /// Below this many triangles a part is ordered by one thread.
@@ -185,6 +186,34 @@ impl Bvh {
             }
         }
         best
+    }
+
+    /// A number that the distance from a point to all triangles is not below, up to
+    /// [`Rounding`](crate::proved::Rounding), and that is not above `distance`.
+    pub(crate) fn at_least(&self, point: DVec3, distance: f64) -> f64 {
+        dispatch!(self.simd, simd => self.at_least_with(simd, point, distance))
+    }
+
+    #[inline(always)]
+    fn at_least_with<S: Simd>(&self, simd: S, point: DVec3, distance: f64) -> f64 {
+        let wide = Wide::splat(simd, point);
+        let mut nearest = distance;
+        let mut tasks = Tasks::new(self.heights.len());
+        while let Some(task) = tasks.pop() {
+            let enough = nearest * nearest;
+            if task.squared >= enough {
+                continue;
+            }
+            if task.height > 0 {
+                let squares = squared_gaps([wide, wide], self.node(task).wide(simd));
+                tasks.push_children(task, squares, enough);
+            } else {
+                for lane in 0..LANES {
+                    nearest = nearest.min(at_least(point, &self.leaf(task.index).triangle(lane)));
+                }
+            }
+        }
+        nearest
     }
 
     #[inline(always)]

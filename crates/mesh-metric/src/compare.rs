@@ -11,6 +11,7 @@ use crate::surface::Surface;
 
 /// How to sample; see [`compare`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CompareOptions {
     /// Samples per direction, uniform by area. They alone make mean and root mean square.
     pub samples: usize,
@@ -31,6 +32,7 @@ impl Default for CompareOptions {
 
 /// The distances between two surfaces; made by [`compare`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Comparison {
     /// From points of the first surface to the second.
     pub forward: OneSided,
@@ -40,6 +42,7 @@ pub struct Comparison {
 
 /// The distances from the points of one surface to another surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct OneSided {
     /// The mean over the area.
     pub mean: f64,
@@ -55,6 +58,7 @@ pub struct OneSided {
 
 /// The two ends of a largest distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Worst {
     /// The sample.
     pub from: DVec3,

@@ -13,22 +13,38 @@
 //! the others, what lies over that triangle is cut out and done with. Without that, where two
 //! surfaces nearly coincide, pieces along every edge would have to become as small as the distance
 //! that is to be proved.
+//!
+//! Distances to single triangles are those of [`proved`](crate::proved), which hold whatever the
+//! shape of the triangle. Below their slack, which is relative to the size of the surfaces and to
+//! their coordinates, the bounds do not go:
+//!
+//! - The corners of parts are rounded to coordinates. Moving each point of a piece with the corners
+//!   of its part takes it no farther than its corners move, so that parts cover their piece up to
+//!   that distance, and after some rounds up to the sum of these distances. It is added to each upper
+//!   bound, and taken off each lower one.
+//! - The search for the closest triangle orders triangles by distances that are not proved. For an
+//!   upper bound that is no matter: any triangle gives one. A point that is to give a lower bound is
+//!   compared once more with every triangle that may be that close.
 
 use glam::DVec3;
 
 use crate::blocks::in_blocks;
 use crate::bvh::Nearest;
-use crate::closest::closest_on_triangle;
+use crate::prism::{Polygon, Prism, doubled_area};
+use crate::proved::{Rounding, at_most};
 use crate::surface::Surface;
 
 /// When to stop; see [`hausdorff_bounds`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CertifyOptions {
     /// How far apart the bounds may be, in model units.
     pub tolerance: f64,
-    /// How many pieces of triangles may be looked at, for each direction. At the limit the bounds
-    /// hold, but are farther apart than the tolerance.
+    /// How many pieces of triangles may be looked at, for each direction, whole triangles included.
+    /// At the limit the bounds hold, but are farther apart than the tolerance.
     pub max_pieces: usize,
+    /// How many may be looked at for each triangle of the surface, where that is more.
+    pub max_pieces_per_face: usize,
     /// When only it matters whether the distance is at most this: the search ends as soon as one
     /// of the bounds tells.
     pub limit: Option<f64>,
@@ -36,7 +52,7 @@ pub struct CertifyOptions {
 
 impl Default for CertifyOptions {
     fn default() -> Self {
-        Self { tolerance: 0.0, max_pieces: 20_000_000, limit: None }
+        Self { tolerance: 0.0, max_pieces: 20_000_000, max_pieces_per_face: 10, limit: None }
     }
 }
 
@@ -46,10 +62,16 @@ impl CertifyOptions {
         // Once more the slack, so that adding it does not round to more than the limit.
         (lower + self.tolerance).max(self.limit.map_or(0.0, |limit| limit - 2.0 * slack))
     }
+
+    /// How many pieces of a surface may be looked at.
+    fn budget(&self, triangles: usize) -> usize {
+        self.max_pieces.max(self.max_pieces_per_face.saturating_mul(triangles))
+    }
 }
 
 /// Bounds of a Hausdorff distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CertifiedBounds {
     /// The distance is not smaller than this.
     pub lower: f64,
@@ -65,20 +87,20 @@ pub struct CertifiedBounds {
 
 /// Bounds of the Hausdorff distance of two surfaces: the larger of the two one-sided distances.
 ///
-/// The bounds allow for rounding: 16 units in the last place of the largest coordinate.
+/// The bounds hold whatever is rounded on the way and whatever the shapes of the triangles. They allow
+/// for it by 32 units in the last place of the largest extent, and 4 of this and the largest
+/// coordinate for every time that a piece was divided, which adds up to some 1e-14 of these lengths;
+/// only between needles, whose own directions are uncertain, the lower one may stay farther below.
 #[must_use]
 pub fn hausdorff_bounds(a: &Surface, b: &Surface, options: &CertifyOptions) -> CertifiedBounds {
     // A lower bound of one direction serves the other, where pieces below it need no cutting.
     let from_b = vertex_bound(b, a);
     let forward = refine(a, b, options, from_b);
-    let start = Lower { distance: forward.lower, at: forward.at };
-    let backward =
-        refine(b, a, options, if from_b.distance > start.distance { from_b } else { start });
-    let higher = if backward.lower > forward.lower { backward } else { forward };
+    let backward = refine(b, a, options, forward.lower);
     CertifiedBounds {
-        lower: higher.lower,
+        lower: backward.lower.proved(),
         upper: forward.upper.max(backward.upper),
-        at: higher.at,
+        at: backward.lower.at,
         converged: forward.converged && backward.converged,
         pieces: forward.pieces + backward.pieces,
     }
@@ -90,23 +112,67 @@ pub fn hausdorff_bounds(a: &Surface, b: &Surface, options: &CertifyOptions) -> C
 /// The bounds allow for rounding, as those of [`hausdorff_bounds`] do.
 #[must_use]
 pub fn one_sided_bounds(from: &Surface, to: &Surface, options: &CertifyOptions) -> CertifiedBounds {
-    refine(from, to, options, Lower { distance: 0.0, at: from.triangle(0)[0] })
+    let refined = refine(from, to, options, Lower::nothing(from));
+    CertifiedBounds {
+        lower: refined.lower.proved(),
+        upper: refined.upper,
+        at: refined.lower.at,
+        converged: refined.converged,
+        pieces: refined.pieces,
+    }
 }
 
-/// A point and its distance to the other surface.
+/// A point, and how far it is from the other surface at least.
 #[derive(Clone, Copy)]
 struct Lower {
     distance: f64,
+    /// What the distance may be off by.
+    slack: f64,
     at: DVec3,
 }
 
 impl Lower {
-    fn raise(&mut self, distance: f64, at: DVec3) {
-        if distance > self.distance {
-            *self = Self { distance, at };
+    fn nothing(from: &Surface) -> Self {
+        Self { distance: 0.0, slack: 0.0, at: from.triangle(0)[0] }
+    }
+
+    fn proved(self) -> f64 {
+        (self.distance - self.slack).max(0.0)
+    }
+
+    /// Takes the farthest of some points if it can be proved to be farther away, or else, a few times,
+    /// the next one.
+    fn raise<'a>(
+        &mut self,
+        corners: &(impl Iterator<Item = &'a Corner> + Clone),
+        to: &Surface,
+        slack: f64,
+    ) {
+        let mut below = f64::INFINITY;
+        for _ in 0..TRIES {
+            let untried = corners.clone().filter(|corner| corner.distance < below);
+            let farther = |best: Option<&'a Corner>, corner: &'a Corner| match best {
+                Some(best) if best.distance >= corner.distance => Some(best),
+                _ => Some(corner),
+            };
+            let Some(corner) = untried.fold(None, farther) else { return };
+            if corner.distance <= self.distance {
+                return;
+            }
+            let distance = to.bvh().at_least(corner.at, corner.distance);
+            if distance > self.distance {
+                *self = Self { distance, slack, at: corner.at };
+            }
+            if distance >= (1.0 - 1e-12) * corner.distance {
+                return;
+            }
+            below = corner.distance;
         }
     }
 }
+
+/// How many points are tried for a lower bound.
+const TRIES: usize = 4;
 
 /// A corner of a piece, and what is closest to it.
 #[derive(Clone, Copy)]
@@ -126,12 +192,9 @@ impl Corner {
 type Piece = [Corner; 3];
 
 fn vertex_bound(from: &Surface, to: &Surface) -> Lower {
-    let mut lower = Lower { distance: 0.0, at: from.triangle(0)[0] };
-    for [a, b, c] in whole_triangles(from, to) {
-        for corner in [a, b, c] {
-            lower.raise(corner.distance, corner.at);
-        }
-    }
+    let mut lower = Lower::nothing(from);
+    let rounding = Rounding::between(from.bounding_box(), to.bounding_box());
+    lower.raise(&whole_triangles(from, to).as_flattened().iter(), to, rounding.after(0));
     lower
 }
 
@@ -149,53 +212,53 @@ fn whole_triangles(from: &Surface, to: &Surface) -> Vec<Piece> {
     from.triangles().iter().map(|t| t.map(|v| corners[v as usize])).collect()
 }
 
-fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) -> CertifiedBounds {
-    let slack = 16.0 * f64::EPSILON * largest_coordinate(from).max(largest_coordinate(to));
+/// Bounds of one direction.
+struct Refined {
+    lower: Lower,
+    upper: f64,
+    converged: bool,
+    pieces: usize,
+}
+
+fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) -> Refined {
+    let rounding = Rounding::between(from.bounding_box(), to.bounding_box());
+    let budget = options.budget(from.triangle_count());
     let mut lower = start;
-    let mut settled = start.distance;
+    // What has been proved of the pieces that are done with.
+    let mut settled = start.proved();
     let mut pieces = whole_triangles(from, to);
     let mut looked_at = 0;
-    for corner in pieces.as_flattened() {
-        lower.raise(corner.distance, corner.at);
-    }
+    let mut rounds = 0;
     loop {
+        let slack = rounding.after(rounds);
+        lower.raise(&pieces.as_flattened().iter(), to, slack);
         looked_at += pieces.len();
         let bar = options.bar(lower.distance, slack);
         let bounds: Vec<_> =
             in_blocks(pieces.len(), |range| bound_pieces(&pieces[range], to, bar)).concat();
-        for (_, center) in &bounds {
-            if let Some(center) = center {
-                lower.raise(center.distance, center.at);
-            }
-        }
+        lower.raise(&bounds.iter().filter_map(|(_, center)| center.as_ref()), to, slack);
         let bar = options.bar(lower.distance, slack);
         let (mut open, mut highest_open) = (Vec::new(), 0.0_f64);
         for (piece, (upper, center)) in pieces.iter().zip(bounds) {
             match center {
                 Some(center) if upper > bar => {
                     open.push((*piece, center));
-                    highest_open = highest_open.max(upper);
+                    highest_open = highest_open.max(upper + slack);
                 }
-                _ => settled = settled.max(upper),
+                _ => settled = settled.max(upper + slack),
             }
         }
-        let exceeded = options.limit.is_some_and(|limit| lower.distance - slack > limit);
+        let exceeded = options.limit.is_some_and(|limit| lower.proved() > limit);
         let done = open.is_empty() || exceeded;
-        if done || looked_at + 4 * open.len() > options.max_pieces {
-            return CertifiedBounds {
-                lower: (lower.distance - slack).max(0.0),
-                upper: lower.distance.max(settled).max(highest_open) + slack,
-                at: lower.at,
-                converged: done,
-                pieces: looked_at,
-            };
+        if done || looked_at + 4 * open.len() > budget {
+            let upper = settled.max(highest_open).max(lower.proved());
+            return Refined { lower, upper, converged: done, pieces: looked_at };
         }
         let parts = in_blocks(open.len(), |range| divide(&open[range], to, bar));
-        settled = parts.iter().map(|parts| parts.settled).fold(settled, f64::max);
+        rounds += 1;
+        let slack = rounding.after(rounds);
+        settled = parts.iter().map(|parts| parts.settled + slack).fold(settled, f64::max);
         pieces = parts.into_iter().flat_map(|parts| parts.pieces).collect();
-        for corner in pieces.as_flattened() {
-            lower.raise(corner.distance, corner.at);
-        }
     }
 }
 
@@ -212,19 +275,19 @@ fn bound_pieces(pieces: &[Piece], to: &Surface, bar: f64) -> Vec<(f64, Option<Co
         let center = Corner::new(middle, to, piece[0].slot);
         let radius = [a, b, c].map(|p| p.distance(middle)).into_iter().fold(0.0, f64::max);
         let through_center = farthest_corner(piece, to, center.slot);
-        (upper.min(through_center).min(center.distance + radius), Some(center))
+        let center_at_most = at_most(middle, &to.bvh().triangle(center.slot));
+        (upper.min(through_center).min(center_at_most + radius), Some(center))
     };
     pieces.iter().map(bound).collect()
 }
 
-/// How far the farthest corner of the piece is from one triangle of the other surface.
+/// How far the farthest corner of the piece is at most from one triangle of the other surface.
 fn farthest_corner(piece: &Piece, to: &Surface, slot: u32) -> f64 {
     farthest(&piece.map(|corner| corner.at), &to.bvh().triangle(slot))
 }
 
 fn farthest(points: &[DVec3], triangle: &[DVec3; 3]) -> f64 {
-    let squared = points.iter().map(|&p| closest_on_triangle(p, triangle).length_squared());
-    squared.fold(0.0, f64::max).sqrt()
+    points.iter().map(|&p| at_most(p, triangle)).fold(0.0, f64::max)
 }
 
 /// What pieces were divided into.
@@ -260,7 +323,7 @@ impl Parts {
             return false;
         }
         self.settled = self.settled.max(far);
-        for polygon in outside.iter().filter(|polygon| polygon.count > 2) {
+        for polygon in outside.iter().filter(|polygon| polygon.corners().len() > 2) {
             self.add(polygon, piece, to, slot);
         }
         true
@@ -302,98 +365,4 @@ fn divide(pieces: &[(Piece, Corner)], to: &Surface, bar: f64) -> Parts {
         }
     }
     parts
-}
-
-fn doubled_area([a, b, c]: &[DVec3; 3]) -> f64 {
-    (b - a).cross(c - a).length()
-}
-
-/// The points with `normal · x >= offset`.
-#[derive(Clone, Copy)]
-struct HalfSpace {
-    normal: DVec3,
-    offset: f64,
-}
-
-impl HalfSpace {
-    fn flipped(self) -> Self {
-        Self { normal: -self.normal, offset: -self.offset }
-    }
-
-    /// How far inside a point is.
-    fn height(self, point: DVec3) -> f64 {
-        self.normal.dot(point) - self.offset
-    }
-}
-
-/// What lies over and under a triangle, and a little beside it.
-struct Prism([HalfSpace; 3]);
-
-impl Prism {
-    /// As wide as the height of the piece over the triangle allows, but for the corners. `None` where
-    /// the piece is too high.
-    fn new(triangle: &[DVec3; 3], piece: &[DVec3; 3], bar: f64) -> Option<Self> {
-        let [a, b, c] = *triangle;
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        let heights = piece.map(|p| normal.dot(p - a).abs());
-        let height = heights.into_iter().fold(0.0, f64::max);
-        if height > bar {
-            return None;
-        }
-        let beside = 0.5 * (bar * bar - height * height).sqrt();
-        Some(Self([[a, b], [b, c], [c, a]].map(|[p, q]| {
-            let normal = normal.cross(q - p).normalize_or_zero();
-            HalfSpace { normal, offset: normal.dot(p) - beside }
-        })))
-    }
-}
-
-/// A convex polygon: a triangle cut by up to three planes. Places beyond `count` mean nothing.
-#[derive(Clone, Copy)]
-struct Polygon {
-    places: [DVec3; 6],
-    count: usize,
-}
-
-impl Polygon {
-    fn new(corners: &[DVec3; 3]) -> Self {
-        let [a, b, c] = *corners;
-        Self { places: [a, b, c, c, c, c], count: 3 }
-    }
-
-    fn corners(&self) -> &[DVec3] {
-        &self.places[..self.count]
-    }
-
-    fn doubled_area(&self) -> f64 {
-        let fan = (2..self.count).map(|i| [self.places[0], self.places[i - 1], self.places[i]]);
-        fan.map(|triangle| doubled_area(&triangle)).sum()
-    }
-
-    /// The part in a half-space.
-    fn beyond(&self, plane: HalfSpace) -> Self {
-        let mut part = Self { places: self.places, count: 0 };
-        let mut push = |at: DVec3| {
-            if let Some(place) = part.places.get_mut(part.count) {
-                *place = at;
-                part.count += 1;
-            }
-        };
-        for (i, &p) in self.corners().iter().enumerate() {
-            let q = self.places[(i + 1) % self.count];
-            let [from, to] = [p, q].map(|at| plane.height(at));
-            if from >= 0.0 {
-                push(p);
-            }
-            if (from > 0.0 && to < 0.0) || (from < 0.0 && to > 0.0) {
-                push(p + (q - p) * (from / (from - to)));
-            }
-        }
-        part
-    }
-}
-
-fn largest_coordinate(surface: &Surface) -> f64 {
-    let bounds = surface.bounding_box();
-    bounds.min.abs().max(bounds.max.abs()).max_element()
 }

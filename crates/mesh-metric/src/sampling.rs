@@ -8,6 +8,7 @@ use crate::surface::Surface;
 
 /// A point of a surface; made by [`sample_surface`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SurfaceSample {
     /// The point.
     pub position: DVec3,

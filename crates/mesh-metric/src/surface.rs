@@ -50,6 +50,7 @@ pub enum SurfaceError {
 
 /// The closest point of a surface; made by [`Surface::closest`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ClosestPoint {
     /// The point on the surface.
     pub point: DVec3,

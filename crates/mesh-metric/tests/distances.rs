@@ -181,7 +181,8 @@ fn bounds_hold_at_the_limit_of_pieces() {
     let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());
     let tight = hausdorff_bounds(&a, &b, &CertifyOptions { tolerance: 1e-6, ..Default::default() });
     assert!(tight.converged && tight.upper - tight.lower <= 1.001e-6, "{tight:?}");
-    let options = CertifyOptions { tolerance: 1e-6, max_pieces: 1000, limit: None };
+    let options =
+        CertifyOptions { tolerance: 1e-6, max_pieces: 1000, max_pieces_per_face: 0, limit: None };
     let stopped = hausdorff_bounds(&a, &b, &options);
     assert!(!stopped.converged);
     assert!(stopped.lower <= tight.upper && tight.lower <= stopped.upper);

@@ -21,7 +21,7 @@ use super::Step;
 use super::item::{Item, Outcome};
 use super::run::{Run, mesh_of, view_of};
 use crate::failure::Failure;
-use crate::render::{Style, View};
+use mesh_render::{Style, View};
 
 pub(super) const STEPS: [Step; 7] = [
     Step { name: "Sec. 4, convex data", compute: convex::compute },
@@ -188,7 +188,7 @@ fn distance_to_torus(mesh: &TriMesh, subdivisions: u32) -> LatticeError {
 }
 
 /// Flat faces with their edges: what matters is how the points are joined.
-const EDGES: Style = Style { size: [720, 600], smooth: false, edge_width: 1.8 };
+const EDGES: Style = Style { size: [720, 600], edge_width: 1.8, ..Style::DEFAULT };
 
 fn torus_view(mesh: &TriMesh) -> Result<View, Failure> {
     view_of(mesh, DVec3::new(0.0, -0.75, 1.0), DVec3::Y)

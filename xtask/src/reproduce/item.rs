@@ -95,6 +95,8 @@ pub(crate) struct Figure {
     pub(crate) file: PathBuf,
     /// The drawn mesh, to be opened elsewhere.
     pub(crate) meshes: Vec<PathBuf>,
+    /// The page on which it turns.
+    pub(crate) turning: PathBuf,
 }
 
 /// The leeway of a number that is the same on every machine but for rounding.

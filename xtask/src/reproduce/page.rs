@@ -5,6 +5,8 @@ mod source;
 
 use std::path::Path;
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::item::Item;
@@ -15,14 +17,46 @@ use crate::failure::Failure;
 
 const STYLE: &str = include_str!("page/style.css");
 
-/// Writes the page to `folder/index.html`, with the pictures of the items inlined.
-pub(super) fn write(papers: &[Paper], items: &[Item], folder: &Path) -> Result<(), Failure> {
+/// Opens the turning models.
+const SCRIPT: &str = include_str!("page/turning.js");
+
+/// Writes the page to `folder/index.html`, with the pictures of the items inlined. The models turn
+/// on pages beside it, which are loaded when asked for; or, embedded, on pages in it.
+pub(super) fn write(
+    papers: &[Paper],
+    items: &[Item],
+    folder: &Path,
+    embed: bool,
+) -> Result<(), Failure> {
     let path = folder.join("index.html");
-    let text = page(papers, items, folder)?.into_string();
+    let models = if embed {
+        embedded(items, folder)?
+    } else {
+        html! {}
+    };
+    let text = page(papers, items, folder, &models)?.into_string();
     std::fs::write(&path, text).map_err(Failure::writing(&path))
 }
 
-fn page(papers: &[Paper], items: &[Item], folder: &Path) -> Result<Markup, Failure> {
+/// The pages of the turning models, as data that does nothing until it is asked for.
+fn embedded(items: &[Item], folder: &Path) -> Result<Markup, Failure> {
+    let mut models = Vec::new();
+    for figure in items.iter().flat_map(|item| item.figures.iter().flatten()) {
+        let path = folder.join(&figure.turning);
+        let bytes = std::fs::read(&path).map_err(Failure::writing(&path))?;
+        models.push((figure.turning.display().to_string(), BASE64.encode(bytes)));
+    }
+    Ok(html! {
+        @for (name, data) in &models { script type="text/plain" id=(name) { (PreEscaped(data)) } }
+    })
+}
+
+fn page(
+    papers: &[Paper],
+    items: &[Item],
+    folder: &Path,
+    models: &Markup,
+) -> Result<Markup, Failure> {
     let sections: Vec<Markup> =
         papers.iter().map(|paper| section(paper, items, folder)).collect::<Result<_, _>>()?;
     Ok(html! {
@@ -46,6 +80,12 @@ fn page(papers: &[Paper], items: &[Item], folder: &Path) -> Result<Markup, Failu
                         }
                     }
                 }
+                dialog #turning aria-label="Turning model" {
+                    form method="dialog" { button { "Close" } }
+                    iframe title="Turning model" {}
+                }
+                (models)
+                script { (PreEscaped(SCRIPT)) }
             }
         }
     })
@@ -105,7 +145,7 @@ fn summary(papers: &[Paper], items: &[Item]) -> Markup {
                 "ours is held against what was computed before, so that a change is noticed."
             }
             div.tiles {
-                (tile(all.exact, "exact", "within the stated tolerance of the printed number"))
+                (tile(all.exact, "exact", "the same quantity of the same data, within the stated tolerance of the printed number"))
                 (tile(all.agrees, "agree", "as near as the paper allows to tell, or the claim holds"))
                 (tile(all.differs, "differ", "with the reason beside it"))
                 (tile(all.needs_model, "need a model", "that is not here or not public"))

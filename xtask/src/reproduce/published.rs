@@ -64,6 +64,10 @@ pub(crate) struct Value {
     /// How far a result may be from the printed number to agree with it, where more cannot be
     /// expected: other data, or a number read off a plot.
     pub(crate) agrees: Option<f64>,
+    /// Whether ours is of other data than the printed one, or another quantity, such as a median over
+    /// faces for the number of a single one. Then it is never exact, however near it is.
+    #[serde(default, rename = "other-data")]
+    pub(crate) other_data: bool,
     /// Why ours is known to be farther away than that; where nothing is printed, why it is farther
     /// from what an independent program gave.
     pub(crate) differs: Option<String>,

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use mesh_core::{PolygonSoup, Repair, TriMesh, VertexMap, build};
+use mesh_core::{PolygonSoup, Repair, TriMesh, build};
 use mesh_io::{Model, WriteOptions};
 
 use super::item::{Figure, Item};
 use crate::failure::Failure;
-use crate::render::{Scene, Style, View, render};
+use mesh_render::{Paint, Scene, Style, View, render};
+use mesh_view::{Exhibit, Lines, Page};
 
 /// The surroundings of an item.
 #[derive(Clone, Copy, Debug)]
@@ -64,24 +65,69 @@ impl Run<'_> {
     pub(crate) fn draw(&self, picture: &Picture<'_>) -> Result<Figure, Failure> {
         let file = PathBuf::from(picture.name).with_extension("png");
         let path = self.out.join(&file);
-        render(&picture.scene, picture.view, picture.style)
-            .save(&path)
-            .map_err(|source| Failure::Picture { path, source: Box::new(source) })?;
+        let png = render(&picture.scene, picture.view, picture.style).and_then(|p| p.to_png());
+        std::fs::write(&path, png.map_err(Failure::render)?).map_err(Failure::writing(&path))?;
         let meshes = ["ply", "glb"].map(|kind| PathBuf::from(picture.name).with_extension(kind));
-        let model = model_of(picture.scene.mesh, picture.scene.colors)?;
+        let model = model_of(picture.scene.mesh, picture.scene.paint)?;
         for name in &meshes {
             let path = self.out.join(name);
             mesh_io::write(&path, &model, &WriteOptions::default()).map_err(Failure::mesh)?;
         }
-        Ok(Figure { caption: picture.caption.into(), file, meshes: meshes.into() })
+        let turning = self.turning(picture)?;
+        Ok(Figure { caption: picture.caption.into(), file, meshes: meshes.into(), turning })
+    }
+
+    /// A page on which the drawn mesh turns, with the lines on it, as `name.html`.
+    fn turning(&self, picture: &Picture<'_>) -> Result<PathBuf, Failure> {
+        let Scene { mesh, paint, strokes, .. } = picture.scene;
+        let mut exhibit = Exhibit::of_mesh(picture.caption, mesh);
+        if let Paint::Vertices(colors) = paint {
+            let opaque = |&[r, g, b]: &[u8; 3]| [r, g, b, 255];
+            exhibit.vertex_colors = Some(colors.as_slice().iter().map(opaque).collect());
+        }
+        // Strokes of one colour and width are one set of lines.
+        for stroke in strokes {
+            let lines = match exhibit.lines.iter_mut().find(|lines| {
+                (lines.color, lines.width.to_bits()) == (stroke.color, stroke.width.to_bits())
+            }) {
+                Some(lines) => lines,
+                None => {
+                    exhibit.lines.push(Lines {
+                        name: format!("lines {}", exhibit.lines.len() + 1),
+                        color: stroke.color,
+                        width: stroke.width,
+                        segments: Vec::new(),
+                        shown: true,
+                    });
+                    let last = exhibit.lines.len() - 1;
+                    &mut exhibit.lines[last]
+                }
+            };
+            match stroke.points[..] {
+                [point] => lines.segments.push([point, point]),
+                _ => lines.segments.extend(stroke.points.windows(2).map(|pair| [pair[0], pair[1]])),
+            }
+        }
+        let mut page = Page::new(picture.caption, vec![exhibit]);
+        page.start.smooth = Some(picture.style.smooth);
+        page.start.edges = Some(picture.style.edge_width > 0.0 && picture.scene.edged.is_none());
+        page.start.turn = Some(picture.view.rotation().to_array());
+        let file = PathBuf::from(picture.name).with_extension("html");
+        let path = self.out.join(&file);
+        let html = page.to_html().map_err(Failure::mesh)?;
+        std::fs::write(&path, html).map_err(Failure::writing(&path))?;
+        Ok(file)
     }
 }
 
-fn model_of(mesh: &TriMesh, colors: Option<&VertexMap<[u8; 3]>>) -> Result<Model, Failure> {
+fn model_of(mesh: &TriMesh, paint: Paint<'_>) -> Result<Model, Failure> {
     let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
     let soup = PolygonSoup::from_triangles(mesh.positions(), &triangles).map_err(Failure::mesh)?;
     let unit = |&[r, g, b]: &[u8; 3]| [r, g, b, 255].map(|c| f32::from(c) / 255.0);
-    let vertex_colors = colors.map(|map| map.as_slice().iter().map(unit).collect());
+    let vertex_colors = match paint {
+        Paint::Vertices(colors) => Some(colors.as_slice().iter().map(unit).collect()),
+        _ => None,
+    };
     Ok(Model { vertex_colors, ..Model::from(soup) })
 }
 

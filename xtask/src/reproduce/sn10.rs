@@ -16,7 +16,7 @@ use mesh_core::{EdgeId, FaceId, TriMesh};
 
 use super::Step;
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 pub(super) const STEPS: [Step; 9] = [
     Step { name: "Fig. 1 to 3", compute: disc::compute },
@@ -31,7 +31,7 @@ pub(super) const STEPS: [Step; 9] = [
 ];
 
 /// Flat faces with thin edges: patches and lines are drawn on top.
-const STYLE: Style = Style { size: [720, 600], smooth: false, edge_width: 1.0 };
+const STYLE: Style = Style { size: [720, 600], edge_width: 1.0, ..Style::DEFAULT };
 
 /// Both presets, and how they are called.
 const PRESETS: [(&str, Params); 2] = [("paper", Params::paper()), ("robust", Params::robust())];

@@ -36,7 +36,7 @@ pub(crate) enum Content {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Verdict {
-    /// Within the tolerance of the printed number.
+    /// The same quantity of the same data, within the tolerance of the printed number.
     Exact,
     /// As near as can be expected of other data or of a number read off a plot; or the claim holds.
     Agrees,
@@ -205,6 +205,7 @@ impl Verdict {
             return why_missed.map_or(Self::NotPublished, |why| Self::Differs(why.to_owned()));
         };
         match (&value.differs, value.agrees) {
+            _ if near(printed, value.tolerance) && value.other_data => Self::Agrees,
             _ if near(printed, value.tolerance) => Self::Exact,
             (_, Some(agrees)) if near(printed, agrees) => Self::Agrees,
             (Some(why), _) => Self::Differs(why.clone()),
@@ -325,6 +326,10 @@ mod tests {
         assert!(is_drift(&verdict(&plain, Some(33.0), 33.0)));
         let near = Value { agrees: Some(5.0), ..plain.clone() };
         assert_eq!(verdict(&near, Some(33.0), 33.0), Verdict::Agrees);
+        // Rounding to the printed digits by chance makes other data no exact reproduction.
+        let other = Value { other_data: true, ..plain.clone() };
+        assert_eq!(verdict(&other, Some(30.4), 30.4), Verdict::Agrees);
+        assert!(is_drift(&verdict(&other, Some(33.0), 33.0)));
         let why = Value { differs: Some("another model".into()), ..plain };
         assert_eq!(verdict(&why, Some(33.0), 33.0), Verdict::Differs("another model".into()));
     }

@@ -2,16 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use mesh_core::build::Triangulator;
 use mesh_io::{Model, Scalars};
 use mesh_metric::{
     CertifiedBounds, CertifyOptions, CompareOptions, Comparison, OneSided, Surface, compare,
     hausdorff_bounds,
 };
+use mesh_view::{Lines, Page};
 use serde::Serialize;
 
 use crate::args::is_standard;
-use crate::colormap::{COLOR_OPTIONS, ColorOptions};
+use crate::colormap::{COLOR_OPTIONS, ColorOptions, opaque};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::length::{Length, diagonal, parse_length};
@@ -19,6 +21,7 @@ use crate::load::{Loading, Seconds};
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, save};
 use crate::session::{Outcome, Session};
 use crate::task::Report;
+use crate::view::{self, Look, name_of};
 
 /// Measure the distance between two surfaces, from each to the other
 ///
@@ -57,6 +60,8 @@ pub(crate) struct Distance {
     save: SaveOptions,
     #[command(flatten)]
     loading: Loading,
+    #[command(flatten)]
+    look: Look,
 }
 
 #[derive(Serialize)]
@@ -110,7 +115,9 @@ pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Fail
         Some(output) => check_target(output, &options.save, given)?,
         None => {
             given.refuse(&SAVE_OPTIONS, "without -o nothing is written")?;
-            given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
+            if !options.look.is_wanted() {
+                given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
+            }
         }
     }
     if is_standard(&options.first) && is_standard(&options.second) {
@@ -144,8 +151,38 @@ pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Fail
     if let Some(output) = &options.output {
         report = report.with_output(output);
     }
+    if options.look.is_wanted() {
+        let page = page(options, [(&model, &a), (&other, &b)], &report.results)?;
+        options.look.write(page, &report, console)?;
+    }
     report.done(console, summary(&report.results), String::new())?.print(console)?;
     Ok(Outcome::Done)
+}
+
+/// Both surfaces, each with its distance from the other and the worst place.
+fn page(
+    options: &Distance,
+    [(first, a), (second, b)]: [(&Model, &Surface); 2],
+    found: &Results,
+) -> Result<Page, Failure> {
+    let mut exhibits = Vec::new();
+    let sides =
+        [(&options.first, first, b, &found.forward), (&options.second, second, a, &found.backward)];
+    for (path, model, other, direction) in sides {
+        let mut exhibit = view::content(&name_of(path), path, model)?;
+        let distance = view::distance_field(&exhibit, other);
+        exhibit.fields.retain(|field| field.name != distance.name);
+        exhibit.fields.insert(0, distance);
+        let worst = DVec3::from_array(direction.max_at);
+        exhibit.lines.push(Lines::dots("Largest distance", [214, 0, 110], &[worst]));
+        exhibits.push(exhibit);
+    }
+    let title = exhibits.iter().map(|e| &*e.name).collect::<Vec<_>>().join(" and ");
+    let mut page = Page::new(format!("{title}: distance"), exhibits);
+    page.start.color = Some("vertex:distance".into());
+    page.start.map = options.colors.colormap;
+    page.start.range = options.colors.given_range();
+    Ok(page)
 }
 
 /// The surface of a file, its polygons cut into triangles.
@@ -208,7 +245,7 @@ fn measure(
 fn color(model: &mut Model, to: &Surface, options: &Distance, console: &Console) {
     let distances = to.distances(model.soup.positions());
     let scale = options.colors.scale(false, distances.clone());
-    model.vertex_colors = Some(distances.iter().map(|&d| scale.color(d)).collect());
+    model.vertex_colors = Some(distances.iter().map(|&d| opaque(scale.color(d))).collect());
     model.vertex_scalars.retain(|scalars| scalars.name != "distance");
     model.vertex_scalars.push(Scalars { name: "distance".to_owned(), values: distances });
     console.message(options.colors.explain(&scale));

@@ -2,10 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+use std::path::Path;
 
+use dcurv::{CurvatureOptions, Curvatures};
 use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Refused, Ties};
+use glam::DVec3;
 use indicatif::ProgressBar;
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, VertexId};
+use mesh_view::{Lines, Page};
 use serde::Serialize;
 
 use crate::args::{AreaName, parse_angle, parse_seconds};
@@ -18,6 +22,7 @@ use crate::load::Seconds;
 use crate::seams::Seams;
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Report, Task};
+use crate::view::{self, Look, name_of};
 
 /// Optimise the triangulation by edge flips; the vertices stay where they are
 ///
@@ -39,6 +44,8 @@ pub(crate) struct Flip {
     optimise: Optimise,
     #[command(flatten)]
     interruption: Interruption,
+    #[command(flatten)]
+    look: Look,
 }
 
 #[derive(Debug, clap::Args)]
@@ -102,6 +109,7 @@ pub(crate) fn run(options: &Flip, session: &Session) -> Result<Outcome, Failure>
         session.given.refuse(&[KEEP_PARTIAL], "without -o nothing is written")?;
     }
     check_output(&options.job, &session.given)?;
+    options.look.check(&options.job.inputs)?;
     options.job.run(session, &|task, console| one(options, task, console))
 }
 
@@ -112,6 +120,7 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
     if seams.count() > 0 {
         console.message(format_args!("{} edges are borders that stay", seams.count()));
     }
+    let before = options.look.is_wanted().then(|| loaded.mesh.clone());
     let flipped = Seconds::time(&mut seconds.compute, || {
         optimise(&mut loaded.mesh, &options.optimise, &seams, console)
     })?;
@@ -124,9 +133,44 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
     }
     let results = Results::new(&options.optimise, &flipped);
     let report = task.report(console, loaded.counts(), results, seconds);
+    if let Some(before) = &before {
+        options.look.write(page(&task.input, before, &loaded.mesh), &report, console)?;
+    }
     let Results { cost, cost_before, cost_after, .. } = &report.results;
     let brief = format!("{cost} {cost_before:.6} -> {cost_after:.6}");
     report.done(console, summary(&report), brief)
+}
+
+/// Before and after, with the edges that are new.
+fn page(input: &Path, before: &TriMesh, after: &TriMesh) -> Page {
+    let new_edges = |mesh: &TriMesh, other: &TriMesh| -> Vec<[DVec3; 2]> {
+        let topology = mesh.topology();
+        let is_new = |[a, b]: &[VertexId; 2]| other.topology().find_half_edge(*a, *b).is_none();
+        let ends = topology.edges().map(|e| topology.edge_vertices(e)).filter(is_new);
+        ends.map(|ends| ends.map(|v| mesh.position(v))).collect()
+    };
+    let exhibit = |name: &str, mesh: &TriMesh, other: &TriMesh, color: [u8; 3]| {
+        let curvatures = Curvatures::of(mesh, &CurvatureOptions::default());
+        let mut exhibit = view::mesh(name, mesh)
+            .with_vertex_values("mean_curvature", &curvatures.map(|c| c.mean().value()))
+            .with_vertex_values("gaussian_curvature", &curvatures.map(|c| c.gaussian().value()));
+        exhibit.lines.push(Lines {
+            name: "Flipped edges".into(),
+            color,
+            width: 2.5,
+            segments: new_edges(mesh, other),
+            shown: true,
+        });
+        exhibit
+    };
+    let exhibits = vec![
+        exhibit("before", before, after, [200, 30, 40]),
+        exhibit("after", after, before, [0, 120, 60]),
+    ];
+    let mut page = Page::new(format!("{}: flips", name_of(input)), exhibits);
+    page.start.color = Some("plain".into());
+    page.start.edges = Some(true);
+    page
 }
 
 impl Optimise {

@@ -9,6 +9,7 @@ use clap::Args;
 use mesh_core::TriMesh;
 use mesh_io::{Format, Model};
 use mesh_metric::{CompareOptions, Surface, compare};
+use mesh_view::{Exhibit, Page, Section};
 use serde::Serialize;
 use simplify::{
     CollapseLog, ErrorCheck, FinishOptions, Limits, collapses_within, simplify_observed,
@@ -25,6 +26,7 @@ use crate::save::{Outputs, SaveOptions, check_target, make_folder_of, save};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Goals, Policy, parse_ratio, rejected, show};
 use crate::task::{Report, Source};
+use crate::view::{self, Look, name_of};
 
 /// Make levels of detail, each of them a stage of one run of collapses
 ///
@@ -64,6 +66,8 @@ pub(crate) struct Lod {
     carry: Carry,
     #[command(flatten)]
     save: SaveOptions,
+    #[command(flatten)]
+    look: Look,
 }
 
 /// What the levels are.
@@ -131,8 +135,55 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let results = Results { collapses: log.len(), rejected, levels };
     let report =
         Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
+    if options.look.is_wanted() {
+        let page = page(input, &loaded, &report.results.levels, &models)?;
+        options.look.write(page, &report, console)?;
+    }
     report.done(console, summary(&report), String::new())?.print(console)?;
     Ok(Outcome::of_run())
+}
+
+/// The input and the levels with their errors, and the sizes on the screen at which they change.
+fn page(
+    input: &Path,
+    loaded: &Loaded,
+    levels: &[Level],
+    models: &[Model],
+) -> Result<Page, Failure> {
+    let identity = loaded.to_model(&loaded.provenance.corner_source)?;
+    let original = Surface::new(&loaded.mesh).map_err(Failure::refused)?;
+    let names = levels.iter().map(|level| format!("{} faces", level.faces));
+    let names: Vec<String> = std::iter::once("input".to_owned()).chain(names).collect();
+    let mut exhibits = Vec::new();
+    let all = names.iter().zip([&identity].into_iter().chain(models));
+    for ((name, model), coverage) in all.zip(coverage(loaded, levels)) {
+        let mut exhibit = view::content(name, input, model)?;
+        let distance = view::distance_field(&exhibit, &original);
+        exhibit.fields.retain(|field| field.name != distance.name);
+        exhibit.fields.insert(0, distance);
+        exhibit.coverage = Some(coverage);
+        exhibits.push(exhibit);
+    }
+    let line = |(level, exhibit): (&Level, &Exhibit)| {
+        let share = 100.0 * exhibit.coverage.unwrap_or(0.0);
+        let counts = [level.faces, level.vertices].map(|n| n.to_string());
+        let errors = [level.mean, level.rms, level.max].map(|x| format!("{x:.3e}"));
+        counts.into_iter().chain(errors).chain([format!("{share:.1} %")]).collect()
+    };
+    let heads = ["faces", "vertices", "mean", "rms", "largest", "down to"];
+    let table = Section {
+        title: "Levels".into(),
+        text: "Distances from the input, and the share of the height of the screen down to which \
+               a level is shown: there its error is a pixel of 1080."
+            .into(),
+        header: heads.map(String::from).into(),
+        lines: levels.iter().zip(&exhibits[1..]).map(line).collect(),
+        ..Section::default()
+    };
+    let mut page = Page::new(format!("{}: levels of detail", name_of(input)), exhibits);
+    page.start.color = Some("plain".into());
+    page.report.push(table);
+    Ok(page)
 }
 
 /// Refuses options that would do nothing.

@@ -9,6 +9,8 @@ pub(crate) mod info;
 pub(crate) mod lod;
 pub(crate) mod man;
 pub(crate) mod patch;
+pub(crate) mod render;
 pub(crate) mod repair;
 pub(crate) mod simplify;
 pub(crate) mod subdivide;
+pub(crate) mod view;

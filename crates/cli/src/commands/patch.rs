@@ -1,5 +1,6 @@
 //! `curvmesh patch`: smooth patches from face-based curvature, one or a whole cover.
 
+use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -8,12 +9,15 @@ use curvpatch::{
     Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, PatchProbe,
     PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, patch_color,
 };
+use glam::DVec3;
 use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
+use mesh_view::{Exhibit, Field, Layout, Lines, On, Page, Section};
 use serde::Serialize;
 
 use crate::args::{EstimatorPreset, FormatName};
 use crate::batch::{Job, check_output};
+use crate::colormap::opaque;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
@@ -22,6 +26,7 @@ use crate::load::Seconds;
 use crate::save::{SAVE_OPTIONS, SaveOptions, make_folder_of, save_bytes};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Report, Task};
+use crate::view::{self, Look, name_of};
 
 /// Replace the mesh by smooth surface patches made from face-based curvature
 ///
@@ -48,6 +53,8 @@ pub(crate) struct Patch {
     /// What to write [default: a record for .json, otherwise a mesh]
     #[arg(long = "as", value_enum, value_name = "CONTENT")]
     content: Option<Content>,
+    #[command(flatten)]
+    look: Look,
 }
 
 #[derive(Debug, clap::Args)]
@@ -156,6 +163,7 @@ struct Made {
 
 pub(crate) fn run(options: &Patch, session: &Session) -> Result<Outcome, Failure> {
     options.check_given(&session.given)?;
+    options.look.check(&options.job.inputs)?;
     let save = &options.job.save;
     let extension = |input: &Path| match options.content {
         Some(Content::Record) => Some("json"),
@@ -182,9 +190,93 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
         method: options.what.method_name(cover),
     };
     let report = task.report(console, loaded.counts(), results, seconds);
+    if options.look.is_wanted() {
+        options.look.write(page(&task.input, mesh, &made)?, &report, console)?;
+    }
     let Results { patches, covered_faces, .. } = report.results;
     let brief = format!("{patches} patches for {covered_faces} of {} faces", report.faces);
     report.done(console, summary(&report), brief)
+}
+
+/// So many patches are shown one by one; all are shown together.
+const MOST_ALONE: usize = 60;
+
+/// The cover, the mesh under it, and the patches one by one with frame and arcs.
+fn page(input: &Path, mesh: &TriMesh, made: &Made) -> Result<Page, Failure> {
+    let Made { cover, cut } = made;
+    let whole = mesh_model(mesh, cover, *cut)?;
+    let mut together = view::content("cover", input, &whole)?;
+    let mut under = view::mesh("mesh", mesh);
+    let number = |patch: &Option<u32>| patch.map_or(f64::NAN, f64::from);
+    let numbers = cover.patch_of_face.as_slice().iter().map(number).collect();
+    under.fields.push(Field { signed: false, ..Field::new("patch", On::Faces, numbers) });
+    let color = |patch: &Option<u32>| patch.map_or([196, 38, 46], patch_color);
+    let colors = cover.patch_of_face.as_slice().iter().map(color);
+    under.face_colors = Some(colors.map(|[r, g, b]| [r, g, b, 255]).collect());
+    let curves: Vec<Vec<Lines>> = cover.patches.iter().map(|p| curves(&p.fit.patch)).collect();
+    for kind in 0..curves.first().map_or(0, Vec::len) {
+        let segments = curves.iter().flat_map(|lines| lines[kind].segments.iter().copied());
+        let lines = Lines { segments: segments.collect(), ..curves[0][kind].clone() };
+        together.lines.push(lines.clone());
+        under.lines.push(lines);
+    }
+    let mut exhibits = vec![together, under];
+    for (index, (patch, lines)) in cover.patches.iter().zip(curves).take(MOST_ALONE).enumerate() {
+        let part = patch.fit.patch.tessellate(*cut).map_err(Failure::refused)?;
+        let [r, g, b] = patch_color(index as u32);
+        let [k1, k2] = patch.fit.patch.curvatures();
+        exhibits.push(Exhibit {
+            name: format!("patch {index}"),
+            face_colors: Some(vec![[r, g, b, 255]; part.triangles.len()]),
+            positions: part.positions,
+            triangles: part.triangles,
+            lines,
+            facts: vec![
+                ("k1".into(), format!("{k1:.6}")),
+                ("k2".into(), format!("{k2:.6}")),
+                ("covers faces".into(), patch.faces.len().to_string()),
+                ("largest error".into(), format!("{:.6}", patch.errors.max())),
+            ],
+            ..Exhibit::default()
+        });
+    }
+    let mut page = Page::new(format!("{}: patches", name_of(input)), exhibits);
+    page.layout = Layout::One;
+    page.start.color = Some("faceColors".into());
+    if cover.patches.len() > MOST_ALONE {
+        page.report.push(Section {
+            title: "Patches".into(),
+            text: format!(
+                "Of {} patches the first {MOST_ALONE} are shown alone.",
+                cover.patches.len()
+            ),
+            ..Section::default()
+        });
+    }
+    Ok(page)
+}
+
+/// The rim of a patch, its principal arcs, and the axes of its frame.
+fn curves(patch: &curvpatch::Patch) -> Vec<Lines> {
+    const PIECES: u32 = 48;
+    let turn = |i: u32| TAU * f64::from(i) / f64::from(PIECES);
+    let rim: Vec<DVec3> = (0..=PIECES).map(|i| patch.point(1.0, turn(i))).collect();
+    let arc = |phi: f64| -> Vec<DVec3> {
+        let at = |i: u32| {
+            let u = 2.0 * f64::from(i) / f64::from(PIECES) - 1.0;
+            patch.point(u.abs(), if u < 0.0 { phi + 0.5 * TAU } else { phi })
+        };
+        (0..=PIECES).map(at).collect()
+    };
+    let center = patch.point(0.0, 0.0);
+    let [l1, l2] = patch.arcs();
+    let axis = |i: usize| [center, center + 0.5 * l1.min(l2) * patch.frame()[i]];
+    vec![
+        Lines::through("Rims", [30, 30, 36], &rim),
+        Lines::through("Arcs of k1", [200, 30, 40], &arc(0.0)),
+        Lines::through("Arcs of k2", [25, 80, 190], &arc(0.25 * TAU)),
+        Lines::through("Normals", [0, 120, 60], &axis(2)),
+    ]
 }
 
 impl Patch {
@@ -380,7 +472,7 @@ fn mesh_model(mesh: &TriMesh, cover: &Cover, cut: f64) -> Result<Model, Failure>
     let patches = parts.patch_of_triangle.iter().map(number).collect();
     Ok(Model {
         vertex_normals: Some(parts.normals.iter().map(|n| n.as_vec3().to_array()).collect()),
-        vertex_colors: Some(parts.colors.iter().map(opaque).collect()),
+        vertex_colors: Some(parts.colors.iter().map(|&color| opaque(color)).collect()),
         face_scalars: vec![Scalars { name: "patch".into(), values: patches }],
         ..Model::from(soup)
     })
@@ -400,16 +492,10 @@ fn splat_model(splats: &[Splat]) -> Model {
     let colors = (0_u32..).take(splats.len()).map(patch_color);
     Model {
         vertex_normals: Some(splats.iter().map(|s| s.normal.map(|x| x as f32)).collect()),
-        vertex_colors: Some(colors.map(|color| opaque(&color)).collect()),
+        vertex_colors: Some(colors.map(opaque).collect()),
         vertex_scalars: (0..6).map(|i| component(i / 3, i % 3)).collect(),
         ..Model::from(soup)
     }
-}
-
-/// An eight-bit colour as the file formats have it.
-fn opaque([red, green, blue]: &[u8; 3]) -> [f32; 4] {
-    let [red, green, blue] = [red, green, blue].map(|&c| f32::from(c) / 255.0);
-    [red, green, blue, 1.0]
 }
 
 fn summary(report: &Report<Results>) -> String {

@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 
 use mesh_core::TriMesh;
+use mesh_io::Model;
+use mesh_metric::Surface;
+use mesh_view::Page;
 use serde::Serialize;
 use simplify::{FitReport, Simplified, simplify_observed};
 
@@ -11,10 +14,11 @@ use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::Interruption;
-use crate::load::Seconds;
+use crate::load::{Loaded, Seconds};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Policy, Targets, rejected, show};
 use crate::task::{Done, Report, Task};
+use crate::view::{self, Look, name_of};
 
 /// Simplify a mesh by collapsing edges
 ///
@@ -36,6 +40,8 @@ pub(crate) struct Simplify {
     carry: Carry,
     #[command(flatten)]
     interruption: Interruption,
+    #[command(flatten)]
+    look: Look,
     #[command(flatten)]
     job: Job,
 }
@@ -84,6 +90,7 @@ pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Fail
     options.targets.check()?;
     options.policy.check_given(&session.given)?;
     check_output(&options.job, &session.given)?;
+    options.look.check(&options.job.inputs)?;
     options.job.run(session, &|task, console| one(options, task, console))
 }
 
@@ -98,8 +105,29 @@ fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failu
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let results = Results::new(options, loaded.mesh.topology().face_count(), &simplified);
     let report = task.report(console, loaded.counts(), results, seconds);
+    if options.look.is_wanted() {
+        let page = page(task, &loaded, &simplified.mesh, &model)?;
+        options.look.write(page, &report, console)?;
+    }
     let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
     report.done(console, summary(&report), brief)
+}
+
+/// The original and the result, each with its distance from the other.
+fn page(task: &Task, loaded: &Loaded, result: &TriMesh, model: &Model) -> Result<Page, Failure> {
+    let original = loaded.to_model(&loaded.provenance.corner_source)?;
+    let surface = |mesh: &TriMesh| Surface::new(mesh).map_err(Failure::refused);
+    let mut exhibits = Vec::new();
+    for (name, model, other) in [("original", &original, result), ("result", model, &loaded.mesh)] {
+        let mut exhibit = view::content(name, &task.input, model)?;
+        let distance = view::distance_field(&exhibit, &surface(other)?);
+        exhibit.fields.retain(|field| field.name != distance.name);
+        exhibit.fields.insert(0, distance);
+        exhibits.push(exhibit);
+    }
+    let mut page = Page::new(format!("{}: simplified", name_of(&task.input)), exhibits);
+    page.start.color = Some("vertex:distance".into());
+    Ok(page)
 }
 
 fn reduce(

@@ -2,6 +2,7 @@
 
 use core::ops::ControlFlow;
 
+use glam::DVec3;
 use mesh_core::{FaceId, FaceMap, Handle, TriMesh, parallel};
 
 use super::options::{CoverOptions, Seeds};
@@ -49,6 +50,13 @@ pub struct CoverCandidates<'a> {
 
 /// Seeds of the first round on a large mesh, and the least number of seeds of any round.
 const PILOT_SEEDS: usize = 256;
+
+/// A round over slivers goes on when one in so many has a candidate.
+const WORTHWHILE: usize = 64;
+
+/// The height of a sliver, as a share of its longest side. Its disc reaches over many other faces,
+/// and its normal is as uncertain as it is thin.
+const SLIVER: f64 = 0.02;
 
 /// Seeds between two reports of progress.
 const BLOCK: usize = 1024;
@@ -107,6 +115,9 @@ impl<'a> CoverCandidates<'a> {
             Seeds::Redundancy(redundancy) if all.len() > Seeds::FEW_FACES => redundancy,
             _ => f64::INFINITY,
         };
+        let (slivers, all): (Vec<_>, Vec<_>) = all.into_iter().partition(|&face| {
+            options.seeds != Seeds::AllFaces && is_sliver(self.mesh.triangle(face))
+        });
         let pilot = if redundancy.is_finite() { PILOT_SEEDS } else { all.len() };
         let mut per_seed = self.add_round(sizer, options, &spread(&all, pilot), watch)?;
         let mut open = all;
@@ -115,9 +126,41 @@ impl<'a> CoverCandidates<'a> {
             let count = (wanted.min(open.len() as f64) as usize).max(PILOT_SEEDS);
             per_seed = self.add_round(sizer, options, &spread(&open, count), watch)?;
             // After the first full round, only what is still bare is of interest.
-            open.retain(|&face| !self.tried[face] && !self.covered[face]);
+            open.retain(|&face| self.is_bare(face));
         }
-        ControlFlow::Continue(())
+        self.search_slivers(sizer, options, slivers, watch)
+    }
+
+    /// Looks for candidates at slivers that no other one covers, twice as many in each round, until
+    /// one has found next to none.
+    fn search_slivers(
+        &mut self,
+        sizer: &PatchSizer<'_, 'a>,
+        options: &CoverOptions,
+        mut open: Vec<FaceId>,
+        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        open.retain(|&face| self.is_bare(face));
+        let mut count = PILOT_SEEDS;
+        while !open.is_empty() {
+            let (seeds, before) = (spread(&open, count), self.len());
+            count *= 2;
+            self.add_round(sizer, options, &seeds, watch)?;
+            open.retain(|&face| self.is_bare(face));
+            if seeds.len() >= PILOT_SEEDS && (self.len() - before) * WORTHWHILE < seeds.len() {
+                break;
+            }
+        }
+        for &face in &open {
+            self.settle(face);
+        }
+        let faces = self.mesh.topology().face_count();
+        watch(CoverProgress { settled: self.settled, faces })
+    }
+
+    /// Whether a face is not covered by any candidate and was no seed.
+    fn is_bare(&self, face: FaceId) -> bool {
+        !self.tried[face] && !self.covered[face]
     }
 
     /// Looks for candidates at the seeds that were not tried before; returns the mean number of
@@ -226,6 +269,11 @@ impl<'a> CoverCandidates<'a> {
         let face = FaceId::from_index(index);
         if self.mesh.topology().contains_face(face) { self.mesh.face_area(face) } else { 0.0 }
     }
+}
+
+fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    (b - a).cross(c - a).length() < SLIVER * longest
 }
 
 /// About `count` of the faces, evenly spread.

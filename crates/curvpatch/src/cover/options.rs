@@ -6,6 +6,7 @@ use crate::size::{OptionError, SizeOptions};
 /// How patches are chosen from the candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum CoverMethod {
     /// Always the candidate with the largest area that is not covered yet.
     Greedy,
@@ -20,12 +21,15 @@ pub enum CoverMethod {
 /// For which faces candidates are made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Seeds {
     /// For every face. Time and memory go with the number of faces times the faces of a patch.
     AllFaces,
     /// For as many faces, evenly spread by index, as it takes for a face to lie in about this many
     /// candidates; for every face of meshes with up to [`Seeds::FEW_FACES`] faces, and for those
-    /// that no candidate covers. Memory goes with the number of faces times this number.
+    /// that no candidate covers. Slivers, faces less high than a fiftieth of their longest side, are
+    /// tried only where nothing else covers them, and as long as that is worthwhile. Memory goes with
+    /// the number of faces times this number.
     Redundancy(f64),
 }
 

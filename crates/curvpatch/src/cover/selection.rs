@@ -59,7 +59,7 @@ pub(super) fn greedy(candidates: &CoverCandidates<'_>, areas: &[f64]) -> Vec<usi
     };
     let mut counts = Counts::new(candidates);
     let mut offers: BinaryHeap<Offer> =
-        (0..candidates.len()).map(|i| offer(i, f64::INFINITY)).collect();
+        (0..candidates.len()).map(|i| offer(i, candidates.get(i).area)).collect();
     let mut chosen = Vec::new();
     while let Some(Offer { candidate, .. }) = offers.pop() {
         let faces = candidates.faces(candidate);

@@ -11,6 +11,7 @@ pub struct FaceCost(pub FaceFunction);
 
 /// What is summed over the faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum FaceFunction {
     /// The area: minimal-area triangulations. In squares of the model unit.
     Area,

@@ -4,11 +4,12 @@
 use core::iter::zip;
 
 use dcurv::{VertexArea, corner_angle, corner_area, vertex_curvature};
-use mesh_core::{EdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel};
+use mesh_core::{EdgeId, EdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use super::abs_mean::AbsMean;
 use super::edge_sum::{EdgeSum, QUADS, edges};
 use crate::cost::{Change, FlipCost, Reach};
+use crate::crowded::{CROWDED, flips_between_turns, has_more_faces};
 use crate::fold::twice_vector_area;
 use crate::quad::Quad;
 
@@ -26,6 +27,7 @@ pub struct VertexCost {
 
 /// What is summed over the vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum VertexFunction {
     /// F1 of DHKL01: `|Hbar|² / S`, which is S times H². Without unit.
     SquaredMean,
@@ -45,6 +47,8 @@ struct Integrals {
     abs_mean: f64,
     area: f64,
     boundary: bool,
+    /// At a crowded vertex: how many more flips may add differences before all is summed anew.
+    differences_left: u32,
 }
 
 impl Integrals {
@@ -56,6 +60,17 @@ impl Integrals {
             abs_mean: integrals.abs_mean.value(),
             area: integrals.area.value(),
             boundary: curvature.is_boundary(),
+            differences_left: 0,
+        }
+    }
+
+    /// These, with others taken away.
+    fn less(self, other: &Self) -> Self {
+        Self {
+            angle_defect: self.angle_defect - other.angle_defect,
+            abs_mean: self.abs_mean - other.abs_mean,
+            area: self.area - other.area,
+            ..self
         }
     }
 }
@@ -89,6 +104,42 @@ pub struct VertexCostCache {
     integrals: VertexMap<Integrals>,
     /// `1/2 |e| |beta|` of each edge.
     edge_terms: EdgeMap<f64>,
+    /// What the last flips at crowded vertices changed, the last one last.
+    history: Vec<Before>,
+}
+
+/// The integrals at a crowded vertex before the flip of an edge, for its way back: differences that
+/// are added and taken away again would not leave the same bits.
+#[derive(Clone, Debug)]
+struct Before {
+    vertex: VertexId,
+    edge: EdgeId,
+    integrals: Integrals,
+}
+
+/// How many flips may be undone exactly: more than look-ahead does in a row at four corners.
+const HISTORY: usize = 64;
+
+impl VertexCostCache {
+    /// Notes the integrals of a vertex that are about to change with the flip of an edge; those
+    /// before its last flip, if that was the last one here and is now undone.
+    fn undo_or_note(&mut self, vertex: VertexId, edge: EdgeId) -> Option<Integrals> {
+        let last = self.history.iter().rposition(|before| before.vertex == vertex);
+        if let Some(last) = last.filter(|&last| self.history[last].edge == edge) {
+            return Some(self.history.remove(last).integrals);
+        }
+        if self.history.len() == HISTORY {
+            self.history.remove(0);
+        }
+        self.history.push(Before { vertex, edge, integrals: self.integrals[vertex] });
+        None
+    }
+
+    fn forget(&mut self, vertex: VertexId) {
+        if !self.history.is_empty() {
+            self.history.retain(|before| before.vertex != vertex);
+        }
+    }
 }
 
 impl FlipCost for VertexCost {
@@ -101,14 +152,33 @@ impl FlipCost for VertexCost {
                 |index| self.integrals(mesh, index),
             )),
             edge_terms: AbsMean.all_terms(mesh),
+            history: Vec::new(),
         }
     }
 
     fn update(&self, mesh: &TriMesh, cache: &mut VertexCostCache, flipped: &Quad) {
-        for vertex in flipped.corners {
-            cache.integrals[vertex] = Integrals::of(mesh, vertex, self.area);
-        }
+        let topology = mesh.topology();
+        let terms_before = edges(flipped).map(|edge| cache.edge_terms[edge]);
         AbsMean.update_terms(mesh, &mut cache.edge_terms, flipped);
+        // The ends of the edge have one face more than before, the other corners one less. What is
+        // crowded for a flip is so for its way back.
+        let limits = [CROWDED, CROWDED, CROWDED - 1, CROWDED - 1];
+        for (place, (vertex, limit)) in zip(flipped.corners, limits).enumerate() {
+            cache.integrals[vertex] = if !has_more_faces(topology, vertex, limit) {
+                cache.forget(vertex);
+                Integrals::of(mesh, vertex, self.area)
+            } else if let Some(before) = cache.undo_or_note(vertex, flipped.edge) {
+                before
+            } else if cache.integrals[vertex].differences_left == 0 {
+                let differences_left = flips_between_turns(topology, vertex);
+                Integrals { differences_left, ..Integrals::of(mesh, vertex, self.area) }
+            } else {
+                let back = self.difference(mesh, cache, flipped, terms_before)[place];
+                let now = cache.integrals[vertex];
+                let differences_left = now.differences_left - 1;
+                Integrals { differences_left, ..now.less(&back) }
+            };
+        }
     }
 
     fn total(&self, mesh: &TriMesh) -> f64 {
@@ -259,6 +329,25 @@ impl VertexCost {
                 mean * mean > cost * areas * (1.0 + MARGIN)
             }
         }
+    }
+
+    /// What flipping an edge back would add to the integrals at the corners.
+    fn difference(
+        &self,
+        mesh: &TriMesh,
+        cache: &VertexCostCache,
+        flipped: &Quad,
+        terms_before: [f64; 5],
+    ) -> [Integrals; 4] {
+        let mut after = Corners { quad: flipped, integrals: [Integrals::default(); 4] };
+        let mut means = [0.0; 4];
+        exchange_means(&cache.edge_terms, terms_before, flipped, &mut means);
+        for (at, mean) in zip(&mut after.integrals, means) {
+            at.abs_mean = mean;
+        }
+        self.exchange_angles(mesh, &mut after);
+        self.exchange_areas(mesh, &mut after);
+        after.integrals
     }
 
     fn integrals(&self, mesh: &TriMesh, index: usize) -> Integrals {

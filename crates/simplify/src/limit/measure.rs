@@ -62,7 +62,12 @@ impl Measuring<'_> {
             // counts as above.
             let certify = match limit {
                 None => CertifyOptions { tolerance, ..CertifyOptions::default() },
-                Some(_) => CertifyOptions { tolerance, limit, max_pieces: MAX_PIECES },
+                Some(_) => CertifyOptions {
+                    tolerance,
+                    limit,
+                    max_pieces: MAX_PIECES,
+                    ..CertifyOptions::default()
+                },
             };
             let bounds = hausdorff_bounds(self.original, &surface, &certify);
             let error = AchievedError { lower: bounds.lower, upper: Some(bounds.upper) };

@@ -10,7 +10,7 @@ use super::super::run::{Run, mesh_of, view_of};
 use super::{Measures, optimise};
 use crate::failure::Failure;
 use crate::plot::{Axis, Plot, Series};
-use crate::render::Style;
+use mesh_render::Style;
 
 /// How far inside: the paper says "slightly". The cube is [-1, 1]³.
 const INSETS: [f64; 10] = [0.0, 0.05, 0.1, 0.15, 0.17, 0.2, 0.25, 0.3, 0.4, 0.5];
@@ -182,7 +182,7 @@ fn add_plot(item: &mut Item, cases: &[Case]) {
 fn add_pictures(run: &Run<'_>, item: &mut Item, cases: &[Case]) -> Result<(), Failure> {
     let Some(case) = cases.get(DRAWN) else { return Ok(()) };
     let view = view_of(&case.initial, DVec3::new(0.45, 0.5, 1.0), DVec3::Y)?;
-    let style = Style { size: [620, 600], smooth: false, edge_width: 2.2 };
+    let style = Style { size: [620, 600], edge_width: 2.2, ..Style::DEFAULT };
     let draw = |mesh, name: &str, what: &str| {
         let caption = format!("{what}, inset {}", case.inset);
         run.picture(mesh, &view, &style, &format!("bar06-cube-{name}"), &caption)

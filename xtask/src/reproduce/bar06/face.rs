@@ -8,7 +8,7 @@ use super::super::item::{Figure, Item, Outcome};
 use super::super::run::{Run, mesh_of, view_of};
 use super::{Measures, RULES, face_shape};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 /// An edge is vertical if it is steeper than this against the horizontal, in radians.
 const VERTICAL: f64 = 75.0 * core::f64::consts::PI / 180.0;
@@ -214,6 +214,6 @@ fn picture(
     caption: &str,
 ) -> Result<Figure, Failure> {
     let view = view_of(mesh, toward, DVec3::Y)?;
-    let style = Style { size: [560, 660], smooth: false, edge_width };
+    let style = Style { size: [560, 660], edge_width, ..Style::DEFAULT };
     run.picture(mesh, &view, &style, &format!("bar06-face-{name}"), caption)
 }

@@ -9,7 +9,7 @@ use super::super::item::{Figure, Item, Outcome};
 use super::super::run::{Run, mesh_of, view_of};
 use super::{Measures, RULES, optimise};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 const TORUS: Torus = Torus { major: 5.0, minor: 2.0 };
 /// Rings and sides of the two tori.
@@ -100,7 +100,7 @@ fn spread_of_areas(mesh: &TriMesh) -> f64 {
 
 fn picture(run: &Run<'_>, mesh: &TriMesh, torus: &str, rule: &str) -> Result<Figure, Failure> {
     let view = view_of(mesh, DVec3::new(0.0, -0.75, 1.0), DVec3::Y)?;
-    let style = Style { size: [640, 540], smooth: false, edge_width: 1.5 };
+    let style = Style { size: [640, 540], edge_width: 1.5, ..Style::DEFAULT };
     let name = format!("bar06-torus-{torus}-{rule}").replace(' ', "-").to_lowercase();
     run.picture(mesh, &view, &style, &name, &format!("{torus} points, {rule}"))
 }

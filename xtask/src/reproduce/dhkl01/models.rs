@@ -13,7 +13,7 @@ use super::super::item::{Figure, Item, Outcome};
 use super::super::run::{Run, mesh_of, view_of};
 use super::{optimise, part};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 /// A real model.
 struct Case {
@@ -175,7 +175,7 @@ fn figure(
     when: &str,
 ) -> Result<Figure, Failure> {
     let view = view_of(mesh, toward, up)?;
-    let style = Style { size: [720, 600], smooth: false, edge_width: 0.0 };
+    let style = Style { size: [720, 600], ..Style::DEFAULT };
     let name = format!("dhkl01-{}-{when}", model.replace(' ', "-"));
     run.picture(mesh, &view, &style, &name, &format!("{model}, {when} minimising F2"))
 }

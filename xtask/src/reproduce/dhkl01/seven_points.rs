@@ -9,7 +9,7 @@ use super::super::item::{Item, Outcome};
 use super::super::run::{Run, mesh_of, view_of};
 use super::optimise;
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 /// The costs of both triangulations, and where every strategy ends that starts from the given one.
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
@@ -53,7 +53,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     let header = ["cost", "given", "convex", "greedy", "look-ahead 2", "look-ahead 3", "annealing"];
     item.table("Cost of the two triangulations, and where each strategy ends.", header, lines);
     let view = view_of(&given, DVec3::new(0.25, -0.7, 1.0), DVec3::new(0.0, 1.0, 0.2))?;
-    let style = Style { size: [900, 560], smooth: false, edge_width: 2.5 };
+    let style = Style { size: [900, 560], edge_width: 2.5, ..Style::DEFAULT };
     let draw = |mesh, name, caption| run.picture(mesh, &view, &style, name, caption);
     item.side_by_side([
         draw(&given, "dhkl01-seven-points-given", "given: concave along the edge in its middle")?,

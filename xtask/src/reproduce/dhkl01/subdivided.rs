@@ -6,7 +6,7 @@ use super::super::item::{Item, Outcome};
 use super::super::run::Run;
 use super::{SETTINGS, TORUS, distance_to_torus, norms, optimised, torus_view};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 /// The subdivision steps of the figure.
 const STEPS: u32 = 3;
@@ -44,7 +44,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
             }
             lines.push(line);
         }
-        let style = Style { size: [720, 600], smooth: true, edge_width: 0.0 };
+        let style = Style { size: [720, 600], smooth: true, ..Style::DEFAULT };
         let name = format!("dhkl01-subdivided-{}", setting.row.to_lowercase());
         let caption = format!("{}, after three butterfly steps", setting.how);
         figures.push(run.picture(&fine, &torus_view(&coarse)?, &style, &name, &caption)?);

@@ -10,7 +10,7 @@ use super::super::numbers::plain;
 use super::super::run::{Run, mesh_of, view_of};
 use super::{CHAINS, IGEA, Original, add_similarity_claim, head, levels};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 /// The percentages of the figure.
 const REDUCTIONS: [f64; 3] = [30.0, 92.0, 98.0];
@@ -144,7 +144,7 @@ fn add_pictures(
     toward: DVec3,
 ) -> Result<(), Failure> {
     let view = view_of(mesh, toward, DVec3::Y)?;
-    let style = Style { size: [520, 620], smooth: false, edge_width: 0.0 };
+    let style = Style { size: [520, 620], ..Style::DEFAULT };
     let mut figures = vec![run.picture(
         mesh,
         &view,

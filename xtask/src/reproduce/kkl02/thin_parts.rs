@@ -14,7 +14,7 @@ use super::{
 };
 use crate::failure::Failure;
 use crate::plot::{Axis, Plot, Series};
-use crate::render::Style;
+use mesh_render::Style;
 
 /// The faces of the figure, and further ones for the curves.
 const FACES: usize = 986;
@@ -269,7 +269,7 @@ fn add_pictures(
     toward: DVec3,
 ) -> Result<(), Failure> {
     let view = view_of(mesh, toward, DVec3::Y)?;
-    let style = Style { size: [720, 480], smooth: false, edge_width: 0.8 };
+    let style = Style { size: [720, 480], edge_width: 0.8, ..Style::DEFAULT };
     let draw = |mesh: &TriMesh, file: &str, caption: &str| -> Result<Figure, Failure> {
         let caption = format!("{caption}, {} faces", plain(mesh.topology().face_count() as f64));
         run.picture(mesh, &view, &style, &format!("kkl02-craft-{name}-{file}"), &caption)

@@ -9,7 +9,7 @@ use super::super::run::{Run, mesh_of, view_of};
 use super::error_curves::NOISE;
 use super::{CHAINS, IGEA, Original, distance_only, head, simplified, with_curvature};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 /// The faces of the figure's original and of its results.
 const FACES: usize = 3_000;
@@ -62,7 +62,7 @@ fn add_model(
     let original = Original::new(mesh)?;
     let curved = MostCurved::of(mesh);
     let view = view_of(mesh, toward, DVec3::Y)?;
-    let style = Style { size: [620, 720], smooth: false, edge_width: 0.7 };
+    let style = Style { size: [620, 720], edge_width: 0.7, ..Style::DEFAULT };
     let file = |what: &str| format!("kkl02-{}-{what}", name.to_lowercase().replace(' ', "-"));
     let count = |mesh: &TriMesh| plain(mesh.topology().face_count() as f64);
     let caption = format!("{name}, original, {} faces", count(mesh));

@@ -128,9 +128,13 @@ fn figure(figure: &Figure, folder: &Path) -> Result<Markup, Failure> {
     let source = format!("data:image/png;base64,{}", BASE64.encode(bytes));
     Ok(html! {
         figure {
-            img src=(source) alt=(figure.caption);
+            button.turn type="button" data-view=(figure.turning.display())
+                aria-label={ "Turn the model: " (figure.caption) } {
+                img src=(source) alt=(figure.caption);
+            }
             figcaption {
                 (figure.caption)
+                " " a href=(figure.turning.display()) { "turn" }
                 @for mesh in &figure.meshes {
                     @let kind = mesh.extension().unwrap_or_default().to_string_lossy().to_uppercase();
                     " " a href=(mesh.to_string_lossy()) { (kind) }

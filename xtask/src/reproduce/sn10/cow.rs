@@ -13,7 +13,7 @@ use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{Drawing, ORANGE, cover, patches};
 use super::{STYLE, estimator};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 const MODEL: &str = "cow.obj";
 /// Patches may be this far from the mesh, as a share of the diagonal of its bounding box.

@@ -12,7 +12,6 @@ use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE_LINE, DARK, Drawing, GREEN, ORANGE, RED_LINE};
 use super::{PRESETS, STYLE, estimator, face_at, mean_edge, median};
 use crate::failure::Failure;
-use crate::render::View;
 
 const ELLIPSOID: Ellipsoid = Ellipsoid { semi_axes: DVec3::new(1.5, 1.1, 0.8) };
 const SADDLE: Saddle = Saddle { coefficient: 0.5, half_width: 1.0 };
@@ -97,7 +96,7 @@ fn draw(run: &Run<'_>, item: &mut Item, mesh: &TriMesh, face: FaceId) -> Result<
     }
     // In front of the circle, which nearly coincides with it.
     circle.line(trace.points.iter().map(|p| *p + 0.02 * across).collect(), BLUE_LINE, 6.0);
-    let section_view = View { toward: across + 0.3 * disc.normal(), up: disc.normal(), ..view };
+    let section_view = view.from_direction(across + 0.3 * disc.normal(), disc.normal());
 
     let mut directions = Drawing::of(mesh, &[face], ORANGE);
     directions.line(rim, DARK, 2.0);

@@ -9,7 +9,7 @@ use mesh_core::{FaceId, FaceMap, TriMesh, VertexMap};
 use super::super::item::Figure;
 use super::super::run::{Picture, Run};
 use crate::failure::Failure;
-use crate::render::{Scene, Stroke, Style, View};
+use mesh_render::{Paint, Scene, Stroke, Style, View};
 
 /// A mesh and what lies on it, put together for one picture.
 #[derive(Clone, Debug, Default)]
@@ -131,7 +131,7 @@ impl Drawing {
         let edged = FaceMap::from_vec(self.edged.clone());
         let scene = Scene {
             mesh: &mesh,
-            colors: Some(&colors),
+            paint: Paint::Vertices(&colors),
             edged: Some(&edged),
             strokes: &self.strokes,
             ..Scene::of(&mesh)

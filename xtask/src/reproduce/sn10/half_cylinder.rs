@@ -10,7 +10,7 @@ use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, ORANGE};
 use super::{PRESETS, STYLE, estimator, patch};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 const SPARSE: Cylinder = Cylinder { radius: 1.0, height: 6.0 };
 const DENSE: Cylinder = Cylinder { radius: 1.0, height: 4.0 };

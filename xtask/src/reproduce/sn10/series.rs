@@ -9,7 +9,7 @@ use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, GREEN, ORANGE};
 use super::{STYLE, estimator, face_at};
 use crate::failure::Failure;
-use crate::render::Style;
+use mesh_render::Style;
 
 const CYLINDER: Cylinder = Cylinder { radius: 1.0, height: 4.0 };
 const RADIUS: f64 = 0.3;

@@ -4,15 +4,18 @@ use clap::ValueEnum;
 use curvpatch::{CurvatureEstimator, DiscCurvature};
 use mesh_core::{FaceMap, TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
+use mesh_render::Scale;
+use mesh_view::{Lines, Page};
 use serde::Serialize;
 
 use crate::args::EstimatorPreset;
-use crate::colormap::Scale;
+use crate::colormap::opaque;
 use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loaded, Seconds};
 use crate::task::{Done, Report, Task};
+use crate::view::{self, name_of};
 
 /// The property that is 1 for faces with curvature, and 0 for those without, whose other numbers
 /// are 0.
@@ -63,9 +66,40 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     }
     let results = results(options, &loaded, &values, &scale);
     let report = task.report(console, loaded.counts(), results, seconds);
+    if options.look.is_wanted() {
+        let model = colored(quantity, true, &loaded, &values, &scale)?;
+        let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
+        exhibit.face_colors = None;
+        exhibit.lines = directions(&values);
+        let mut page = Page::new(format!("{}: curvature of faces", exhibit.name), vec![exhibit]);
+        page.start.color = Some(format!("face:{}", quantity.property()));
+        page.start.map = options.colors.colormap;
+        page.start.range = Some([scale.low, scale.high]);
+        options.look.write(page, &report, console)?;
+    }
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
     let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
     report.done(console, summary(&report), brief)
+}
+
+/// Both principal directions at the faces, a tenth of the reach of the sections long.
+fn directions(values: &Values) -> Vec<Lines> {
+    let half = 0.05 * values.radius;
+    let line = |axis: usize| {
+        let discs = values.discs.as_slice().iter().flatten();
+        discs.map(|d| [d.center - half * d.frame[axis], d.center + half * d.frame[axis]]).collect()
+    };
+    let lines = |name: &str, color, segments| Lines {
+        name: name.into(),
+        color,
+        width: 1.4,
+        segments,
+        shown: false,
+    };
+    vec![
+        lines("Direction of the larger curvature", [200, 30, 40], line(0)),
+        lines("Direction of the smaller curvature", [25, 80, 190], line(1)),
+    ]
 }
 
 impl Values {
@@ -148,12 +182,12 @@ fn colored(
     model.face_colors = None;
     if in_faces {
         let color = |disc: &Option<DiscCurvature>| {
-            disc.map_or(UNKNOWN, |d| scale.color(value(&d, quantity)))
+            disc.map_or(UNKNOWN, |d| opaque(scale.color(value(&d, quantity))))
         };
         model.face_colors = Some(discs.iter().map(color).collect());
     } else {
         let means = vertex_means(&loaded.mesh, values, quantity);
-        let color = |mean: &Option<f64>| mean.map_or(UNKNOWN, |mean| scale.color(mean));
+        let color = |mean: &Option<f64>| mean.map_or(UNKNOWN, |mean| opaque(scale.color(mean)));
         model.vertex_colors = Some(means.as_slice().iter().map(color).collect());
     }
     Ok(model)

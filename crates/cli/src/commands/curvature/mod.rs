@@ -1,6 +1,7 @@
 //! `curvmesh curvature`: discrete curvature, as numbers and as colours.
 
 mod face;
+mod frame;
 mod options;
 mod vertex;
 
@@ -24,5 +25,6 @@ fn one(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Fail
     match options.estimate.estimator {
         EstimatorName::Vertex => vertex::run(options, task, console),
         EstimatorName::Face => face::run(options, task, console),
+        EstimatorName::Fit | EstimatorName::Ball => frame::run(options, task, console),
     }
 }

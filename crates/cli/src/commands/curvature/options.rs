@@ -9,6 +9,7 @@ use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::length::{Length, parse_length};
+use crate::view::Look;
 
 /// Compute the curvature of every vertex or face, and colour the mesh by it
 ///
@@ -23,6 +24,8 @@ use crate::length::{Length, parse_length};
 ///     curvmesh curvature scan.ply -o mean.ply --quantity mean
 ///     curvmesh curvature part.obj -o folds.glb --quantity abs-mean --colormap magma --range 0,2
 ///     curvmesh curvature scan.ply -o k1.ply --quantity k1 --estimator face --radius 1%
+///     curvmesh curvature scan.ply -o lines.ply --estimator fit --as arrows
+///     curvmesh curvature noisy.ply -o smooth.ply --estimator ball --radius 2%
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Curvature {
@@ -38,6 +41,8 @@ pub(crate) struct Curvature {
     pub(crate) colors: ColorOptions,
     #[command(flatten)]
     pub(crate) estimate: Estimate,
+    #[command(flatten)]
+    pub(crate) look: Look,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -101,15 +106,24 @@ impl Quantity {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Curvature")]
 pub(crate) struct Estimate {
-    /// `vertex`: from angles and dihedral angles; `face`: from normal sections through each face
+    /// `vertex`: from angles and dihedral angles; `face`: from normal sections through each face;
+    /// `fit`: of quadratic surfaces fitted to rings of neighbours; `ball`: averaged over balls
     #[arg(long, value_enum, default_value_t)]
     pub(crate) estimator: EstimatorName,
-    /// With `face`: how far sections reach to either side [default: 4 mean edges]
+    /// With `face`: how far sections reach to either side; with `ball`: the radius of the balls
+    /// [default: 4 mean edges]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) radius: Option<Length>,
     /// With `face`: how curvature is read off the sections
     #[arg(long, value_enum, default_value_t)]
     pub(crate) preset: EstimatorPreset,
+    /// With `fit`: to how many rings of neighbours surfaces are fitted
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = parse_rings)]
+    pub(crate) rings: usize,
+    /// With `fit` and `ball`: what is written, the coloured mesh or principal directions as thin
+    /// diamonds, red for the larger curvature, blue for the smaller
+    #[arg(long = "as", value_enum, default_value_t)]
+    pub(crate) shown: Shown,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -117,20 +131,60 @@ pub(crate) enum EstimatorName {
     #[default]
     Vertex,
     Face,
+    Fit,
+    Ball,
+}
+
+/// What the output shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Shown {
+    #[default]
+    Mesh,
+    Arrows,
+}
+
+fn parse_rings(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(rings) if (1..=16).contains(&rings) => Ok(rings),
+        _ => Err("expected a number from 1 to 16".into()),
+    }
 }
 
 impl Curvature {
     /// Refuses options that would do nothing, and quantities that there are not.
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
-        if self.job.output.is_none() {
+        self.look.check(&self.job.inputs)?;
+        if self.job.output.is_none() && !self.look.is_wanted() {
             given.refuse(&COLOR_OPTIONS, "without -o nothing is coloured")?;
         }
         match self.estimate.estimator {
             EstimatorName::Vertex => {
-                given.refuse(&["radius", "preset"], "they are for --estimator face")
+                given.refuse(&["radius"], "it is for --estimator face and ball")?;
+                given.refuse(&["preset"], "it is for --estimator face")?;
+                given.refuse(&["rings", "shown"], "they are for --estimator fit and ball")
+            }
+            EstimatorName::Fit | EstimatorName::Ball => {
+                given.refuse(&["area"], "curvature is found pointwise")?;
+                given.refuse(&["preset"], "it is for --estimator face")?;
+                if self.estimate.estimator == EstimatorName::Fit {
+                    given.refuse(&["radius"], "--estimator fit takes --rings")?;
+                } else {
+                    given.refuse(&["rings"], "--estimator ball takes --radius")?;
+                }
+                if self.estimate.shown == Shown::Arrows {
+                    given.refuse(&COLOR_OPTIONS, "arrows have their own colours")?;
+                }
+                if self.quantity == Quantity::Willmore {
+                    return Err(Failure::usage(
+                        "the Willmore energy is found by --estimator vertex; its integral is in \
+                         the output of --json",
+                    ));
+                }
+                Ok(())
             }
             EstimatorName::Face => {
                 given.refuse(&["area"], "curvature of faces is found pointwise")?;
+                given.refuse(&["rings", "shown"], "they are for --estimator fit and ball")?;
                 if self.quantity == Quantity::Willmore {
                     return Err(Failure::usage(
                         "a face has no Willmore energy of its own; its integral is in the output \

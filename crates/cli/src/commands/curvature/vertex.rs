@@ -4,14 +4,17 @@ use clap::ValueEnum;
 use dcurv::{CurvatureOptions, Curvatures, Totals, VertexArea, VertexCurvature};
 use mesh_core::{Topology, VertexMap, parallel};
 use mesh_io::{Format, Model, Scalars};
+use mesh_render::Scale;
+use mesh_view::Page;
 use serde::Serialize;
 
-use crate::colormap::Scale;
+use crate::colormap::opaque;
 use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loaded, Seconds};
 use crate::task::{Done, Report, Task};
+use crate::view::{self, name_of};
 
 #[derive(Serialize)]
 struct Results {
@@ -38,6 +41,11 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     let shown = values.of_quantity(options.quantity);
     let scale = scale(options, loaded.mesh.topology(), &shown);
     let counts = loaded.counts();
+    let page = if options.look.is_wanted() {
+        Some(page(options, task, &loaded, &values, &shown, &scale)?)
+    } else {
+        None
+    };
     if let Some(output) = &task.output {
         let format = options.job.save.format_of(output);
         let model = colored(loaded.into_model()?, format, &values, &shown, &scale);
@@ -46,9 +54,33 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     }
     let results = results(options.quantity, &values, &scale);
     let report = task.report(console, counts, results, seconds);
+    if let Some(page) = page {
+        options.look.write(page, &report, console)?;
+    }
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
     let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
     report.done(console, summary(&report), brief)
+}
+
+/// The page that shows the mesh with every quantity.
+fn page(
+    options: &Curvature,
+    task: &Task,
+    loaded: &Loaded,
+    values: &Values,
+    shown: &VertexMap<f64>,
+    scale: &Scale,
+) -> Result<Page, Failure> {
+    let model = loaded.to_model(&loaded.provenance.corner_source)?;
+    let model = colored(model, Some(Format::Ply), values, shown, scale);
+    let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
+    exhibit.vertex_colors = None;
+    exhibit.directions = view::principal_directions(&loaded.mesh);
+    let mut page = Page::new(format!("{}: curvature", exhibit.name), vec![exhibit]);
+    page.start.color = Some(format!("vertex:{}", options.quantity.property()));
+    page.start.map = options.colors.colormap;
+    page.start.range = Some([scale.low, scale.high]);
+    Ok(page)
 }
 
 impl Values {
@@ -91,7 +123,8 @@ fn colored(
     scale: &Scale,
 ) -> Model {
     let shown = shown.as_slice();
-    model.vertex_colors = Some(parallel::collect(shown.len(), |i| scale.color(shown[i])));
+    model.vertex_colors =
+        Some(parallel::collect(shown.len(), |i| opaque(scale.color(shown[i]))));
     if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
         return model;
     }

@@ -1,0 +1,328 @@
+//! `curvmesh render`: a picture of a mesh, without a display.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use glam::DVec3;
+use mesh_core::{FaceMap, VertexMap};
+use mesh_render::{
+    ColorBar, Paint, Picture, RenderError, Scale, Scene, SheetOptions, Side, Style, Texture, View,
+    render, sheet,
+};
+use serde::Serialize;
+
+use crate::args::{is_standard, parse_angle, parse_not_negative};
+use crate::colormap::{COLOR_OPTIONS, ColorOptions};
+use crate::failure::Failure;
+use crate::given::Given;
+use crate::load::{Loaded, Seconds};
+use crate::save::save_bytes;
+use crate::session::{Outcome, Session};
+use crate::task::{Report, Source};
+use crate::view::picture_beside;
+
+/// Draw a mesh to a PNG file, without a display
+///
+///     curvmesh render torus.ply -o torus.png --edges 1 --direction 1,0.3,1
+///     curvmesh render scan.ply -o curved.png --property mean_curvature --range=-2,2 --smooth
+///     curvmesh render part.stl -o sides.png --direction front,left,top --outlines 2 --transparent
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Render {
+    #[command(flatten)]
+    source: Source,
+    /// The picture, a PNG file; `-` is the standard output
+    #[arg(short, long, value_name = "OUT.png")]
+    output: PathBuf,
+    /// From the model to the camera: x,y,z, or names such as front, back, left, right, top, bottom,
+    /// corner; several names make a sheet
+    #[arg(long, value_name = "X,Y,Z|SIDES", default_value = "0.4,0.3,1", value_parser = parse_directions, allow_hyphen_values = true)]
+    direction: Directions,
+    /// The direction that is up in the picture, for a direction in numbers
+    #[arg(long, value_name = "X,Y,Z", default_value = "0,1,0", value_parser = parse_vector, allow_hyphen_values = true)]
+    up: DVec3,
+    /// Width and height of each view in pixels
+    #[arg(long, value_name = "W,H", default_value = "900,900", value_parser = parse_size)]
+    size: [u32; 2],
+    /// Width of the edges in pixels; 0 draws none
+    #[arg(long, value_name = "PIXELS", default_value_t = 0.0, value_parser = parse_not_negative)]
+    edges: f64,
+    /// Width of the outlines in pixels; 0 draws none
+    #[arg(long, value_name = "PIXELS", default_value_t = 0.0, value_parser = parse_not_negative)]
+    outlines: f64,
+    /// With outlines, draw edges too whose faces meet at a larger angle than this
+    #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
+    crease: Option<f64>,
+    /// Shade with one normal per vertex, so that the surface looks smooth
+    #[arg(long)]
+    smooth: bool,
+    /// What the surface is painted with
+    #[arg(long, value_enum, default_value_t)]
+    paint: PaintName,
+    /// Show a property of vertices or faces as colours, with their bar
+    #[arg(long, value_name = "NAME", conflicts_with = "paint")]
+    property: Option<String>,
+    /// Show texture coordinates by a chessboard of so many squares
+    #[arg(long, value_name = "SQUARES", conflicts_with_all = ["paint", "property"])]
+    chessboard: Option<u32>,
+    /// Make equal steps of colour equal ratios
+    #[arg(long)]
+    log: bool,
+    /// Leave out the bar of colours
+    #[arg(long)]
+    no_bar: bool,
+    /// Leave the picture transparent where there is no mesh
+    #[arg(long)]
+    transparent: bool,
+    /// Samples per pixel and direction, from 1 to 8
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    supersampling: u32,
+    #[command(flatten)]
+    colors: ColorOptions,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum PaintName {
+    /// Colours of vertices or faces, or else materials, if the file has them
+    #[default]
+    Auto,
+    /// Colours of vertices or faces
+    Colors,
+    /// Materials and textures
+    Materials,
+    /// Light grey
+    Plain,
+}
+
+/// Where from.
+#[derive(Clone, Debug)]
+enum Directions {
+    Vector(DVec3),
+    Sides(Vec<Side>),
+}
+
+/// Colours that are made before they are borrowed.
+enum Made {
+    Nothing,
+    Vertices(VertexMap<[u8; 3]>, Option<Scale>),
+    Faces(FaceMap<[u8; 3]>, Option<Scale>),
+    Texture(Texture),
+}
+
+#[derive(Serialize)]
+struct Results {
+    width: u32,
+    height: u32,
+    views: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    range: Option<[f64; 2]>,
+}
+
+pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failure> {
+    options.check_given(&session.given)?;
+    let aside = match is_standard(&options.output) {
+        true => Some(session.console.beside_mesh()?),
+        false => None,
+    };
+    let console = aside.as_ref().unwrap_or(&session.console);
+    let mut seconds = Seconds::default();
+    let Source { input, loading } = &options.source;
+    let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
+    let made = options.made(&loaded)?;
+    let picture = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made))?;
+    Seconds::time(&mut seconds.save, || {
+        save_bytes(&options.output, &picture.to_png().map_err(failed)?)
+    })?;
+    let views = match &options.direction {
+        Directions::Vector(_) => 1,
+        Directions::Sides(sides) => sides.len(),
+    };
+    let range = made.scale().map(|scale| [scale.low, scale.high]);
+    let (width, height) = (picture.width(), picture.height());
+    let results = Results { width, height, views, range };
+    let report =
+        Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
+    let text = format!("{}: {width} by {height} pixels", report.subject());
+    report.done(console, text, String::new())?.print(console)?;
+    Ok(Outcome::Done)
+}
+
+fn failed(error: RenderError) -> Failure {
+    match error {
+        RenderError::Size { .. } | RenderError::Supersampling(_) | RenderError::Measure { .. } => {
+            Failure::usage(error)
+        }
+        other => Failure::refused(other),
+    }
+}
+
+impl Render {
+    /// Refuses options that would do nothing.
+    fn check_given(&self, given: &Given) -> Result<(), Failure> {
+        if self.property.is_none() {
+            given.refuse(&COLOR_OPTIONS, "they are for --property")?;
+            given.refuse(&["log", "no_bar"], "they are for --property")?;
+        }
+        if self.outlines == 0.0 {
+            given.refuse(&["crease"], "it is for --outlines")?;
+        }
+        if matches!(self.direction, Directions::Sides(_)) {
+            given.refuse(&["up"], "sides have an up of their own")?;
+        }
+        Ok(())
+    }
+
+    fn made(&self, loaded: &Loaded) -> Result<Made, Failure> {
+        let Loaded { model, provenance, .. } = loaded;
+        let eight_bits =
+            |c: [f32; 4]| [c[0], c[1], c[2]].map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
+        if let Some(squares) = self.chessboard {
+            let Some(uvs) = &model.corner_uvs else {
+                return Err(Failure::refused("the file has no texture coordinates"));
+            };
+            let corners = provenance.corner_source.iter().map(|c| c.map(|c| uvs[c as usize]));
+            return Ok(Made::Texture(Texture::chessboard(squares, corners)));
+        }
+        if let Some(name) = &self.property {
+            return self.property_colors(name, loaded);
+        }
+        let wants = |paint| self.paint == paint || self.paint == PaintName::Auto;
+        if wants(PaintName::Colors) {
+            if let Some(colors) = &model.vertex_colors {
+                let of = |&v: &u32| eight_bits(colors[v as usize]);
+                let colors = provenance.vertex_source.iter().map(of).collect();
+                return Ok(Made::Vertices(VertexMap::from_vec(colors), None));
+            }
+            if let Some(colors) = &model.face_colors {
+                let of = |&f: &u32| eight_bits(colors[f as usize]);
+                let colors = provenance.face_source.iter().map(of).collect();
+                return Ok(Made::Faces(FaceMap::from_vec(colors), None));
+            }
+        }
+        if wants(PaintName::Materials) {
+            let load = picture_beside(&self.source.input);
+            let (faces, corners) = (&provenance.face_source, &provenance.corner_source);
+            let texture = Texture::of_model(model, faces, corners, load).map_err(failed)?;
+            if let Some(texture) = texture {
+                return Ok(Made::Texture(texture));
+            }
+        }
+        match self.paint {
+            PaintName::Colors => Err(Failure::refused("the file has no colours")),
+            PaintName::Materials => Err(Failure::refused("the file has no materials")),
+            _ => Ok(Made::Nothing),
+        }
+    }
+
+    fn property_colors(&self, name: &str, loaded: &Loaded) -> Result<Made, Failure> {
+        let Loaded { model, provenance, .. } = loaded;
+        let scale = |values: &[f64]| {
+            let signed = values.iter().any(|&x| x < 0.0) && values.iter().any(|&x| x > 0.0);
+            self.colors.scale_of(signed, self.log, values.to_vec())
+        };
+        let gather = |values: &[f64], sources: &[u32]| -> Vec<f64> {
+            sources.iter().map(|&source| values[source as usize]).collect()
+        };
+        if let Some(found) = model.vertex_scalars.iter().find(|s| s.name == name) {
+            let values = gather(&found.values, &provenance.vertex_source);
+            let scale = scale(&values);
+            let colors = values.iter().map(|&x| scale.color(x)).collect();
+            return Ok(Made::Vertices(VertexMap::from_vec(colors), Some(scale)));
+        }
+        if let Some(found) = model.face_scalars.iter().find(|s| s.name == name) {
+            let values = gather(&found.values, &provenance.face_source);
+            let scale = scale(&values);
+            let colors = values.iter().map(|&x| scale.color(x)).collect();
+            return Ok(Made::Faces(FaceMap::from_vec(colors), Some(scale)));
+        }
+        let names = model.vertex_scalars.iter().chain(&model.face_scalars).map(|s| &*s.name);
+        let names = names.collect::<Vec<_>>().join(", ");
+        let names = if names.is_empty() { "none".into() } else { names };
+        Err(Failure::usage(format!("there is no property {name}; there are: {names}")))
+    }
+
+    fn draw(&self, loaded: &Loaded, made: &Made) -> Result<Picture, Failure> {
+        let mesh = &loaded.mesh;
+        let background = (!self.transparent).then_some([255; 3]);
+        let style = Style {
+            size: self.size,
+            smooth: self.smooth,
+            edge_width: self.edges,
+            silhouette_width: self.outlines,
+            crease: self.crease,
+            background,
+            supersampling: self.supersampling,
+            ..Style::default()
+        };
+        let scene = Scene { paint: made.paint(), ..Scene::of(mesh) };
+        let nothing = || Failure::refused("the mesh has no faces");
+        let from = |toward, up| -> Result<Picture, Failure> {
+            let view = View::of(mesh, toward, up).ok_or_else(nothing)?;
+            render(&scene, &view, &style).map_err(failed)
+        };
+        let picture = match &self.direction {
+            Directions::Vector(toward) => from(*toward, self.up)?,
+            Directions::Sides(sides) => {
+                let view =
+                    |side: &Side| Ok((from(side.toward(), side.up())?, side.name().to_owned()));
+                let views = sides.iter().map(view).collect::<Result<Vec<_>, Failure>>()?;
+                sheet(&views, &SheetOptions { background, ..Default::default() }).map_err(failed)?
+            }
+        };
+        match (made.scale(), &self.property) {
+            (Some(scale), Some(name)) if !self.no_bar => {
+                ColorBar::new(scale, name.clone()).beside(&picture, background).map_err(failed)
+            }
+            _ => Ok(picture),
+        }
+    }
+}
+
+impl Made {
+    fn paint(&self) -> Paint<'_> {
+        match self {
+            Self::Nothing => Paint::Clay,
+            Self::Vertices(colors, _) => Paint::Vertices(colors),
+            Self::Faces(colors, _) => Paint::Faces(colors),
+            Self::Texture(texture) => Paint::Texture(texture),
+        }
+    }
+
+    fn scale(&self) -> Option<Scale> {
+        match self {
+            Self::Vertices(_, scale) | Self::Faces(_, scale) => *scale,
+            _ => None,
+        }
+    }
+}
+
+/// Reads `x,y,z`, or names of sides.
+fn parse_directions(text: &str) -> Result<Directions, String> {
+    let side = |name: &str| Side::ALL.iter().copied().find(|side| side.name() == name.trim());
+    if let Some(sides) = text.split(',').map(side).collect::<Option<Vec<_>>>() {
+        return Ok(Directions::Sides(sides));
+    }
+    parse_vector(text).map(Directions::Vector)
+}
+
+/// Reads `x,y,z`.
+fn parse_vector(text: &str) -> Result<DVec3, String> {
+    let parts: Vec<f64> = text
+        .split(',')
+        .map(|part| part.trim().parse().map_err(|_| format!("{part:?} is not a number")))
+        .collect::<Result<_, _>>()?;
+    match parts[..] {
+        [x, y, z] if DVec3::new(x, y, z).is_finite() && DVec3::new(x, y, z) != DVec3::ZERO => {
+            Ok(DVec3::new(x, y, z))
+        }
+        _ => Err("a direction has three numbers, like 0,0.5,1, not all zero".into()),
+    }
+}
+
+/// Reads `width,height`.
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once([',', 'x']).and_then(|(width, height)| {
+        Some([width.trim().parse().ok()?, height.trim().parse().ok()?])
+    });
+    sides.ok_or_else(|| "expected a width and a height in pixels, like 900,600".into())
+}

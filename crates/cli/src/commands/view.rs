@@ -1,0 +1,172 @@
+//! `curvmesh view`: a page on which meshes turn.
+
+use std::path::{Path, PathBuf};
+
+use dcurv::{CurvatureOptions, Curvatures, VertexCurvature};
+use mesh_view::{Exhibit, Field, Layout, On, Page, Precision};
+use serde::Serialize;
+
+use crate::args::is_standard;
+use crate::colormap::ColorOptions;
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::{Loading, Seconds};
+use crate::session::{Outcome, Session};
+use crate::task::Report;
+use crate::view::{self, name_of};
+
+/// Make a page on which meshes turn: one HTML file that opens offline and can be mailed
+///
+/// Files are shown as they are, polygons and defects included, with every property as colours, the
+/// values under the pointer, materials, and lines for boundaries and for non-manifold and sharp
+/// edges. Several meshes share one camera. The page asks nothing of any network.
+///
+///     curvmesh view scan.ply -o scan.html
+///     curvmesh view before.ply after.ply -o compare.html --layout wipe
+///     curvmesh view part.stl -o part.html --curvature --color mean_curvature
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct View {
+    /// The files to show; `-` is the standard input
+    #[arg(value_name = "IN", required = true)]
+    inputs: Vec<PathBuf>,
+    /// The page; `-` is the standard output
+    #[arg(short, long, value_name = "PAGE.html")]
+    output: PathBuf,
+    /// The title of the page [default: the names of the files]
+    #[arg(long, value_name = "TEXT")]
+    title: Option<String>,
+    /// How several meshes are arranged at first
+    #[arg(long, value_enum, default_value_t)]
+    layout: LayoutName,
+    /// The property that is shown at first; `plain` for none
+    #[arg(long, value_name = "NAME")]
+    color: Option<String>,
+    /// Compute curvatures and principal directions of the vertices too
+    #[arg(long)]
+    curvature: bool,
+    /// Keep positions as 32-bit numbers, not in 65,536 steps along each side
+    #[arg(long)]
+    exact_positions: bool,
+    /// Show meshes with more faces simplified
+    #[arg(long, value_name = "N", default_value_t = Page::MOST_FACES)]
+    most_faces: usize,
+    #[command(flatten)]
+    colors: ColorOptions,
+    #[command(flatten)]
+    loading: Loading,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+enum LayoutName {
+    /// Side by side, with one camera
+    #[default]
+    Side,
+    /// One over the other, with a border that can be moved
+    Wipe,
+    /// In turns
+    Blink,
+    /// One of them
+    One,
+}
+
+impl From<LayoutName> for Layout {
+    fn from(name: LayoutName) -> Self {
+        match name {
+            LayoutName::Side => Self::Side,
+            LayoutName::Wipe => Self::Wipe,
+            LayoutName::Blink => Self::Blink,
+            LayoutName::One => Self::One,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Results {
+    meshes: usize,
+}
+
+pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure> {
+    if options.inputs.iter().filter(|input| is_standard(input)).count() > 1 {
+        return Err(Failure::usage("the standard input `-` can be one of the files only"));
+    }
+    let aside = match is_standard(&options.output) {
+        true => Some(session.console.beside_mesh()?),
+        false => None,
+    };
+    let console = aside.as_ref().unwrap_or(&session.console);
+    let mut seconds = Seconds::default();
+    let exhibits: Result<Vec<_>, Failure> = Seconds::time(&mut seconds.load, || {
+        options.inputs.iter().map(|input| options.exhibit(input, console)).collect()
+    });
+    let page = options.page(exhibits?)?;
+    let counts = |count: fn(&Exhibit) -> usize| page.exhibits.iter().map(count).sum::<usize>();
+    let counts = [counts(|e| e.positions.len()), counts(|e| e.triangles.len())];
+    Seconds::time(&mut seconds.save, || view::write_page(&options.output, &page, console))?;
+    let results = Results { meshes: page.exhibits.len() };
+    let report = Report::new(console, &options.inputs[0], counts, results, seconds)
+        .with_output(&options.output);
+    let text = format!("{}: {} faces", report.subject(), report.faces);
+    report.done(console, text, String::new())?.print(console)?;
+    Ok(Outcome::Done)
+}
+
+impl View {
+    fn exhibit(&self, path: &Path, console: &Console) -> Result<Exhibit, Failure> {
+        let name = name_of(path);
+        if !self.curvature {
+            let model = self.loading.content(path, console)?;
+            return view::content(&name, path, &model);
+        }
+        let loaded = self.loading.load(path, console)?;
+        let model = loaded.to_model(&loaded.provenance.corner_source)?;
+        let mut exhibit = view::content(&name, path, &model)?;
+        let curvatures = Curvatures::of(&loaded.mesh, &CurvatureOptions::default());
+        let quantities: [(&str, fn(&VertexCurvature) -> f64); 6] = [
+            ("mean_curvature", |c| c.mean().value()),
+            ("gaussian_curvature", |c| c.gaussian().value()),
+            ("k1", |c| c.principal()[0].value()),
+            ("k2", |c| c.principal()[1].value()),
+            ("shape_index", VertexCurvature::shape_index),
+            ("curvedness", |c| c.curvedness().value()),
+        ];
+        for (name, quantity) in quantities {
+            exhibit.fields.retain(|field| field.name != name);
+            let values = curvatures.map(quantity).into_vec();
+            exhibit.fields.push(Field::new(name, On::Vertices, values));
+        }
+        exhibit.directions = view::principal_directions(&loaded.mesh);
+        Ok(exhibit)
+    }
+
+    fn page(&self, exhibits: Vec<Exhibit>) -> Result<Page, Failure> {
+        let names = exhibits.iter().map(|e| &*e.name).collect::<Vec<_>>().join(", ");
+        let mut page = Page::new(self.title.clone().unwrap_or(names), exhibits);
+        page.layout = self.layout.into();
+        page.most_faces = self.most_faces.max(1);
+        if self.exact_positions {
+            page.precision = Precision::Single;
+        }
+        page.start.map = self.colors.colormap;
+        page.start.range = self.colors.given_range();
+        if let Some(color) = &self.color {
+            let fields = || page.exhibits.iter().flat_map(|e| &e.fields);
+            let key = fields().find(|field| field.name == *color).map(Field::key);
+            if key.is_none() && color != "plain" {
+                let mut names: Vec<&str> = fields().map(|field| &*field.name).collect();
+                names.sort_unstable();
+                names.dedup();
+                let names = if names.is_empty() { "none".into() } else { names.join(", ") };
+                return Err(Failure::usage(format!(
+                    "there is no property {color}; there are: {names}"
+                )));
+            }
+            page.start.color = Some(key.unwrap_or_else(|| color.clone()));
+        } else if self.curvature {
+            let mean =
+                |e: &Exhibit| e.fields.iter().find(|f| f.name == "mean_curvature").map(Field::key);
+            page.start.color = page.exhibits.iter().find_map(mean);
+        }
+        Ok(page)
+    }
+}

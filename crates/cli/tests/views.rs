@@ -1,0 +1,202 @@
+//! `view`, `render` and `--view`: what they write, and the pages in headless Chromium (skipped with a
+//! printed reason where there is none).
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
+
+#[path = "../../mesh-view/tests/browser/mod.rs"]
+mod browser;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use browser::Browser;
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_curvmesh"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+/// Runs the program, which must succeed.
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// A bumpy surface of 2 n² faces as a PLY file, with a property.
+fn bumps(folder: &Path, name: &str, n: usize) {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\nproperty double height\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        (n + 1) * (n + 1),
+        2 * n * n
+    );
+    for i in 0..=n {
+        for j in 0..=n {
+            let [x, y] = [i, j].map(|k| 4.0 * k as f64 / n as f64);
+            let z = 0.4 * (2.0 * x).sin() * (1.5 * y).cos();
+            text += &format!("{x} {y} {z} {z}\n");
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let a = i * (n + 1) + j;
+            let b = a + n + 1;
+            text += &format!("3 {a} {b} {}\n3 {a} {} {}\n", b + 1, b + 1, a + 1);
+        }
+    }
+    std::fs::write(folder.join(name), text).unwrap();
+}
+
+/// Opens a page, which must show something without a complaint.
+fn look(browser: &mut Browser, page: &Path) {
+    browser.open_view(page);
+    let picture = browser.canvas();
+    assert!(picture.inked() > 0.05, "{}: {}", page.display(), picture.inked());
+    browser.picture(None).keep(&format!("{}.png", page.file_stem().unwrap().to_string_lossy()));
+    assert_eq!(browser.complaints(), Vec::<String>::new(), "{}", page.display());
+}
+
+fn text(browser: &mut Browser, selector: &str) -> String {
+    browser.text(&format!("document.querySelector('{selector}').textContent"))
+}
+
+const LARGE: [u32; 2] = [1280, 860];
+
+#[test]
+fn every_command_has_its_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    bumps(folder, "a.ply", 40);
+    bumps(folder, "b.ply", 31);
+    let pages: [(&str, &[&str]); 9] = [
+        ("view.html", &["view", "a.ply", "b.ply", "-o", "view.html"]),
+        ("k.html", &["view", "a.ply", "--curvature", "-o", "k.html"]),
+        (
+            "simplify.html",
+            &["simplify", "a.ply", "-o", "s.ply", "--ratio", "0.2", "--view", "simplify.html"],
+        ),
+        ("lod.html", &["lod", "a.ply", "-o", "l.glb", "--levels", "0.5,0.1", "--view", "lod.html"]),
+        ("flip.html", &["flip", "a.ply", "--cost", "f2", "--view", "flip.html"]),
+        ("curvature.html", &["curvature", "a.ply", "--view", "curvature.html"]),
+        ("face.html", &["curvature", "a.ply", "--estimator", "face", "--view", "face.html"]),
+        ("patch.html", &["patch", "a.ply", "--tolerance", "0.05", "--view", "patch.html"]),
+        (
+            "distance.html",
+            &["distance", "a.ply", "b.ply", "--samples", "20000", "--view", "distance.html"],
+        ),
+    ];
+    for (_, arguments) in pages {
+        done(folder, arguments);
+    }
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    let mut open = |name: &str| -> PathBuf {
+        let path = folder.join(name);
+        look(&mut browser, &path);
+        path
+    };
+    for (name, _) in pages {
+        open(name);
+    }
+    // What is particular to each.
+    let page = |name: &str| folder.join(name);
+    browser.open_view(&page("simplify.html"));
+    assert_eq!(text(&mut browser, "#quantity"), "distance");
+    assert!(text(&mut browser, "#facts").contains("faces out"), "the report");
+    browser.open_view(&page("lod.html"));
+    assert!(text(&mut browser, "#layout").contains("By size on the screen"));
+    assert!(text(&mut browser, "#facts").contains("Levels"));
+    browser.open_view(&page("flip.html"));
+    let flipped = browser.number("curvmesh.meshes[1].source.lines.length");
+    assert_eq!(flipped, 1.0);
+    assert!(text(&mut browser, "#controls").contains("Flipped edges"));
+    browser.open_view(&page("curvature.html"));
+    assert_eq!(text(&mut browser, "#quantity"), "mean_curvature");
+    assert!(browser.number("document.querySelectorAll('#histogram rect').length") > 10.0);
+    assert!(text(&mut browser, "#controls").contains("Direction of k1"));
+    browser.open_view(&page("patch.html"));
+    assert!(text(&mut browser, "#one").contains("patch 0"));
+    assert!(text(&mut browser, "#controls").contains("Arcs of k1"));
+    browser.open_view(&page("distance.html"));
+    assert!(text(&mut browser, "#controls").contains("Largest distance"));
+    assert_eq!(browser.number("curvmesh.meshes.length"), 2.0);
+}
+
+/// The value under the pointer is the number in the file.
+#[test]
+fn values_are_those_of_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    bumps(folder.path(), "a.ply", 20);
+    done(folder.path(), &["view", "a.ply", "-o", "p.html", "--color", "height"]);
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    browser.open_view(&folder.path().join("p.html"));
+    let hit = browser.eval("curvmesh.point(canvas.clientWidth / 2, canvas.clientHeight / 2)");
+    let vertex = hit["vertex"].as_u64().unwrap() as usize;
+    let file = std::fs::read_to_string(folder.path().join("a.ply")).unwrap();
+    let line = file.lines().skip_while(|l| *l != "end_header").nth(1 + vertex).unwrap();
+    let height: f64 = line.split(' ').nth(3).unwrap().parse().unwrap();
+    let shown = hit["rows"][0][1].as_str().unwrap().split(' ').next().unwrap();
+    let rounded: f64 = format!("{height:.6e}").parse().unwrap();
+    assert_eq!(shown.parse::<f64>().unwrap(), rounded, "{height}");
+}
+
+#[test]
+fn pictures_have_their_size_and_bar() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    bumps(folder, "a.ply", 20);
+    let size = |name: &str| {
+        let picture = image::open(folder.join(name)).unwrap();
+        (picture.width(), picture.height(), picture.to_rgba8().get_pixel(0, 0).0)
+    };
+    done(folder, &["render", "a.ply", "-o", "a.png", "--size", "300,200", "--edges", "1"]);
+    assert_eq!(size("a.png"), (300, 200, [255; 4]));
+    let transparent = ["render", "a.ply", "-o", "t.png", "--size", "300,200", "--transparent"];
+    done(folder, &transparent);
+    assert_eq!(size("t.png").2[3], 0);
+    let bar = ["render", "a.ply", "-o", "b.png", "--size", "300,200", "--property", "height"];
+    done(folder, &bar);
+    assert!(size("b.png").0 > 300);
+    let sheet =
+        ["render", "a.ply", "-o", "s.png", "--size", "100,100", "--direction", "front,left,top"];
+    done(folder, &sheet);
+    assert!(size("s.png").0 > 200 && size("s.png").1 > 200);
+}
+
+#[test]
+fn what_makes_no_sense_is_a_usage_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    bumps(folder, "a.ply", 4);
+    let wrong: [&[&str]; 6] = [
+        &["render", "a.ply", "-o", "x.png", "--property", "none"],
+        &["render", "a.ply", "-o", "x.png", "--range", "0,1"],
+        &["render", "a.ply", "-o", "x.png", "--size", "0,9"],
+        &["render", "a.ply", "-o", "x.png", "--direction", "above"],
+        &["view", "a.ply", "-o", "x.html", "--color", "none"],
+        &["flip", "a.ply", "a.ply", "-o", "out/", "--cost", "f2", "--view", "x.html"],
+    ];
+    for arguments in wrong {
+        let output = run(folder, arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(!output.stderr.is_empty());
+    }
+    assert!(!folder.join("x.png").exists() && !folder.join("x.html").exists());
+}
+
+/// The page of a file with hostile names, made by the program.
+#[test]
+fn hostile_property_names_do_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nproperty float <script>window.hacked=1</script>\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2\n";
+    let name = "<img src=x onerror=window.hacked=1>.ply";
+    std::fs::write(folder.path().join(name), file).unwrap();
+    done(folder.path(), &["view", name, "-o", "p.html"]);
+    let Some(mut browser) = Browser::start(LARGE) else { return };
+    look(&mut browser, &folder.path().join("p.html"));
+    assert!(browser.eval("window.hacked").is_null());
+    assert!(text(&mut browser, "h1").contains("<img"));
+    assert!(text(&mut browser, "#color").contains("<script>"));
+}

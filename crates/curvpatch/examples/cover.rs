@@ -1,0 +1,26 @@
+//! A mesh replaced by smooth patches: how many it takes for a tolerance, and how close they are.
+#![allow(missing_docs, clippy::print_stdout)]
+
+use curvpatch::{CoverOptions, CurvatureEstimator, Params, cover};
+use mesh_core::TriMesh;
+use mesh_core::shapes::Torus;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mesh = TriMesh::from_soup(&Torus { major: 2.0, minor: 1.0 }.mesh(48, 24)?)?;
+    let estimator = CurvatureEstimator::new(&mesh, Params::robust())?;
+    println!("tolerance  patches  faces under them  largest error");
+    for tolerance in [0.1, 0.05, 0.02] {
+        let cover = cover(&estimator, &CoverOptions::new(tolerance))?;
+        println!(
+            "{tolerance:9}  {:7}  {:4} of {:4}       {:.5}",
+            cover.patches.len(),
+            cover.covered_faces(),
+            mesh.topology().face_count(),
+            cover.max_error()
+        );
+        // As triangles, to be drawn: a colour for each patch.
+        let triangles = cover.to_mesh(&mesh, 0.1 * tolerance)?;
+        println!("           {} triangles to draw", triangles.triangles.len());
+    }
+    Ok(())
+}

@@ -1,0 +1,161 @@
+//! Distances that are proved: numbers that the distance from a point to a triangle is not above, and
+//! not below, whatever was rounded on the way.
+//!
+//! The closest point of a triangle, as [`closest_on_triangle`] computes it, is not enough for a
+//! proof. Over the inside of a needle whose smallest angle has the sine `s`, the normal is off by
+//! `ε / s`, and with it the distance by `ε / s` times the length of the needle, to either side.
+//! What is proved here needs no accurate normal.
+//!
+//! - **Not above.** Any convex combination of the corners is a point of the triangle, whatever its
+//!   weights were meant to be, so that the distance to it is an upper bound. Weights that come from
+//!   rounded cross products are as good as others as long as none is negative.
+//! - **Not below.** For any unit vector `w`, the triangle lies in the half-space
+//!   `w · x >= min w · corner`, so that a point is not closer to it than
+//!   `min w · (corner - point)`. With `w` towards the closest point this is the distance itself;
+//!   with another one it is less, but a lower bound.
+//!
+//! What remains is the rounding of sums of a few products, which grows with the distances from the
+//! point to the corners but not with the shape of the triangle. [`Rounding`] bounds it.
+
+use glam::DVec3;
+use mesh_core::BoundingBox;
+
+use crate::closest::{closest_on_segment, closest_on_triangle};
+
+/// Bounds for what is lost to rounding between surfaces of some size.
+///
+/// With u = ε/2, `A` the largest distance from the point to a corner, and weights that are not
+/// negative and add up to one but for 3u: the differences to the point are off by u each, products
+/// and sums of the combination by 6u, its length by 3u, all relative to `A`. Together with the radius
+/// of a piece about its centre, which may be added, that is below 16u `A`. A lower bound has a vector
+/// `w` that is a unit vector but for 5u, and a product with it that is off by 4u `A`: together below
+/// 16u `A`, and below 20u `A` with the boxes of the tree that the search for the closest triangle
+/// passes over. `A` is at most the diagonal of the box round both surfaces.
+///
+/// A point that lies between others, where a piece is divided, is rounded to coordinates: by u times
+/// the largest coordinate along each axis, and 2u times the length of the side. The parts so cover
+/// the piece only up to that distance. In a round, corners are made from corners up to three times.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rounding {
+    /// Of one distance.
+    distance: f64,
+    /// Of the places of the pieces, in each round.
+    places: f64,
+}
+
+impl Rounding {
+    pub(crate) fn between(a: BoundingBox, b: BoundingBox) -> Self {
+        let (min, max) = (a.min.min(b.min), a.max.max(b.max));
+        // Not shorter than the diagonal.
+        let size = 2.0 * (max - min).max_element();
+        let largest = min.abs().max(max.abs()).max_element();
+        Self {
+            distance: 16.0 * f64::EPSILON * size + SMALLEST,
+            places: 4.0 * f64::EPSILON * (size + largest),
+        }
+    }
+
+    /// What a bound may be off by for a piece that has been divided in so many rounds, or for its
+    /// centre.
+    pub(crate) fn after(self, rounds: usize) -> f64 {
+        self.distance + (rounds + 1) as f64 * self.places
+    }
+}
+
+/// Lengths below this have squares that have lost digits or are 0.
+const SMALLEST: f64 = 1e-140;
+
+/// Weights whose sum is below this have lost digits or are 0.
+const SMALLEST_SUM: f64 = 1e-280;
+
+/// Below this sine at its first corner, the weights over the inside of a triangle say so little that
+/// its sides are looked at as well.
+const SLIM: f64 = 1e-6;
+
+/// A number that the distance from a point to a triangle is not above, up to [`Rounding`].
+#[inline]
+pub(crate) fn at_most(point: DVec3, triangle: &[DVec3; 3]) -> f64 {
+    let squared = to_some_point(point, triangle).length_squared();
+    if squared.is_nan() { f64::INFINITY } else { squared.sqrt() }
+}
+
+/// A number that the distance from a point to a triangle is not below, up to [`Rounding`].
+pub(crate) fn at_least(point: DVec3, triangle: &[DVec3; 3]) -> f64 {
+    let corners = triangle.map(|corner| corner - point);
+    let beyond = |towards: DVec3| {
+        let length = towards.length();
+        if !(length > SMALLEST && length.is_finite()) {
+            return 0.0;
+        }
+        let unit = towards / length;
+        let [a, b, c] = corners.map(|corner| unit.dot(corner));
+        let nearest = a.min(b).min(c);
+        if nearest.is_finite() { nearest } else { 0.0 }
+    };
+    let by_normal = beyond(closest_on_triangle(point, triangle));
+    by_normal.max(beyond(to_some_point(point, triangle))).max(0.0)
+}
+
+/// The vector from `point` to a convex combination of the corners that is close to the closest one.
+#[inline]
+fn to_some_point(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
+    let [a, b, c] = triangle.map(|corner| corner - point);
+    let (ab, bc, ca) = (b - a, c - b, a - c);
+    let normal = ab.cross(-ca);
+    // Of the corners across ab, bc and ca: twice the areas that the foot of the perpendicular spans
+    // with the sides, times the normal's length.
+    let [of_c, of_a, of_b] = [ab.cross(a), bc.cross(b), ca.cross(c)].map(|m| -normal.dot(m));
+    let sum = of_a + of_b + of_c;
+    let is_inside = of_a >= 0.0 && of_b >= 0.0 && of_c >= 0.0 && sum > SMALLEST_SUM;
+    let mut best = DVec3::INFINITY;
+    let mut all_sides = !(of_a < 0.0 || of_b < 0.0 || of_c < 0.0);
+    if is_inside && sum.is_finite() {
+        let share = 1.0 / sum;
+        best = a * (of_a * share) + b * (of_b * share) + c * (of_c * share);
+        all_sides =
+            normal.length_squared() <= SLIM * SLIM * ab.length_squared() * ca.length_squared();
+    }
+    for (weight, start, along) in [(of_c, a, ab), (of_a, b, bc), (of_b, c, ca)] {
+        if all_sides || weight < 0.0 {
+            let candidate = closest_on_segment(start, along);
+            if candidate.length_squared() < best.length_squared() {
+                best = candidate;
+            }
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_bounds_are_the_distance_where_nothing_is_rounded() {
+        let triangle = [DVec3::ZERO, DVec3::new(4.0, 0.0, 0.0), DVec3::new(0.0, 4.0, 0.0)];
+        for (point, distance) in [
+            (DVec3::new(1.0, 1.0, 2.0), 2.0),
+            (DVec3::new(1.0, -3.0, 4.0), 5.0),
+            (DVec3::new(-2.0, -2.0, 1.0), 3.0),
+        ] {
+            assert_eq!(at_most(point, &triangle), distance);
+            assert!((at_least(point, &triangle) - distance).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn without_an_area_the_sides_tell() {
+        let line = [DVec3::ZERO, DVec3::X, 3.0 * DVec3::X];
+        let point = DVec3::new(2.0, 2.0, 0.0);
+        assert_eq!((at_most(point, &line), at_least(point, &line)), (2.0, 2.0));
+        let dot = [DVec3::ONE; 3];
+        assert_eq!((at_most(DVec3::ONE, &dot), at_least(DVec3::ONE, &dot)), (0.0, 0.0));
+    }
+
+    #[test]
+    fn numbers_that_overflow_prove_nothing() {
+        let triangle = [DVec3::ZERO, 1e200 * DVec3::X, 1e200 * DVec3::Y];
+        let point = DVec3::new(1e199, 1e199, 1e160);
+        assert_eq!((at_most(point, &triangle), at_least(point, &triangle)), (f64::INFINITY, 0.0));
+    }
+}

@@ -1,0 +1,115 @@
+//! The bar that says what the colours stand for.
+
+use crate::error::RenderError;
+use crate::picture::{Picture, check_size};
+use crate::scale::Scale;
+use crate::text::Font;
+use crate::ticks;
+
+/// A bar with the colours of a scale, round numbers beside it and a name over it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColorBar {
+    /// The colours and the values at their ends.
+    pub scale: Scale,
+    /// The quantity and its unit; may be empty.
+    pub label: String,
+    /// The colour of numbers and words.
+    pub ink: [u8; 3],
+}
+
+impl ColorBar {
+    /// A bar with dark words.
+    #[must_use]
+    pub fn new(scale: Scale, label: impl Into<String>) -> Self {
+        Self { scale, label: label.into(), ink: [20; 3] }
+    }
+
+    /// The picture with the bar at its right, on the given background (`None`: transparent).
+    ///
+    /// # Errors
+    /// Picture and bar together are too wide.
+    pub fn beside(
+        &self,
+        picture: &Picture,
+        background: Option<[u8; 3]>,
+    ) -> Result<Picture, RenderError> {
+        let font = Font::for_height(picture.height());
+        let line = font.line();
+        let marks = self.marks();
+        let widest = marks.iter().map(|(_, text)| font.width(text)).max().unwrap_or(0);
+        let (gap, bar) = (line / 2, line);
+        let strip = (gap + bar + gap + widest + gap).max(font.width("0") * 10);
+        let width = picture.width() + strip;
+        check_size([u64::from(width), u64::from(picture.height())])?;
+        let behind = background.map_or([255, 255, 255, 0], |[r, g, b]| [r, g, b, 255]);
+        let mut whole = Picture::new([width, picture.height()], behind)?;
+        whole.paste(picture, [0, 0]);
+        let left = i64::from(picture.width() + gap);
+        // Room for the name above and half a line below.
+        let top = i64::from(line * 2);
+        let bottom = (i64::from(picture.height()) - i64::from(line)).max(top + 1);
+        let place = |row: i64| (bottom - row) as f64 / (bottom - top) as f64;
+        for row in top..bottom {
+            let [r, g, b] = self.scale.colors.at(place(row));
+            whole.fill([left, row], [i64::from(bar), 1], [r, g, b, 255]);
+        }
+        let [r, g, b] = self.ink;
+        for (at, text) in &marks {
+            let row = bottom - (at * (bottom - top) as f64).round() as i64;
+            let right = left + i64::from(bar);
+            whole.fill([right, row.min(bottom - 1)], [i64::from(gap / 2), 1], [r, g, b, 255]);
+            let text_top = row - i64::from(line / 2);
+            font.write(&mut whole, [right + i64::from(gap), text_top], text, self.ink);
+        }
+        let label = font.fit(&self.label, strip - gap);
+        font.write(&mut whole, [left, i64::from(line / 4)], &label, self.ink);
+        Ok(whole)
+    }
+
+    /// Round values in the range: where each is, and its text.
+    fn marks(&self) -> Vec<(f64, String)> {
+        let Scale { low, high, log, .. } = self.scale;
+        let ticks = if log { ticks::log(low, high) } else { ticks::linear(low, high, 6) };
+        let ticks = if ticks.len() < 2 { vec![low, high] } else { ticks };
+        let mark = |tick: f64| Some((self.scale.place(tick)?, ticks::label(tick)));
+        let mut marks: Vec<(f64, String)> = ticks.into_iter().filter_map(mark).collect();
+        marks.dedup_by(|a, b| a.1 == b.1);
+        marks
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::colormap::ColorMap;
+
+    #[test]
+    fn the_bar_has_the_colours_of_the_scale_from_bottom_to_top() {
+        let scale = Scale { colors: ColorMap::Viridis, low: -1.0, high: 3.0, log: false };
+        let picture = Picture::new([300, 400], [255; 4]).unwrap();
+        let whole = ColorBar::new(scale, "H").beside(&picture, Some([255; 3])).unwrap();
+        assert!(whole.width() > 300 && whole.height() == 400);
+        let column = 300 + 8 + 2;
+        let top = whole.pixel(column, 32).unwrap();
+        let bottom = whole.pixel(column, 383).unwrap();
+        let near = |a: [u8; 4], b: [u8; 3]| (0..3).all(|i| a[i].abs_diff(b[i]) <= 2);
+        assert!(near(top, ColorMap::Viridis.at(1.0)), "{top:?}");
+        assert!(near(bottom, ColorMap::Viridis.at(0.0)), "{bottom:?}");
+        let labels: Vec<String> =
+            ColorBar::new(scale, "").marks().into_iter().map(|(_, text)| text).collect();
+        assert_eq!(labels, ["-1", "0", "1", "2", "3"]);
+    }
+
+    #[test]
+    fn any_scale_has_a_bar() {
+        let picture = Picture::new([20, 30], [0; 4]).unwrap();
+        for [low, high] in [[0.0, 0.0], [2.0, 1.0], [f64::NAN, 1.0], [-1e308, 1e308]] {
+            for log in [false, true] {
+                let scale = Scale { colors: ColorMap::RedBlue, low, high, log };
+                assert!(
+                    ColorBar::new(scale, "a\u{202e}b".repeat(99)).beside(&picture, None).is_ok()
+                );
+            }
+        }
+    }
+}

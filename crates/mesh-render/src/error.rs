@@ -1,0 +1,56 @@
+//! What can go wrong while drawing.
+
+/// Why there is no picture.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum RenderError {
+    /// The picture has no pixels, or more than fit.
+    #[error(
+        "a picture of {width} by {height} pixels cannot be made; both sides take from 1 to {largest}"
+    )]
+    Size {
+        /// Its width in pixels.
+        width: u64,
+        /// Its height in pixels.
+        height: u64,
+        /// The longest side.
+        largest: u32,
+    },
+    /// Samples per pixel and direction out of range.
+    #[error("{0} samples per pixel and direction; give from 1 to 8")]
+    Supersampling(u32),
+    /// A width or a margin that is not a number, or negative.
+    #[error("{what} is {value}; give a number that is not negative")]
+    Measure {
+        /// Which one.
+        what: &'static str,
+        /// What it is.
+        value: f64,
+    },
+    /// A map is shorter than what it describes.
+    #[error("{what} has {found} entries, but the mesh has {expected} {of}")]
+    Length {
+        /// The map.
+        what: &'static str,
+        /// Its length.
+        found: usize,
+        /// What it describes.
+        of: &'static str,
+        /// How many there are of those.
+        expected: usize,
+    },
+    /// A sheet without pictures.
+    #[error("a sheet needs at least one picture")]
+    NoPictures,
+    /// A picture of a material is no PNG or JPEG, or a broken one.
+    #[error("the texture {name:?} cannot be read: {source}")]
+    Texture {
+        /// The name of the picture, or where it is.
+        name: String,
+        /// The cause.
+        source: Box<image::ImageError>,
+    },
+    /// The picture could not be encoded.
+    #[error("the picture cannot be encoded: {0}")]
+    Encode(#[from] Box<image::ImageError>),
+}

@@ -1,0 +1,289 @@
+//! Triangles to pixels: a depth buffer of several samples per pixel, averaged down.
+//!
+//! The picture is made in bands of rows, each with the triangles that touch it in their order, so
+//! that memory does not grow with the picture and the result not with the number of threads.
+
+#[cfg(feature = "rayon")]
+use rayon::prelude::*;
+
+use crate::texture::Texture;
+
+const EDGE: [f32; 3] = [0.12, 0.12, 0.14];
+/// Rows of pixels in a band.
+const BAND: u32 = 16;
+
+/// A triangle in samples.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Triangle {
+    /// Column, row and depth of its corners.
+    pub(crate) at: [[f32; 3]; 3],
+    /// The lit colour at its corners, or what a texture is multiplied with.
+    pub(crate) color: [[f32; 3]; 3],
+    /// The picture of the texture.
+    pub(crate) image: Option<u32>,
+    pub(crate) uvs: [[f32; 2]; 3],
+    /// The height over the edge opposite to each corner, in samples; infinite for edges that are
+    /// not drawn.
+    pub(crate) heights: [f32; 3],
+}
+
+/// What the rasteriser needs besides triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Canvas<'a> {
+    /// In pixels.
+    pub(crate) size: [u32; 2],
+    /// Samples per pixel and direction.
+    pub(crate) supersampling: u32,
+    /// Half the width of an edge, in samples.
+    pub(crate) line: f32,
+    pub(crate) texture: Option<&'a Texture>,
+    pub(crate) background: Option<[u8; 3]>,
+}
+
+/// The pixels of a picture of the triangles.
+pub(crate) fn rasterize(canvas: &Canvas<'_>, triangles: &[Triangle]) -> Vec<[u8; 4]> {
+    let bands = canvas.size[1].div_ceil(BAND);
+    let bins = Bins::new(canvas, triangles, bands as usize);
+    let draw = |band: u32| canvas.draw_band(band, bins.of(band as usize), triangles);
+    #[cfg(feature = "rayon")]
+    let rows: Vec<Vec<[u8; 4]>> = (0..bands).into_par_iter().map(draw).collect();
+    #[cfg(not(feature = "rayon"))]
+    let rows: Vec<Vec<[u8; 4]>> = (0..bands).map(draw).collect();
+    rows.concat()
+}
+
+/// Which triangles touch which band.
+struct Bins {
+    starts: Vec<usize>,
+    members: Vec<u32>,
+}
+
+impl Bins {
+    fn new(canvas: &Canvas<'_>, triangles: &[Triangle], bands: usize) -> Self {
+        let rows = (BAND * canvas.supersampling) as f32;
+        let touched = |t: &Triangle| {
+            let [low, high] = extent(t.at.map(|p| p[1]));
+            let band = |row: f32| ((row / rows).max(0.0) as usize).min(bands);
+            if high < 0.0 { 0..0 } else { band(low)..(band(high) + 1).min(bands) }
+        };
+        let mut starts = vec![0; bands + 1];
+        for band in triangles.iter().flat_map(touched) {
+            starts[band + 1] += 1;
+        }
+        for band in 0..bands {
+            starts[band + 1] += starts[band];
+        }
+        let mut next = starts.clone();
+        let mut members = vec![0; starts[bands]];
+        for (index, triangle) in triangles.iter().enumerate() {
+            for band in touched(triangle) {
+                members[next[band]] = index as u32;
+                next[band] += 1;
+            }
+        }
+        Self { starts, members }
+    }
+
+    fn of(&self, band: usize) -> &[u32] {
+        &self.members[self.starts[band]..self.starts[band + 1]]
+    }
+}
+
+fn extent(values: [f32; 3]) -> [f32; 2] {
+    let [a, b, c] = values;
+    [a.min(b).min(c), a.max(b).max(c)]
+}
+
+/// The samples of a band.
+struct Samples {
+    /// The first row, and one past the last.
+    rows: [u32; 2],
+    width: u32,
+    /// Depth, infinite where nothing was drawn.
+    depth: Vec<f32>,
+    color: Vec<[f32; 3]>,
+}
+
+impl Canvas<'_> {
+    fn draw_band(&self, band: u32, members: &[u32], triangles: &[Triangle]) -> Vec<[u8; 4]> {
+        let rows = [band * BAND, ((band + 1) * BAND).min(self.size[1])];
+        let width = self.size[0] * self.supersampling;
+        let rows = rows.map(|row| row * self.supersampling);
+        let count = width as usize * (rows[1] - rows[0]) as usize;
+        let depth = vec![f32::INFINITY; count];
+        let mut samples = Samples { rows, width, depth, color: vec![[0.0; 3]; count] };
+        for &member in members {
+            self.draw_triangle(&triangles[member as usize], &mut samples);
+        }
+        self.average_down(&samples)
+    }
+
+    /// Every sample whose middle is in the triangle, its edges included, so that neighbours leave
+    /// no gap.
+    fn draw_triangle(&self, triangle: &Triangle, samples: &mut Samples) {
+        let at = triangle.at.map(|p| p.map(f64::from));
+        let double_area = cross(at[0], at[1], at[2]);
+        // Seen edge-on, or not a number.
+        if double_area.is_nan() || double_area.abs() <= 1e-9 {
+            return;
+        }
+        let [left, right] = extent(triangle.at.map(|p| p[0]));
+        let [top, bottom] = extent(triangle.at.map(|p| p[1]));
+        // A cast of what is out of range gives the end of the range.
+        let columns = (left - 0.5).ceil().max(0.0) as u32
+            ..((right - 0.5).floor() + 1.0).clamp(0.0, samples.width as f32) as u32;
+        let first = ((top - 0.5).ceil().max(0.0) as u32).max(samples.rows[0]);
+        let last = ((bottom - 0.5).floor() + 1.0).max(0.0) as u32;
+        for row in first..last.min(samples.rows[1]) {
+            let start = (row - samples.rows[0]) as usize * samples.width as usize;
+            for column in columns.clone() {
+                let p = [f64::from(column) + 0.5, f64::from(row) + 0.5, 0.0];
+                let weight = |i: usize| cross(p, at[(i + 1) % 3], at[(i + 2) % 3]) / double_area;
+                let weights = [weight(0), weight(1), weight(2)];
+                if weights.iter().any(|&w| w < 0.0) {
+                    continue;
+                }
+                let weights = weights.map(|w| w as f32);
+                let depth = mix(triangle.at.map(|p| [p[2]]), weights)[0];
+                let index = start + column as usize;
+                if depth < samples.depth[index]
+                    && let Some(color) = self.shade(triangle, weights)
+                {
+                    samples.depth[index] = depth;
+                    samples.color[index] = color;
+                }
+            }
+        }
+    }
+
+    /// The colour at a place of a triangle; `None` where its texture is cut out.
+    fn shade(&self, triangle: &Triangle, weights: [f32; 3]) -> Option<[f32; 3]> {
+        let to_edges = [0, 1, 2].map(|i| weights[i] * triangle.heights[i]);
+        let nearest = to_edges.into_iter().fold(f32::INFINITY, f32::min);
+        if nearest < self.line {
+            return Some(EDGE);
+        }
+        let color = mix(triangle.color, weights);
+        match (triangle.image, self.texture) {
+            (Some(image), Some(texture)) => {
+                let texel = texture.sample(image, mix(triangle.uvs, weights))?;
+                Some([0, 1, 2].map(|i| color[i] * texel[i]))
+            }
+            _ => Some(color),
+        }
+    }
+
+    fn average_down(&self, samples: &Samples) -> Vec<[u8; 4]> {
+        let n = self.supersampling as usize;
+        let stride = samples.width as usize;
+        let rows = (samples.rows[1] - samples.rows[0]) as usize / n;
+        let mut pixels = Vec::with_capacity(rows * self.size[0] as usize);
+        for row in 0..rows {
+            for column in 0..self.size[0] as usize {
+                let mut total = [0.0; 3];
+                let mut covered = 0.0;
+                for sample_row in row * n..(row + 1) * n {
+                    let start = sample_row * stride + column * n;
+                    for sample in start..start + n {
+                        if samples.depth[sample] < f32::INFINITY {
+                            covered += 1.0;
+                            let color = samples.color[sample];
+                            for (sum, value) in total.iter_mut().zip(color) {
+                                *sum += value.clamp(0.0, 1.0);
+                            }
+                        }
+                    }
+                }
+                pixels.push(self.over_background(total, covered, (n * n) as f32));
+            }
+        }
+        pixels
+    }
+
+    fn over_background(&self, total: [f32; 3], covered: f32, count: f32) -> [u8; 4] {
+        let byte = |c: f32| (255.0 * c).round().clamp(0.0, 255.0) as u8;
+        let (alpha, [r, g, b]) = match self.background {
+            Some(color) => {
+                let behind = color.map(|c| f32::from(c) / 255.0 * (count - covered));
+                (1.0, [0, 1, 2].map(|i| (total[i] + behind[i]) / count))
+            }
+            None => (covered / count, total.map(|sum| sum / covered.max(1.0))),
+        };
+        [byte(r), byte(g), byte(b), byte(alpha)]
+    }
+}
+
+/// Twice the signed area of a triangle on the screen.
+fn cross([ax, ay, _]: [f64; 3], [bx, by, _]: [f64; 3], [cx, cy, _]: [f64; 3]) -> f64 {
+    (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+}
+
+fn mix<const N: usize>(values: [[f32; N]; 3], [a, b, c]: [f32; 3]) -> [f32; N] {
+    core::array::from_fn(|i| {
+        // Where a weight is zero the value may be infinite.
+        values[0][i] * a + values[1][i] * b + values[2][i] * c
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flat(at: [[f32; 2]; 3], depth: f32, color: [f32; 3]) -> Triangle {
+        Triangle {
+            at: at.map(|[x, y]| [x, y, depth]),
+            color: [color; 3],
+            image: None,
+            uvs: [[0.0; 2]; 3],
+            heights: [f32::INFINITY; 3],
+        }
+    }
+
+    fn canvas(supersampling: u32, background: Option<[u8; 3]>) -> Canvas<'static> {
+        Canvas { size: [40, 50], supersampling, line: 0.0, texture: None, background }
+    }
+
+    #[test]
+    fn a_square_of_two_triangles_has_no_gap_and_its_exact_area() {
+        let [a, b, c, d] = [[5.0, 7.0], [35.0, 7.0], [35.0, 43.0], [5.0, 43.0]];
+        let red = [1.0, 0.0, 0.0];
+        let pixels =
+            rasterize(&canvas(1, None), &[flat([a, b, c], 0.0, red), flat([a, c, d], 0.0, red)]);
+        assert_eq!(pixels.iter().filter(|p| p[3] == 255).count(), 30 * 36);
+        assert_eq!(pixels.iter().filter(|p| p[3] == 0).count(), 40 * 50 - 30 * 36);
+    }
+
+    #[test]
+    fn the_nearer_triangle_wins_in_any_order() {
+        let all = [[-100.0, -100.0], [400.0, -100.0], [-100.0, 400.0]];
+        let near = flat(all, -0.5, [0.0, 1.0, 0.0]);
+        let far = flat(all, 0.5, [1.0, 0.0, 0.0]);
+        for triangles in [[near, far], [far, near]] {
+            let pixels = rasterize(&canvas(2, Some([255; 3])), &triangles);
+            assert!(pixels.iter().all(|&p| p == [0, 255, 0, 255]));
+        }
+    }
+
+    #[test]
+    fn half_covered_pixels_are_half_transparent() {
+        let triangles = [
+            flat([[0.0, 0.0], [1.0, 0.0], [1.0, 200.0]], 0.0, [1.0; 3]),
+            flat([[0.0, 0.0], [1.0, 200.0], [0.0, 200.0]], 0.0, [1.0; 3]),
+        ];
+        let pixels = rasterize(&canvas(2, None), &triangles);
+        assert_eq!(pixels[0], [255, 255, 255, 128]);
+        assert_eq!(pixels[1], [0, 0, 0, 0]);
+    }
+
+    #[test]
+    fn triangles_out_of_bounds_or_without_area_draw_nothing() {
+        let far = f32::MAX;
+        let odd = [
+            flat([[far, far], [far, -far], [-far, far]], f32::NAN, [1.0; 3]),
+            flat([[f32::NAN; 2]; 3], 0.0, [1.0; 3]),
+            flat([[3.0, 3.0]; 3], 0.0, [1.0; 3]),
+            flat([[-9.0, -9.0], [-5.0, -9.0], [-9.0, -3.0]], 0.0, [1.0; 3]),
+        ];
+        assert!(rasterize(&canvas(2, None), &odd).iter().all(|p| p[3] == 0));
+    }
+}

@@ -1,0 +1,44 @@
+//! Lines as thin rectangles that face the camera.
+
+use glam::DVec3;
+
+use crate::camera::Camera;
+use crate::raster::Triangle;
+
+/// How far lines are drawn in front of where they are, as a share of the depth of the view: on a
+/// surface they would be half buried.
+const LIFT: f64 = 0.004;
+
+/// Appends a line through points, or a dot at a single one, of a width in samples. Every piece is a
+/// little longer than it is, so that bends have no gaps.
+pub(crate) fn draw(
+    points: &[DVec3],
+    color: [u8; 3],
+    width: f64,
+    camera: &Camera,
+    triangles: &mut Vec<Triangle>,
+) {
+    let half = 0.5 * width / camera.resolution;
+    let lift = camera.toward * (LIFT * camera.half_depth);
+    let color = color.map(|c| f32::from(c) / 255.0);
+    let mut piece = |from: DVec3, to: DVec3| {
+        let flat = to - from;
+        let along = (flat - camera.toward * flat.dot(camera.toward)).normalize_or(camera.right);
+        let across = half * camera.toward.cross(along);
+        let [p, q] = [from + lift - half * along, to + lift + half * along];
+        for corners in [[p - across, q - across, q + across], [p - across, q + across, p + across]]
+        {
+            triangles.push(Triangle {
+                at: corners.map(|p| camera.project(p).map(|x| x as f32)),
+                color: [color; 3],
+                image: None,
+                uvs: [[0.0; 2]; 3],
+                heights: [f32::INFINITY; 3],
+            });
+        }
+    };
+    match *points {
+        [point] => piece(point, point),
+        _ => points.windows(2).for_each(|pair| piece(pair[0], pair[1])),
+    }
+}

@@ -1,0 +1,59 @@
+//! Words in pictures.
+
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
+
+use crate::picture::Picture;
+
+/// Letters of one of three sizes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Font {
+    height: RasterHeight,
+}
+
+impl Font {
+    /// The letters that suit a picture so many pixels high.
+    pub(crate) fn for_height(pixels: u32) -> Self {
+        let height = match pixels {
+            0..600 => RasterHeight::Size16,
+            600..1200 => RasterHeight::Size24,
+            _ => RasterHeight::Size32,
+        };
+        Self { height }
+    }
+
+    /// The height of a line in pixels.
+    pub(crate) fn line(self) -> u32 {
+        self.height.val() as u32
+    }
+
+    /// The width of a text in pixels.
+    pub(crate) fn width(self, text: &str) -> u32 {
+        (text.chars().count() * get_raster_width(FontWeight::Regular, self.height)) as u32
+    }
+
+    /// The text as far as it fits into so many pixels.
+    pub(crate) fn fit(self, text: &str, pixels: u32) -> String {
+        let letters = pixels as usize / get_raster_width(FontWeight::Regular, self.height);
+        if text.chars().count() <= letters {
+            return text.to_owned();
+        }
+        text.chars().take(letters.saturating_sub(2)).chain("..".chars().take(letters)).collect()
+    }
+
+    /// Writes a line, its upper left corner at a pixel; letters that the font lacks become `?`.
+    pub(crate) fn write(self, picture: &mut Picture, [x, y]: [i64; 2], text: &str, color: [u8; 3]) {
+        let mut left = x;
+        for letter in text.chars() {
+            let raster = get_raster(letter, FontWeight::Regular, self.height)
+                .or_else(|| get_raster('?', FontWeight::Regular, self.height));
+            let Some(raster) = raster else { continue };
+            for (row, line) in (y..).zip(raster.rows()) {
+                for (column, &cover) in (left..).zip(line) {
+                    let [r, g, b] = color;
+                    picture.blend([column, row], [r, g, b, cover]);
+                }
+            }
+            left += raster.width() as i64;
+        }
+    }
+}

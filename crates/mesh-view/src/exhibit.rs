@@ -1,0 +1,351 @@
+//! A mesh on the page, with everything that is said about it.
+
+use glam::DVec3;
+use mesh_core::build::Triangulator;
+use mesh_core::{PolygonSoup, TriMesh, VertexMap};
+use mesh_io::{Alpha, ImageData, Model};
+
+use crate::error::ViewError;
+use crate::text::grouped;
+
+/// A mesh to be shown: triangles that need not form a manifold, and what is known of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Exhibit {
+    /// The name over the picture.
+    pub name: String,
+    /// The positions of the vertices; those of vertices without triangles need not be finite.
+    pub positions: Vec<DVec3>,
+    /// The triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// For every triangle the number of the face that it came from; without, its own.
+    pub face_numbers: Option<Vec<u32>>,
+    /// Numbers to be shown as colours.
+    pub fields: Vec<Field>,
+    /// Colours of the vertices: red, green, blue, opacity (which is not drawn).
+    pub vertex_colors: Option<Vec<[u8; 4]>>,
+    /// Colours of the triangles.
+    pub face_colors: Option<Vec<[u8; 4]>>,
+    /// Materials and textures.
+    pub materials: Option<Materials>,
+    /// Lines and dots on the mesh.
+    pub lines: Vec<Lines>,
+    /// Directions at the vertices.
+    pub directions: Vec<Directions>,
+    /// What the side panel says of it: names and values.
+    pub facts: Vec<(String, String)>,
+    /// As a level of detail: the share of the height of the screen from which on it is shown.
+    pub coverage: Option<f64>,
+}
+
+/// What a field has values of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum On {
+    /// One value per vertex.
+    #[default]
+    Vertices,
+    /// One value per triangle.
+    Faces,
+}
+
+/// Numbers under a name. Fields of several meshes with the same name have one colour scale.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Field {
+    /// The quantity.
+    pub name: String,
+    /// What the values are of.
+    pub on: On,
+    /// The values; what is not finite has no colour.
+    pub values: Vec<f64>,
+    /// Whether the colours start symmetric about zero.
+    pub signed: bool,
+    /// The values at the ends of the colours at first; without, the 2nd and 98th percentile.
+    pub range: Option<[f64; 2]>,
+}
+
+impl Field {
+    /// A field, signed if it has values on both sides of zero.
+    #[must_use]
+    pub fn new(name: impl Into<String>, on: On, values: Vec<f64>) -> Self {
+        let has = |test: fn(f64) -> bool| values.iter().any(|&x| x.is_finite() && test(x));
+        let signed = has(|x| x < 0.0) && has(|x| x > 0.0);
+        Self { name: name.into(), on, values, signed, range: None }
+    }
+
+    /// What [`crate::Start::color`] calls it.
+    #[must_use]
+    pub fn key(&self) -> String {
+        let on = match self.on {
+            On::Vertices => "vertex",
+            On::Faces => "face",
+        };
+        format!("{on}:{}", crate::text::visible(&self.name))
+    }
+}
+
+/// Straight lines in model units; those without length are dots.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lines {
+    /// What they show.
+    pub name: String,
+    /// Their colour.
+    pub color: [u8; 3],
+    /// Their width, or the diameter of dots, in pixels.
+    pub width: f64,
+    /// Their ends.
+    pub segments: Vec<[DVec3; 2]>,
+    /// Whether they are seen at first.
+    pub shown: bool,
+}
+
+impl Lines {
+    /// Lines through points, seen at first.
+    #[must_use]
+    pub fn through(name: impl Into<String>, color: [u8; 3], points: &[DVec3]) -> Self {
+        let segments = points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+        Self { name: name.into(), color, width: 2.5, segments, shown: true }
+    }
+
+    /// Dots, seen at first.
+    #[must_use]
+    pub fn dots(name: impl Into<String>, color: [u8; 3], points: &[DVec3]) -> Self {
+        let segments = points.iter().map(|&p| [p, p]).collect();
+        Self { name: name.into(), color, width: 11.0, segments, shown: true }
+    }
+}
+
+/// A direction at every vertex, up to sign, drawn as a short line.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Directions {
+    /// What they show.
+    pub name: String,
+    /// Their colour.
+    pub color: [u8; 3],
+    /// The direction of each vertex, if it has one.
+    pub vectors: Vec<Option<DVec3>>,
+    /// Whether they are seen at first.
+    pub shown: bool,
+}
+
+/// How the surface looks.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Materials {
+    /// The materials.
+    pub surfaces: Vec<Surface>,
+    /// The material of every triangle, a place in `surfaces`.
+    pub of_face: Vec<u32>,
+    /// Where in the picture the corners of every triangle are; the origin is at the lower left.
+    pub uvs: Option<Vec<[[f32; 2]; 3]>>,
+    /// The pictures.
+    pub pictures: Vec<Picture>,
+}
+
+/// A material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// Its name, or empty.
+    pub name: String,
+    /// Red, green, blue (as light) and opacity, multiplied with the picture.
+    pub color: [f32; 4],
+    /// The picture, a place in [`Materials::pictures`].
+    pub picture: Option<u32>,
+    /// From 0 (dielectric) to 1 (metal).
+    pub metallic: f32,
+    /// From 0 (mirror) to 1 (matt).
+    pub roughness: f32,
+    /// What the opacity means.
+    pub alpha: Alpha,
+}
+
+impl Default for Surface {
+    fn default() -> Self {
+        let color = [0.6, 0.6, 0.58, 1.0];
+        Self {
+            name: String::new(),
+            color,
+            picture: None,
+            metallic: 0.0,
+            roughness: 1.0,
+            alpha: Alpha::Opaque,
+        }
+    }
+}
+
+/// An encoded picture: PNG, JPEG or whatever browsers read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Picture {
+    /// Its media type, such as `image/png`; may be empty.
+    pub media_type: String,
+    /// The bytes of the file.
+    pub bytes: Vec<u8>,
+}
+
+impl Exhibit {
+    /// A mesh by itself, with its counts as facts.
+    #[must_use]
+    pub fn of_mesh(name: impl Into<String>, mesh: &TriMesh) -> Self {
+        let topology = mesh.topology();
+        let boundary = topology.edges().filter(|&e| topology.is_boundary_edge(e)).count();
+        let counts = [
+            ("vertices", grouped(topology.vertex_count())),
+            ("faces", grouped(topology.face_count())),
+            ("edges", grouped(topology.edge_count())),
+            ("boundary edges", grouped(boundary)),
+            ("components", grouped(topology.components().count)),
+            ("Euler characteristic", topology.euler_characteristic().to_string()),
+        ];
+        Self {
+            name: name.into(),
+            positions: mesh.positions().to_vec(),
+            triangles: topology.triangles().collect(),
+            facts: counts.map(|(name, value)| (name.to_owned(), value)).into(),
+            ..Self::default()
+        }
+    }
+
+    /// Adds values of the vertices.
+    #[must_use]
+    pub fn with_vertex_values(mut self, name: impl Into<String>, values: &VertexMap<f64>) -> Self {
+        self.fields.push(Field::new(name, On::Vertices, values.as_slice().to_vec()));
+        self
+    }
+
+    /// The content of a file: every property as a field, colours, materials, nothing repaired.
+    ///
+    /// Faces with a vertex that has no finite position are left out. `load` finds the bytes of
+    /// pictures that are in files of their own; where it returns `None`, the material is shown
+    /// without its picture. Nothing is read that `load` does not read.
+    ///
+    /// # Errors
+    /// The model contradicts itself.
+    pub fn of_model(
+        name: impl Into<String>,
+        model: &Model,
+        load: impl Fn(&str) -> Option<Vec<u8>>,
+    ) -> Result<Self, ViewError> {
+        let name = name.into();
+        model.check().map_err(|source| ViewError::Model { name: name.clone(), source })?;
+        let parts = cut(&model.soup);
+        let of_faces = |values: &[f64]| parts.face.iter().map(|&f| values[f as usize]).collect();
+        let mut fields: Vec<Field> = Vec::new();
+        for scalars in &model.vertex_scalars {
+            fields.push(Field::new(&scalars.name, On::Vertices, scalars.values.clone()));
+        }
+        for scalars in &model.face_scalars {
+            fields.push(Field::new(&scalars.name, On::Faces, of_faces(&scalars.values)));
+        }
+        let eight_bits = |c: &[f32; 4]| c.map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
+        let face_colors = model.face_colors.as_ref();
+        let is_cut = parts.face.len() != model.soup.face_count();
+        let materials = materials(model, &parts, load);
+        Ok(Self {
+            name,
+            positions: model.soup.positions().to_vec(),
+            facts: facts(&model.soup),
+            fields,
+            vertex_colors: model.vertex_colors.as_ref().map(|c| c.iter().map(eight_bits).collect()),
+            face_colors: face_colors
+                .map(|c| parts.face.iter().map(|&f| eight_bits(&c[f as usize])).collect()),
+            materials,
+            triangles: parts.triangles,
+            face_numbers: is_cut.then_some(parts.face),
+            ..Self::default()
+        })
+    }
+}
+
+/// The polygons of a soup as triangles.
+struct Cut {
+    triangles: Vec<[u32; 3]>,
+    /// The face and the corners of the soup that each came from.
+    face: Vec<u32>,
+    corners: Vec<[u32; 3]>,
+}
+
+fn cut(soup: &PolygonSoup) -> Cut {
+    let mut cut = Cut { triangles: Vec::new(), face: Vec::new(), corners: Vec::new() };
+    let mut triangulator = Triangulator::default();
+    let (mut local, mut places) = (Vec::new(), Vec::new());
+    for (face, vertices) in soup.faces().enumerate() {
+        places.clear();
+        places.extend(vertices.iter().map(|&v| soup.positions()[v as usize]));
+        if !places.iter().all(|p| p.is_finite()) {
+            continue;
+        }
+        local.clear();
+        triangulator.triangulate(&places, vertices, &mut local);
+        let first = soup.corner_range(face).start as u32;
+        for &corners in &local {
+            cut.triangles.push(corners.map(|c| vertices[c as usize]));
+            cut.face.push(face as u32);
+            cut.corners.push(corners.map(|c| first + c));
+        }
+    }
+    cut
+}
+
+/// What the side panel says of a file.
+fn facts(soup: &PolygonSoup) -> Vec<(String, String)> {
+    let Ok(diagnosis) = mesh_core::diagnose(soup) else {
+        let counts = [("vertices", soup.vertex_count()), ("faces", soup.face_count())];
+        return counts.map(|(name, count)| (name.to_owned(), grouped(count))).into();
+    };
+    let counts = [
+        ("vertices", diagnosis.vertices),
+        ("faces", soup.face_count()),
+        ("triangles", diagnosis.faces),
+        ("edges", diagnosis.edges),
+        ("boundary edges", diagnosis.boundary_edges),
+        ("boundary loops", diagnosis.boundary_loops),
+        ("components", diagnosis.components),
+        ("non-manifold edges", diagnosis.non_manifold_edges),
+        ("non-manifold vertices", diagnosis.non_manifold_vertices),
+        ("inconsistent edges", diagnosis.inconsistent_edges),
+        ("degenerate faces", diagnosis.degenerate_faces()),
+        ("duplicate faces", diagnosis.duplicate_faces),
+        ("slivers", diagnosis.slivers),
+    ];
+    let mut facts: Vec<_> =
+        counts.into_iter().map(|(name, count)| (name.to_owned(), grouped(count))).collect();
+    facts.push(("Euler characteristic".into(), diagnosis.euler_characteristic.to_string()));
+    facts
+}
+
+fn materials(
+    model: &Model,
+    parts: &Cut,
+    load: impl Fn(&str) -> Option<Vec<u8>>,
+) -> Option<Materials> {
+    let ids = model.face_materials.as_ref().filter(|_| !model.materials.is_empty())?;
+    let mut places = Vec::with_capacity(model.images.len());
+    let mut pictures = Vec::new();
+    for image in &model.images {
+        let bytes = match &image.data {
+            ImageData::Bytes(bytes) => Some(bytes.clone()),
+            ImageData::Uri(uri) => load(uri),
+        };
+        places.push(bytes.map(|bytes| {
+            pictures.push(Picture { media_type: image.media_type.clone(), bytes });
+            (pictures.len() - 1) as u32
+        }));
+    }
+    let mut surfaces: Vec<Surface> = model
+        .materials
+        .iter()
+        .map(|m| Surface {
+            name: m.name.clone(),
+            color: m.base_color,
+            picture: m.base_color_image.and_then(|i| places.get(i as usize).copied().flatten()),
+            metallic: m.metallic,
+            roughness: m.roughness,
+            alpha: m.alpha,
+        })
+        .collect();
+    let none = surfaces.len() as u32;
+    surfaces.push(Surface::default());
+    let of_face = parts.face.iter().map(|&f| ids[f as usize].min(none)).collect();
+    let uvs = model.corner_uvs.as_ref().map(|uvs| {
+        let uv = |corner: u32| uvs[corner as usize].map(|x| if x.is_finite() { x } else { 0.0 });
+        parts.corners.iter().map(|corners| corners.map(uv)).collect()
+    });
+    Some(Materials { surfaces, of_face, uvs, pictures })
+}

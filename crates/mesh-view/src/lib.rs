@@ -1,0 +1,14 @@
+#![doc = include_str!("../README.md")]
+#![forbid(unsafe_code)]
+
+mod encode;
+mod error;
+mod exhibit;
+mod markup;
+mod page;
+mod reduce;
+mod text;
+
+pub use error::ViewError;
+pub use exhibit::{Directions, Exhibit, Field, Lines, Materials, On, Picture, Surface};
+pub use page::{Layout, Page, Precision, Section, Start};

@@ -1,0 +1,562 @@
+//! What a page shows, and how that becomes text.
+
+use std::borrow::Cow;
+use std::collections::HashSet;
+
+use glam::DVec3;
+use mesh_core::BoundingBox;
+use mesh_io::Alpha;
+use mesh_render::ColorMap;
+use serde_json::{Value, json};
+
+use crate::encode::{Blobs, octahedral, remainders};
+use crate::error::ViewError;
+use crate::exhibit::{Exhibit, Field, Materials, On};
+use crate::markup::document;
+use crate::reduce::reduce;
+use crate::text::{file_name, json, visible};
+
+/// A page with one or several meshes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Page {
+    /// The title.
+    pub title: String,
+    /// The meshes, in order.
+    pub exhibits: Vec<Exhibit>,
+    /// How several meshes are arranged at first.
+    pub layout: Layout,
+    /// What else the page starts with.
+    pub start: Start,
+    /// What the side panel says: what was done, with which options, with which errors.
+    pub report: Vec<Section>,
+    /// How exactly positions are kept.
+    pub precision: Precision,
+    /// Meshes with more faces are shown with fewer, saying so.
+    pub most_faces: usize,
+}
+
+/// How several meshes are arranged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum Layout {
+    /// Side by side, with one camera.
+    #[default]
+    Side,
+    /// One over the other, with a border between them that can be moved.
+    Wipe,
+    /// In turns.
+    Blink,
+    /// One of them.
+    One,
+    /// By the size on the screen, as levels of detail are; see [`Exhibit::coverage`].
+    Distance,
+}
+
+impl Layout {
+    /// All of them.
+    pub const ALL: &'static [Self] =
+        &[Self::Side, Self::Wipe, Self::Blink, Self::One, Self::Distance];
+
+    /// Its name, in small letters.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Side => "side",
+            Self::Wipe => "wipe",
+            Self::Blink => "blink",
+            Self::One => "one",
+            Self::Distance => "distance",
+        }
+    }
+}
+
+/// What a page starts with; everything can be changed on it.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(default))]
+pub struct Start {
+    /// The colours: [`Field::key`], `plain`, `material`, `vertexColors` or `faceColors`; without,
+    /// materials if there are any, then whatever else there is.
+    pub color: Option<String>,
+    /// The colour map; without, what suits the quantity.
+    pub map: Option<ColorMap>,
+    /// The values at the ends of the colours; without, those of the field.
+    pub range: Option<[f64; 2]>,
+    /// Smooth shading; without, for meshes of more than 20,000 faces.
+    pub smooth: Option<bool>,
+    /// Drawn edges; without, for meshes of up to 20,000 faces that have no materials.
+    pub edges: Option<bool>,
+    /// Lines that are seen at first besides those that say so: `Boundary`, `Non-manifold edges`,
+    /// `Sharp edges`.
+    pub overlays: Vec<String>,
+    /// The rotation of the model as a quaternion, x, y, z and w.
+    pub turn: Option<[f64; 4]>,
+}
+
+/// How exactly positions are kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Precision {
+    /// 65,536 steps along each side of the box: finer than a screen.
+    #[default]
+    Screen,
+    /// 32-bit floating-point numbers, relative to the middle of the box.
+    Single,
+}
+
+/// A part of the side panel.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Section {
+    /// Its heading.
+    pub title: String,
+    /// A paragraph.
+    pub text: String,
+    /// Names and values.
+    pub rows: Vec<(String, String)>,
+    /// The heads of the columns of a table.
+    pub header: Vec<String>,
+    /// The lines of the table.
+    pub lines: Vec<Vec<String>>,
+    /// Whether it is folded at first.
+    pub folded: bool,
+}
+
+impl Section {
+    /// Names and values.
+    #[must_use]
+    pub fn of_rows<N: Into<String>, V: Into<String>>(
+        title: &str,
+        rows: impl IntoIterator<Item = (N, V)>,
+    ) -> Self {
+        let rows = rows.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
+        Self { title: title.into(), rows, ..Self::default() }
+    }
+
+    /// A JSON document as names and values, the names of inner ones behind those of outer ones;
+    /// lists of objects of the same shape are left out but for their number.
+    #[must_use]
+    pub fn of_json(title: &str, document: &Value) -> Self {
+        let mut rows = Vec::new();
+        flatten("", document, &mut rows);
+        Self::of_rows(title, rows)
+    }
+}
+
+fn flatten(name: &str, value: &Value, rows: &mut Vec<(String, String)>) {
+    let plain = name.replace('_', " ");
+    match value {
+        Value::Object(parts) => {
+            for (key, part) in parts {
+                let inner = if name.is_empty() { key.clone() } else { format!("{name}, {key}") };
+                flatten(&inner, part, rows);
+            }
+        }
+        Value::Array(parts) if parts.iter().any(|p| p.is_object() || p.is_array()) => {
+            rows.push((plain, format!("{} entries", parts.len())));
+        }
+        Value::Array(parts) => {
+            let shown = parts.iter().take(12).map(short).collect::<Vec<_>>().join(", ");
+            let dots = if parts.len() > 12 { ", ..." } else { "" };
+            rows.push((plain, format!("{shown}{dots}")));
+        }
+        Value::Null => {}
+        other => rows.push((plain, short(other))),
+    }
+}
+
+fn short(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Number(number) => match number.as_f64() {
+            Some(x) if !number.is_i64() && !number.is_u64() => {
+                let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
+                if rounded != 0.0 && !(1e-4..1e9).contains(&rounded.abs()) {
+                    format!("{rounded:e}")
+                } else {
+                    rounded.to_string()
+                }
+            }
+            _ => number.to_string(),
+        },
+        other => other.to_string(),
+    }
+}
+
+/// Colours per map on the page.
+const COLORS: usize = 256;
+
+impl Page {
+    /// The number of faces up to which meshes are shown as they are.
+    pub const MOST_FACES: usize = 1_500_000;
+
+    /// A page of these meshes, side by side.
+    #[must_use]
+    pub fn new(title: impl Into<String>, exhibits: Vec<Exhibit>) -> Self {
+        Self {
+            title: title.into(),
+            exhibits,
+            layout: Layout::default(),
+            start: Start::default(),
+            report: Vec::new(),
+            precision: Precision::default(),
+            most_faces: Self::MOST_FACES,
+        }
+    }
+
+    /// The page as an HTML file that needs no other.
+    ///
+    /// # Errors
+    /// There is no mesh or one has no faces, a list is not as long as what it describes, or an index
+    /// is out of range.
+    pub fn to_html(&self) -> Result<String, ViewError> {
+        if self.exhibits.is_empty() {
+            return Err(ViewError::NoMeshes);
+        }
+        let mut blobs = Blobs::default();
+        let maps: Vec<Value> = ColorMap::ALL
+            .iter()
+            .map(|map| {
+                let blob = blobs.bytes(map.table(COLORS).as_flattened());
+                json!({ "name": map.name(), "diverging": map.is_diverging(), "blob": blob })
+            })
+            .collect();
+        let meshes: Vec<Value> = self
+            .exhibits
+            .iter()
+            .map(|exhibit| self.encode(exhibit, &mut blobs))
+            .collect::<Result<_, _>>()?;
+        let part = |part: &Section| {
+            let all = |texts: &[String]| texts.iter().map(|t| visible(t)).collect::<Vec<_>>();
+            json!({
+                "title": visible(&part.title),
+                "text": visible(&part.text),
+                "rows": part.rows.iter().map(|(n, v)| [visible(n), visible(v)]).collect::<Vec<_>>(),
+                "header": all(&part.header),
+                "lines": part.lines.iter().map(|line| all(line)).collect::<Vec<_>>(),
+                "open": !part.folded,
+            })
+        };
+        let description = json!({
+            "file": file_name(&self.title),
+            "maps": maps,
+            "meshes": meshes,
+            "layout": self.layout.name(),
+            "start": self.start_values(),
+            "report": self.report.iter().map(part).collect::<Vec<_>>(),
+        });
+        Ok(document(&self.title, &json(&description), &blobs.elements))
+    }
+
+    fn start_values(&self) -> Value {
+        let Start { color, map, range, smooth, edges, overlays, turn } = &self.start;
+        let mut overlays: Vec<String> = overlays.iter().map(|name| visible(name)).collect();
+        for exhibit in &self.exhibits {
+            overlays.extend(exhibit.lines.iter().filter(|l| l.shown).map(|l| visible(&l.name)));
+            overlays
+                .extend(exhibit.directions.iter().filter(|d| d.shown).map(|d| visible(&d.name)));
+        }
+        json!({
+            "color": color, "map": map.map(ColorMap::name), "range": range, "smooth": smooth,
+            "edges": edges, "overlays": overlays, "turn": turn,
+        })
+    }
+
+    fn encode(&self, exhibit: &Exhibit, blobs: &mut Blobs) -> Result<Value, ViewError> {
+        check(exhibit)?;
+        let shown = Shown::of(exhibit, self.most_faces)?;
+        let bounds = shown.bounds()?;
+        let center = bounds.center();
+        let local = |v: u32| {
+            let p = exhibit.positions[v as usize];
+            // Only vertices without faces may be anywhere.
+            if p.is_finite() { p.clamp(bounds.min, bounds.max) - center } else { DVec3::ZERO }
+        };
+        let positions: Vec<DVec3> = shown.vertices().map(local).collect();
+        let fields = unique(&exhibit.fields);
+        let lines = exhibit.lines.iter().map(|line| {
+            let ends = line.segments.as_flattened().iter().filter(|p| p.is_finite());
+            let numbers = ends.flat_map(|&p| (p - center).to_array()).map(|x| x as f32);
+            let blob = blobs.floats(numbers);
+            let width = if line.width.is_finite() { line.width.clamp(0.5, 40.0) } else { 2.0 };
+            json!({ "name": visible(&line.name), "color": line.color, "width": width, "blob": blob })
+        });
+        let lines: Vec<Value> = lines.collect();
+        let directions = exhibit.directions.iter().map(|set| {
+            let bytes = shown.vertices().map(|v| octahedral(set.vectors[v as usize]));
+            let blob = blobs.bytes(bytes.collect::<Vec<_>>().as_flattened());
+            json!({ "name": visible(&set.name), "color": set.color, "blob": blob })
+        });
+        let directions: Vec<Value> = directions.collect();
+        Ok(json!({
+            "name": visible(&exhibit.name),
+            "center": center.to_array(),
+            "extent": bounds.extent().to_array(),
+            "positions": self.positions(&positions, blobs),
+            "index": {
+                "count": shown.triangles.len(),
+                "blob": blobs.integers(shown.triangles.as_flattened().iter().copied()),
+            },
+            "same": same(&positions).map(|twins| blobs.integers(twins)),
+            "simplified": shown.faces.is_some().then_some(exhibit.triangles.len()),
+            "vertexNumbers": shown.vertices.as_ref().map(|v| blobs.integers(v.iter().copied())),
+            "faceNumbers": shown.face_numbers().map(|numbers| blobs.integers(numbers)),
+            "fields": fields.iter().map(|(name, f)| shown.field(name, f, blobs)).collect::<Vec<_>>(),
+            "vertexColors": exhibit.vertex_colors.as_ref().map(|colors| {
+                let bytes: Vec<[u8; 4]> = shown.vertices().map(|v| colors[v as usize]).collect();
+                blobs.bytes(bytes.as_flattened())
+            }),
+            "faceColors": exhibit.face_colors.as_ref().map(|colors| {
+                let bytes: Vec<[u8; 4]> = shown.faces().map(|f| colors[f as usize]).collect();
+                blobs.bytes(bytes.as_flattened())
+            }),
+            "materials": exhibit.materials.as_ref().map(|m| shown.materials(m, blobs)),
+            "lines": lines,
+            "directions": directions,
+            "facts": exhibit.facts.iter().map(|(n, v)| [visible(n), visible(v)]).collect::<Vec<_>>(),
+            "coverage": exhibit.coverage,
+        }))
+    }
+
+    fn positions(&self, local: &[DVec3], blobs: &mut Blobs) -> Value {
+        let count = local.len();
+        if self.precision == Precision::Single {
+            let numbers = local.iter().flat_map(DVec3::to_array).map(|x| x as f32);
+            return json!({ "count": count, "blob": blobs.floats(numbers) });
+        }
+        let low = local.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let high = local.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let steps = f64::from(u16::MAX);
+        // A step of zero would be no step, where the mesh is flat.
+        let step = ((high - low) / steps).max(DVec3::splat(f64::MIN_POSITIVE));
+        let numbers = local.iter().flat_map(|&p| ((p - low) / step).round().to_array());
+        let bytes: Vec<u8> = numbers.flat_map(|x| (x as u16).to_le_bytes()).collect();
+        json!({
+            "count": count, "low": low.to_array(), "step": step.to_array(),
+            "blob": blobs.bytes(&bytes),
+        })
+    }
+}
+
+/// What of a mesh is on the page.
+struct Shown<'a> {
+    exhibit: &'a Exhibit,
+    /// The vertices and triangles of the exhibit that are left; without, all.
+    vertices: Option<Vec<u32>>,
+    faces: Option<Vec<u32>>,
+    /// The corners, as places among the vertices shown.
+    triangles: Cow<'a, [[u32; 3]]>,
+}
+
+impl<'a> Shown<'a> {
+    fn of(exhibit: &'a Exhibit, most_faces: usize) -> Result<Self, ViewError> {
+        let nothing = || ViewError::NoFaces { name: exhibit.name.clone() };
+        if exhibit.triangles.is_empty() {
+            return Err(nothing());
+        }
+        if exhibit.triangles.len() <= most_faces {
+            let triangles = Cow::Borrowed(&exhibit.triangles[..]);
+            return Ok(Self { exhibit, vertices: None, faces: None, triangles });
+        }
+        let reduced = reduce(&exhibit.positions, &exhibit.triangles, most_faces);
+        if reduced.faces.is_empty() {
+            return Err(nothing());
+        }
+        Ok(Self {
+            exhibit,
+            vertices: Some(reduced.vertices),
+            faces: Some(reduced.faces),
+            triangles: Cow::Owned(reduced.triangles),
+        })
+    }
+
+    fn vertices(&self) -> Box<dyn Iterator<Item = u32> + '_> {
+        match &self.vertices {
+            Some(vertices) => Box::new(vertices.iter().copied()),
+            None => Box::new(0..self.exhibit.positions.len() as u32),
+        }
+    }
+
+    fn faces(&self) -> Box<dyn Iterator<Item = u32> + '_> {
+        match &self.faces {
+            Some(faces) => Box::new(faces.iter().copied()),
+            None => Box::new(0..self.exhibit.triangles.len() as u32),
+        }
+    }
+
+    /// The numbers of the faces, where they are not just counted.
+    fn face_numbers(&self) -> Option<Vec<u32>> {
+        let of_exhibit = |f: u32| self.exhibit.face_numbers.as_ref().map_or(f, |n| n[f as usize]);
+        let is_counted = self.faces.is_none() && self.exhibit.face_numbers.is_none();
+        (!is_counted).then(|| self.faces().map(of_exhibit).collect())
+    }
+
+    /// The box of the vertices in use.
+    fn bounds(&self) -> Result<BoundingBox, ViewError> {
+        let nothing = || ViewError::NoFaces { name: self.exhibit.name.clone() };
+        let corners = self.exhibit.triangles.as_flattened().iter();
+        BoundingBox::of_points(corners.map(|&v| self.exhibit.positions[v as usize]))
+            .ok_or_else(nothing)
+    }
+
+    fn field(&self, name: &str, field: &Field, blobs: &mut Blobs) -> Value {
+        let at = |i: u32| field.values[i as usize];
+        let values: Vec<f64> = match field.on {
+            On::Vertices => self.vertices().map(at).collect(),
+            On::Faces => self.faces().map(at).collect(),
+        };
+        let on = match field.on {
+            On::Vertices => "vertex",
+            On::Faces => "face",
+        };
+        json!({
+            "name": name, "on": on, "signed": field.signed, "range": field.range,
+            "blob": blobs.floats(values.iter().map(|&x| x as f32)),
+            "fine": remainders(&values).map(|rest| blobs.bytes(&rest)),
+        })
+    }
+
+    fn materials(&self, materials: &Materials, blobs: &mut Blobs) -> Value {
+        let list = materials.surfaces.iter().map(|surface| {
+            // Negative for blended surfaces, positive for the least opacity that is drawn.
+            let alpha = match surface.alpha {
+                Alpha::Blend => -1.0,
+                Alpha::Mask(cutoff) => f64::from(cutoff).clamp(0.004, 1.0),
+                Alpha::Opaque => 0.0,
+            };
+            let image = surface.picture.map_or(-1.0, f64::from);
+            json!({
+                "color": surface.color, "image": image, "roughness": surface.roughness,
+                "metallic": surface.metallic, "alpha": alpha,
+            })
+        });
+        let list: Vec<Value> = list.collect();
+        let names: Vec<String> = materials.surfaces.iter().map(|s| visible(&s.name)).collect();
+        let images = materials.pictures.iter().map(|picture| {
+            json!({ "type": visible(&picture.media_type), "blob": blobs.bytes(&picture.bytes) })
+        });
+        let images: Vec<Value> = images.collect();
+        let of_face = blobs.integers(self.faces().map(|f| materials.of_face[f as usize]));
+        let (uvs, uv_index) = match &materials.uvs {
+            Some(uvs) => {
+                let corners = self.faces().flat_map(|f| uvs[f as usize]);
+                let keys: Vec<[u32; 2]> = corners.map(|uv| uv.map(f32::to_bits)).collect();
+                let mut all = keys.clone();
+                all.sort_unstable();
+                all.dedup();
+                // In the order of their first use, so that neighbours are near each other.
+                let mut place = vec![u32::MAX; all.len()];
+                let (mut used, mut index) = (Vec::new(), Vec::with_capacity(keys.len()));
+                for key in &keys {
+                    let at = all.partition_point(|other| other < key);
+                    if place[at] == u32::MAX {
+                        place[at] = used.len() as u32;
+                        used.push(*key);
+                    }
+                    index.push(place[at]);
+                }
+                let floats = used.as_flattened().iter().map(|&bits| f32::from_bits(bits));
+                (Some(blobs.floats(floats)), Some(blobs.integers(index)))
+            }
+            None => (None, None),
+        };
+        json!({
+            "list": list, "names": names, "images": images, "faces": of_face, "uvs": uvs,
+            "uvIndex": uv_index,
+        })
+    }
+}
+
+/// For every vertex the first at the same place; `None` if no two are.
+fn same(positions: &[DVec3]) -> Option<Vec<u32>> {
+    // Adding zero makes one of the two zeros.
+    let key = |v: u32| positions[v as usize].to_array().map(|x| (x + 0.0).to_bits());
+    let mut order: Vec<u32> = (0..positions.len() as u32).collect();
+    order.sort_unstable_by_key(|&v| (key(v), v));
+    let mut first: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut is_any = false;
+    for group in order.chunk_by(|&a, &b| key(a) == key(b)) {
+        for &v in &group[1..] {
+            first[v as usize] = group[0];
+            is_any = true;
+        }
+    }
+    is_any.then_some(first)
+}
+
+/// The fields with names that are each there once on their kind of element.
+fn unique(fields: &[Field]) -> Vec<(String, &Field)> {
+    let mut taken = HashSet::new();
+    let mut named = Vec::with_capacity(fields.len());
+    for field in fields {
+        let plain = visible(&field.name);
+        let numbered = |n: usize| if n == 1 { plain.clone() } else { format!("{plain} ({n})") };
+        let is_free = |name: &String| taken.insert((field.on == On::Faces, name.clone()));
+        named.push(((1..).map(numbered).find(is_free).unwrap_or_default(), field));
+    }
+    named
+}
+
+/// Whether every list is as long as what it describes and every index is in range.
+fn check(exhibit: &Exhibit) -> Result<(), ViewError> {
+    let (vertices, faces) = (exhibit.positions.len(), exhibit.triangles.len());
+    let length = |what: &str, found: usize, of: &'static str, expected: usize| {
+        let (name, what) = (exhibit.name.clone(), what.to_owned());
+        if found == expected {
+            Ok(())
+        } else {
+            Err(ViewError::Length { name, what, found, of, expected })
+        }
+    };
+    let index = |what: &'static str, index: usize, value: u32, count: usize| {
+        let name = exhibit.name.clone();
+        Err(ViewError::Index { name, what, index, value, count })
+    };
+    let is_there = |v: u32| exhibit.positions.get(v as usize).is_some_and(|p| p.is_finite());
+    for (face, corners) in exhibit.triangles.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|&&v| !is_there(v)) {
+            return index("triangle", face, vertex, vertices);
+        }
+    }
+    for field in &exhibit.fields {
+        let (of, expected) = match field.on {
+            On::Vertices => ("vertices", vertices),
+            On::Faces => ("triangles", faces),
+        };
+        length(&field.name, field.values.len(), of, expected)?;
+    }
+    let count = |list: &Option<Vec<[u8; 4]>>, expected| list.as_ref().map_or(expected, Vec::len);
+    length("the list of colours", count(&exhibit.vertex_colors, vertices), "vertices", vertices)?;
+    length("the list of colours", count(&exhibit.face_colors, faces), "triangles", faces)?;
+    let numbers = exhibit.face_numbers.as_ref().map_or(faces, Vec::len);
+    length("the list of face numbers", numbers, "triangles", faces)?;
+    for set in &exhibit.directions {
+        length(&set.name, set.vectors.len(), "vertices", vertices)?;
+    }
+    let Some(Materials { surfaces, of_face, uvs, pictures }) = &exhibit.materials else {
+        return Ok(());
+    };
+    length("the list of materials", of_face.len(), "triangles", faces)?;
+    length(
+        "the list of texture coordinates",
+        uvs.as_ref().map_or(faces, Vec::len),
+        "triangles",
+        faces,
+    )?;
+    if let Some((face, &id)) =
+        of_face.iter().enumerate().find(|(_, id)| **id as usize >= surfaces.len())
+    {
+        return index("the material of triangle", face, id, surfaces.len());
+    }
+    for (number, surface) in surfaces.iter().enumerate() {
+        match surface.picture {
+            Some(picture) if picture as usize >= pictures.len() => {
+                return index("material", number, picture, pictures.len());
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
