@@ -8,7 +8,8 @@ use glam::DVec3;
 use mesh_core::{HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
 use mesh_io::{Blend, Model};
 use simplify::{
-    AttributeOptions, CornerAttributes, CornerSource, Options, corner_sources, seam_nodes,
+    AttributeOptions, CornerAttributes, CornerSource, Options, SimplifyError, corner_sources,
+    seam_nodes,
 };
 
 use crate::args::{parse_angle, parse_not_negative};
@@ -52,7 +53,11 @@ pub(crate) struct Attributes {
 
 impl Carry {
     /// Finds the seams and the attributes of a mesh.
-    pub(crate) fn find(&self, loaded: &mut Loaded, console: &Console) -> Attributes {
+    pub(crate) fn find(
+        &self,
+        loaded: &mut Loaded,
+        console: &Console,
+    ) -> Result<Attributes, Failure> {
         if self.no_attributes {
             loaded.model = Model::from(std::mem::take(&mut loaded.model.soup));
         }
@@ -69,8 +74,8 @@ impl Carry {
         if seams.count() > 0 {
             console.message(format_args!("{} edges are seams or creases", seams.count()));
         }
-        let of_corners = self.corner_attributes(loaded, &seams);
-        Attributes { seams, crease: self.crease_angle, of_corners }
+        let of_corners = self.corner_attributes(loaded, &seams).map_err(Failure::simplify)?;
+        Ok(Attributes { seams, crease: self.crease_angle, of_corners })
     }
 }
 
@@ -174,7 +179,11 @@ const PART_OF_DIAGONAL: f64 = 0.01;
 
 impl Carry {
     /// The attributes of the corners, scaled to model units and weighted; `None` if none counts.
-    fn corner_attributes(&self, loaded: &Loaded, seams: &Seams) -> Option<CornerAttributes> {
+    fn corner_attributes(
+        &self,
+        loaded: &Loaded,
+        seams: &Seams,
+    ) -> Result<Option<CornerAttributes>, SimplifyError> {
         let Loaded { model, mesh, .. } = loaded;
         let counts = |weight: f64| weight > 0.0;
         let uvs = model.corner_uvs.as_ref().filter(|_| counts(self.attribute_weight));
@@ -183,7 +192,7 @@ impl Carry {
         let vertex_normals = model.vertex_normals.as_ref().filter(|_| counts(self.normal_weight));
         let has_normals = corner_normals.is_some() || vertex_normals.is_some();
         if uvs.is_none() && colors.is_none() && !has_normals {
-            return None;
+            return Ok(None);
         }
         let part = PART_OF_DIAGONAL * mesh.bounding_box().map_or(0.0, |b| b.diagonal());
         let texture =
@@ -201,7 +210,7 @@ impl Carry {
             let [r, g, b, a] = [r, g, b, a].map(|c| f64::from(c) * color);
             [u, v, x, y, z, r, g, b, a]
         };
-        Some(CornerAttributes::new(mesh, uvs.is_some(), of_corner))
+        CornerAttributes::new(mesh, uvs.is_some(), of_corner).map(Some)
     }
 }
 

@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use mesh_core::build::BuildError;
-use mesh_core::edit::CollapseRefusal;
 use mesh_io::{Location, ReadError, ReadErrorKind, WriteError};
 use mesh_metric::SurfaceError;
 use serde::Serialize;
-use simplify::{RecordError, SimplifyError};
+use simplify::{RecordError, ReplayError, SimplifyError};
 
 use crate::text::printable;
 
@@ -33,7 +32,7 @@ pub(crate) enum Failure {
     #[error("{}: {source}", path.display())]
     Record { path: PathBuf, source: Box<RecordError> },
     #[error("the record does not fit the mesh: {0}")]
-    Replay(Box<CollapseRefusal>),
+    Replay(Box<ReplayError>),
     #[error("cannot write {}: {}", path.display(), overwriting(&source.to_string()))]
     Write { path: PathBuf, source: Box<WriteError> },
     /// The content does not fit together, which is a mistake of this program.

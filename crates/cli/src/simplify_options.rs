@@ -9,8 +9,8 @@ use dtri_flip::feature_edges;
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use simplify::{
-    Boundary, Constraints, ErrorCheck, FinishOptions, FitOptions, Limits, Options, PlacementRule,
-    Preset, Progress, Refusals,
+    Boundary, Constraints, ErrorCheck, FinishOptions, FitOptions, Limits, Options, Phase,
+    PlacementRule, Preset, Progress, Refusals,
 };
 
 use crate::args::{parse_angle, parse_not_negative, parse_seconds};
@@ -207,9 +207,14 @@ impl Policy {
     }
 }
 
-/// Moves the bar to where the run is on its way to its target, and asks whether to go on.
+/// Moves the bar to where the collapses are on their way to their target, says what is done after
+/// them, and asks whether to go on.
 pub(crate) fn show(bar: &ProgressBar, now: &Progress) -> ControlFlow<()> {
     let Progress { faces_before, faces, face_target, .. } = *now;
+    if now.phase != Phase::Collapse {
+        bar.set_message(now.phase.name());
+        return interrupt::flow();
+    }
     bar.set_length((faces_before - face_target.min(faces_before)) as u64);
     bar.set_position((faces_before - faces.min(faces_before)) as u64);
     interrupt::flow()

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use dcurv::{PrincipalFrame, principal_frames};
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, VertexMap};
 use mesh_io::{External, Model};
 use mesh_metric::Surface;
 use mesh_view::{Directions, Exhibit, Field, On, Page, Section, ViewError};
@@ -106,7 +106,11 @@ pub(crate) fn distance_field(exhibit: &Exhibit, to: &Surface) -> Field {
 
 /// Both principal directions of the vertices, not seen at first.
 pub(crate) fn principal_directions(mesh: &TriMesh) -> Vec<Directions> {
-    let frames = principal_frames(mesh);
+    directions(&principal_frames(mesh))
+}
+
+/// The directions of these frames, not seen at first.
+pub(crate) fn directions(frames: &VertexMap<Option<PrincipalFrame>>) -> Vec<Directions> {
     let vectors = |of: fn(&PrincipalFrame) -> DVec3| {
         frames.as_slice().iter().map(|frame| frame.as_ref().map(of)).collect()
     };

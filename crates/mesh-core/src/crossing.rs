@@ -63,7 +63,8 @@ fn sides([a, b, c]: [DVec3; 3]) -> impl Iterator<Item = [DVec3; 2]> {
 }
 
 /// Whether a segment and a triangle with area have a point in common.
-fn segment_meets_triangle([p, q]: [DVec3; 2], triangle: [DVec3; 3]) -> bool {
+#[must_use]
+pub fn segment_meets_triangle([p, q]: [DVec3; 2], triangle: [DVec3; 3]) -> bool {
     let [a, b, c] = triangle;
     let (above_p, above_q) = (orientation(a, b, c, p), orientation(a, b, c, q));
     if above_p == 0.0 && above_q == 0.0 {

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 use mesh_core::VertexId;
-use mesh_core::edit::CollapseRefusal;
 use mesh_metric::SurfaceError;
+
+use crate::collapse::log::ReplayError;
 
 /// Why a mesh cannot be simplified as asked.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -41,6 +42,28 @@ pub enum SimplifyError {
     #[error(transparent)]
     Surface(#[from] SurfaceError),
     /// A log of collapses cannot be replayed.
-    #[error("the collapses are those of another mesh; give the one that they were made on: {0}")]
-    OtherMesh(#[from] CollapseRefusal),
+    #[error(transparent)]
+    OtherMesh(#[from] ReplayError),
+    /// There are more numbers at each corner than can be followed.
+    #[error(
+        "there are {channels} numbers at each corner, but at most {most} can be followed; leave some out"
+    )]
+    Channels {
+        /// The numbers at each corner.
+        channels: usize,
+        /// How many there may be.
+        most: usize,
+    },
+}
+
+impl SimplifyError {
+    /// An error unless the value of an option is as expected.
+    pub(crate) fn unless(
+        fits: bool,
+        option: &'static str,
+        value: f64,
+        expected: &'static str,
+    ) -> Result<(), Self> {
+        if fits { Ok(()) } else { Err(Self::Option { option, value, expected }) }
+    }
 }

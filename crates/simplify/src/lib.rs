@@ -63,14 +63,14 @@ pub use collapse::guard::{
     CloneGuard, ComponentGuard, Guard, Guards, IntersectionGuard, NormalGuard, ShapeGuard,
 };
 pub use collapse::log::record::RecordError;
-pub use collapse::log::{CollapseLog, LogEntry};
+pub use collapse::log::{CollapseLog, LogEntry, ReplayError};
 pub use collapse::patch::{Collapse, EdgePatch, PatchFace, Place};
 pub use collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use collapse::policies::{Policies, Update};
 pub use collapse::policy::{Policy, Scratch};
 pub use collapse::quadric::Quadric;
 pub use collapse::refusal::{Refusal, Refusals};
-pub use collapse::run::{Progress, Run};
+pub use collapse::run::{Phase, Progress, Run};
 pub use collapse::stop::{Limits, StopReason};
 pub use collapse::symmetric::Symmetric3;
 #[cfg(feature = "finish")]

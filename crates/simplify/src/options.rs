@@ -236,12 +236,9 @@ impl Options {
         check("collapse.min_shape", collapse.min_shape, share, "between 0 and 1")?;
         check("limit.distance", limit.distance, positive, "positive and finite")?;
         weight("attributes.weight", attributes.weight)?;
-        check(
-            "finish.fit.pull",
-            finish.fit.map(|f| f.pull),
-            |x| x >= 0.0 && x.is_finite(),
-            "at least 0 and finite",
-        )?;
+        finish.fit.as_ref().map_or(Ok(()), FitOptions::check)?;
+        finish.anneal.as_ref().map_or(Ok(()), AnnealOptions::check)?;
+        finish.peaks.as_ref().map_or(Ok(()), PeakOptions::check)?;
 
         let norm = collapse.metric.is_norm().then_some("collapse.metric, a curvature norm");
         let squeeze = limit.squeeze.then_some("limit.squeeze");

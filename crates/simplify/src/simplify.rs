@@ -15,7 +15,7 @@ use crate::collapse::placement::Placement;
 use crate::collapse::policies::Policies;
 use crate::collapse::policy::Policy;
 use crate::collapse::refusal::Refusals;
-use crate::collapse::run::{Progress, Run};
+use crate::collapse::run::{Phase, Progress, Run};
 use crate::collapse::stop::StopReason;
 use crate::error::SimplifyError;
 use crate::finish::anneal::{AnnealOptions, AnnealReport};
@@ -24,6 +24,7 @@ use crate::finish::curve::Curve;
 use crate::finish::finishing::{Finished, Finishing, Steps};
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::{FitOptions, FitReport};
+use crate::finish::observer::Observer;
 use crate::finish::peaks::{PeakOptions, PeakReport};
 use crate::finish::texture_fit::Texture;
 use crate::limit::measure::{AchievedError, Measuring};
@@ -82,8 +83,12 @@ pub fn simplify(mesh: &TriMesh, options: &Options) -> Result<Simplified, Simplif
     simplify_observed(mesh, options, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Simplifies a mesh, showing its progress and asking whether to go on. When it was told to stop,
-/// the result is what there is by then, not fitted.
+/// Simplifies a mesh, showing its progress and asking whether to go on, in all phases.
+///
+/// When it was told to stop, the result is the best that there is by then, whole, and
+/// [`Simplified::stop`] is [`StopReason::Cancelled`]: the collapses so far, not finished, or finished
+/// as far as that has come; its distance from the original is not known. With a largest error it is
+/// the coarsest level that was measured to be within it by then, and when none was, the original.
 ///
 /// # Errors
 /// An option makes no sense, or a position is not finite.
@@ -94,8 +99,9 @@ pub fn simplify_observed(
 ) -> Result<Simplified, SimplifyError> {
     check(mesh, options)?;
     let mut working = mesh.clone();
-    let run = collapse(&mut working, options, observe);
-    finish(mesh, working, run, &Guards::default(), options)
+    let mut observer = observer(mesh, options, observe);
+    let run = collapse(&mut working, options, &mut |now| observer.observe(now));
+    finish(mesh, working, run, &Guards::default(), options, observer)
 }
 
 /// Simplifies a mesh with a cost, a placement, surcharges and guards of one's own: these, not those
@@ -115,8 +121,19 @@ pub fn simplify_with(
     let mut followers = guards.clone();
     followers.prepare(mesh);
     let mut working = mesh.clone();
-    let run = collapse_with(&mut working, policies, followers, options, observe);
-    finish(mesh, working, run, &guards, options)
+    let mut observer = observer(mesh, options, observe);
+    let see = &mut |now: &_| observer.observe(now);
+    let run = collapse_with(&mut working, policies, followers, options, see);
+    finish(mesh, working, run, &guards, options, observer)
+}
+
+fn observer<'a>(
+    mesh: &TriMesh,
+    options: &Options,
+    observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Observer<'a> {
+    let faces_before = mesh.topology().face_count();
+    Observer::new(faces_before, options.collapse.limits.face_target(faces_before), observe)
 }
 
 /// What comes after the collapses, which have left `working`; the guards are as they were before.
@@ -126,10 +143,10 @@ fn finish(
     mut run: Run,
     guards: &Guards,
     options: &Options,
+    mut observer: Observer<'_>,
 ) -> Result<Simplified, SimplifyError> {
     let Options { collapse, finish, limit, .. } = options;
-    let is_cancelled = run.stop == StopReason::Cancelled;
-    let is_changed = !is_cancelled && !run.log.is_empty();
+    let is_changed = !observer.is_stopped() && !run.log.is_empty();
     let wants_finish = is_changed && (finish.fit.is_some() || finish.peaks.is_some());
     let has_faces = mesh.topology().face_count() > 0;
     let target = collapse.limits.face_target(mesh.topology().face_count());
@@ -157,17 +174,26 @@ fn finish(
                 limit,
                 squeeze: squeeze(options, target),
             };
-            let found = search.run()?;
-            if found.collapses < run.log.len() || !found.error.is_within(limit) {
-                run.truncate(found.collapses);
-                let faces = found.finished.mesh.topology().face_count();
-                run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
+            let found = if observer.is_stopped() { None } else { search.run(&mut observer)? };
+            if let Some(found) = found {
+                if found.collapses < run.log.len() || !found.error.is_within(limit) {
+                    run.truncate(found.collapses);
+                    let faces = found.finished.mesh.topology().face_count();
+                    run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
+                }
+                (level, error) = (found.level, Some(found.error));
+                found.finished
+            } else {
+                run.truncate(0);
+                let marks = Marks::new(mesh, &collapse.constraints, Guards::default());
+                level = Level::new(mesh, &marks, &run.log, 0)?;
+                Finished::untouched(level.mesh.clone(), FitConstraints::default())
             }
-            (level, error) = (found.level, Some(found.error));
-            found.finished
         } else {
-            let finished = finishing.finish(&level)?;
-            if let Some(measuring) = measuring {
+            let finished = finishing.finish(&level, &mut observer)?;
+            if let Some(measuring) = measuring
+                && !observer.stops(Phase::Measure, &finished.mesh)
+            {
                 error = Some(measuring.measure(&finished.mesh)?.0);
             }
             finished
@@ -175,6 +201,9 @@ fn finish(
     } else {
         Finished::untouched(level.mesh.clone(), FitConstraints::default())
     };
+    if observer.is_stopped() {
+        run.stop = StopReason::Cancelled;
+    }
     let follow = |&v: &Option<VertexId>| match &finished.vertex_map {
         Some(map) => v.and_then(|v| map.get(v).copied().flatten()),
         None => v,

@@ -51,7 +51,7 @@ fn linear_data_is_reproduced() {
         let mut options = Options::preset(preset).to_faces(60);
         options.collapse.constraints.features = Some(seams.clone());
         options.collapse.constraints.locked = Some(seam_nodes(topology, &seams));
-        options.attributes.corners = Some(CornerAttributes::new(&mesh, true, place));
+        options.attributes.corners = Some(CornerAttributes::new(&mesh, true, place).unwrap());
         let result = simplify(&mesh, &options).unwrap();
         let sources = corner_sources(&mesh, &seams, &result.mesh, &result.vertex_map);
         let new = result.mesh.topology();

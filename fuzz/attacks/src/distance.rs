@@ -23,8 +23,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
     let tolerance = f64::from(u.int_in_range(0..=20)?) / 20.0;
     let limit = if u.ratio(1, 4)? { Some(f64::from(u.int_in_range(0..=40)?) / 8.0) } else { None };
     let sampled = compare(&a, &b, &CompareOptions { samples, ..CompareOptions::default() });
-    let options =
-        CertifyOptions { tolerance, limit, max_pieces: 20_000, ..CertifyOptions::default() };
+    let options = CertifyOptions { tolerance, limit, max_pieces: 20_000, max_pieces_per_face: 0 };
     let bounds = hausdorff_bounds(&a, &b, &options);
     assert!(bounds.lower <= bounds.upper, "{bounds:?}");
     assert!(

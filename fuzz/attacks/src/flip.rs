@@ -17,7 +17,7 @@ pub fn attack(data: &[u8]) {
 }
 
 fn run(u: &mut Unstructured<'_>) -> Result<()> {
-    let cost = *u.choose(&CostName::ALL[..])?;
+    let cost = *u.choose(CostName::ALL)?;
     let area = *u.choose(&[VertexArea::Voronoi, VertexArea::Barycentric])?;
     let options = options(u)?;
     let before = mesh(u)?;

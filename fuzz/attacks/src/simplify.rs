@@ -51,11 +51,12 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
         peaks.rounds = 2;
     }
     let faces = mesh.topology().face_count();
+    let mut distance = None;
     match u.int_in_range(0..=5)? {
         0 => options.collapse.limits.ratio = Some(f64::from(u.int_in_range(0..=10)?) / 10.0),
         1 => options.collapse.limits.vertices = Some(u.int_in_range(0..=20)?),
         2 => options.collapse.limits.cost = Some(f64::from(u.int_in_range(0..=20)?) / 10.0),
-        3 => options.limit.distance = Some(f64::from(u.int_in_range(1..=20)?) / 10.0),
+        3 => distance = Some(f64::from(u.int_in_range(1..=20)?) / 10.0),
         _ => options.collapse.limits.faces = Some(u.int_in_range(0..=faces)?),
     }
     if u.ratio(1, 3)? {
@@ -67,9 +68,8 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
             PlacementRule::Butterfly,
         ])?;
     }
-    options.limit.check =
-        *u.choose(&[None, None, Some(ErrorCheck::Sampled), Some(ErrorCheck::Certified)])?;
-    options.limit.squeeze = u.ratio(1, 4)?;
+    let check = *u.choose(&[None, Some(ErrorCheck::Sampled), Some(ErrorCheck::Certified)])?;
+    options.limit.check = check;
     options.collapse.constraints.boundary =
         *u.choose(&[Boundary::Quadrics, Boundary::Lock, Boundary::Free])?;
     if u.ratio(1, 4)? {
@@ -90,7 +90,16 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
             let at = half_edge.index();
             [numbers[at % 7], numbers[at / 7 % 7]].map(|number| f64::from(number / 64))
         });
-        options.attributes.corners = Some(attributes);
+        options.attributes.corners = attributes.ok();
+    }
+    if let Some(distance) = distance {
+        // Now and then what does not go together.
+        if u.ratio(1, 8)? {
+            options.limit.distance = Some(distance);
+            options.limit.squeeze = u.arbitrary()?;
+        } else {
+            options = options.within(distance, check.unwrap_or_default());
+        }
     }
     Ok(options)
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use mesh_core::TriMesh;
@@ -120,7 +120,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let mut loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
     let errors = options.steps.errors.iter().map(|error| error.on(&loaded.mesh, loading.relative));
     let errors: Vec<f64> = errors.collect::<Result<_, Failure>>()?;
-    let attributes = options.carry.find(&mut loaded, console);
+    let attributes = options.carry.find(&mut loaded, console)?;
     let (log, rejected) = Seconds::time(&mut seconds.compute, || {
         collapses(options, &errors, &loaded.mesh, &attributes, console)
     })?;
@@ -156,7 +156,7 @@ fn page(
     let names: Vec<String> = std::iter::once("input".to_owned()).chain(names).collect();
     let mut exhibits = Vec::new();
     let all = names.iter().zip([&identity].into_iter().chain(models));
-    for ((name, model), coverage) in all.zip(coverage(loaded, levels)) {
+    for ((name, model), coverage) in all.zip(shown_from(loaded, levels)) {
         let mut exhibit = view::content(name, input, model)?;
         let distance = view::distance_field(&exhibit, &original);
         exhibit.fields.retain(|field| field.name != distance.name);

@@ -97,7 +97,7 @@ pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Fail
 fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     let mut loaded = task.load(&options.job.loading, &mut seconds, console)?;
-    let attributes = options.carry.find(&mut loaded, console);
+    let attributes = options.carry.find(&mut loaded, console)?;
     let simplified = Seconds::time(&mut seconds.compute, || {
         reduce(&loaded.mesh, options, &attributes, console)
     })?;

@@ -10,6 +10,7 @@ use mesh_core::{HalfEdgeId, HalfEdgeMap, Remap, TriMesh, VertexId};
 use mesh_metric::{closest_on_triangle, weights_of_closest};
 
 use crate::collapse::patch::{EdgePatch, PatchFace};
+use crate::error::SimplifyError;
 
 /// The most numbers per corner.
 pub const MAX_CHANNELS: usize = 12;
@@ -33,15 +34,20 @@ pub struct CornerAttributes {
 const NO_WEDGE: u32 = u32::MAX;
 
 impl CornerAttributes {
-    /// The values at the corners, of which the first two are texture coordinates if `has_texture`;
-    /// those beyond [`MAX_CHANNELS`] are left out. `of_corner` is asked for the values at the
-    /// origin of each half-edge in its face; neighbouring corners with equal values are one wedge.
-    #[must_use]
+    /// The values at the corners, of which the first two are texture coordinates if `has_texture`.
+    /// `of_corner` is asked for the values at the origin of each half-edge in its face; neighbouring
+    /// corners with equal values are one wedge.
+    ///
+    /// # Errors
+    /// There are more than [`MAX_CHANNELS`] values at a corner.
     pub fn new<const N: usize>(
         mesh: &TriMesh,
         has_texture: bool,
         of_corner: impl Fn(HalfEdgeId) -> [f64; N],
-    ) -> Self {
+    ) -> Result<Self, SimplifyError> {
+        if N > MAX_CHANNELS {
+            return Err(SimplifyError::Channels { channels: N, most: MAX_CHANNELS });
+        }
         let topology = mesh.topology();
         let mut all =
             Self { wedge: topology.half_edge_map(NO_WEDGE), values: Vec::new(), has_texture };
@@ -54,7 +60,7 @@ impl CornerAttributes {
                 all.join_ends(&corners, [*first, *last]);
             }
         }
-        all
+        Ok(all)
     }
 
     /// Cuts the corners of a vertex, in order, into wedges.

@@ -75,6 +75,8 @@ fn run_in_rounds<C: Cost, P: Placement>(
     let mut rounds = Rounds::new(stepper.mesh().topology(), entries);
     let mut round = Round::default();
     let mut bounds = Vec::with_capacity(LOOK_AHEAD);
+    // How many collapses there were when all costs were looked at anew.
+    let mut checked = None;
     loop {
         if let Some(reason) = stepper.reached(watch) {
             return reason;
@@ -83,7 +85,14 @@ fn run_in_rounds<C: Cost, P: Placement>(
             return StopReason::NothingLeft;
         }
         if round.least > watch.cost() {
-            return StopReason::Cost;
+            if checked == Some(stepper.collapses()) {
+                return StopReason::Cost;
+            }
+            // These are the costs of the time when the edges came, and some may have fallen since.
+            checked = Some(stepper.collapses());
+            let entries = stepper.entries();
+            rounds.refill(stepper.mesh().topology(), &entries);
+            continue;
         }
         let ceiling = round.ceiling.min(watch.cost());
         for ahead in round.visits.chunks(LOOK_AHEAD) {
@@ -118,6 +127,7 @@ fn run_in_order<C: Cost, P: Placement>(
 ) -> StopReason {
     let mut heap = Heap::new(stepper.mesh().topology().edge_capacity(), entries);
     let mut stale = Vec::new();
+    let mut checked = None;
     loop {
         if let Some(reason) = stepper.reached(watch) {
             return reason;
@@ -126,7 +136,14 @@ fn run_in_order<C: Cost, P: Placement>(
             return StopReason::NothingLeft;
         };
         if key > watch.cost() {
-            return StopReason::Cost;
+            if checked == Some(stepper.collapses()) {
+                return StopReason::Cost;
+            }
+            // Some costs may have fallen beyond the reach that is looked at after each collapse.
+            checked = Some(stepper.collapses());
+            let entries = stepper.entries();
+            heap = Heap::new(stepper.mesh().topology().edge_capacity(), entries);
+            continue;
         }
         match stepper.take_turn(edge, heap.least().min(watch.cost()), &mut heap) {
             Turn::Collapsed => refresh(stepper, &mut heap, &mut stale),

@@ -4,6 +4,8 @@ use glam::DVec3;
 use mesh_core::crossing::Triangle;
 use mesh_core::{BoundingBox, FaceId, FaceTree, TriMesh, VertexId, triangles_cross};
 
+use crate::collapse::contact::Contacts;
+
 /// A face as it would be.
 pub(crate) struct ChangedFace {
     pub(crate) face: FaceId,
@@ -16,11 +18,30 @@ pub(crate) struct Intersections {
     tree: FaceTree,
     /// How many faces there were when the tree was made.
     faces: usize,
+    /// Where parts touched before the first edit.
+    contacts: Option<Contacts>,
 }
+
+/// The most faces of a vertex whose move is looked at; with more it counts as one that crosses.
+/// All pairs of the faces that change are looked at, so that time grows with the square.
+const MOST_FACES: usize = 512;
 
 impl Intersections {
     pub(crate) fn new(mesh: &TriMesh) -> Self {
-        Self { tree: FaceTree::new(mesh), faces: mesh.topology().face_count() }
+        let (tree, faces) = (FaceTree::new(mesh), mesh.topology().face_count());
+        Self { tree, faces, contacts: Contacts::new(mesh) }
+    }
+
+    /// Whether two triangles cross, parts that go on touching left out.
+    fn cross(&self, first: Triangle, second: Triangle) -> bool {
+        let only_touch = |contacts: &Contacts| contacts.only_touch(first, second);
+        triangles_cross(first, second) && !self.contacts.as_ref().is_some_and(only_touch)
+    }
+
+    /// The end of an edge that stands for both once they are one vertex.
+    pub(crate) fn merged(&self, removed: VertexId, kept: VertexId) -> VertexId {
+        let contacts = self.contacts.as_ref();
+        contacts.map_or(kept, |contacts| contacts.merged(removed, kept))
     }
 
     /// Whether an edit makes faces cross that do not cross now: `changed` are the faces that get
@@ -34,7 +55,7 @@ impl Intersections {
         let topology = mesh.topology();
         let now = |f: FaceId| (topology.face_vertices(f), mesh.triangle(f));
         let is_new = |new: &ChangedFace, other: FaceId, triangle: Triangle| {
-            triangles_cross(new.triangle, triangle) && !triangles_cross(now(new.face), now(other))
+            self.cross(new.triangle, triangle) && !self.cross(now(new.face), now(other))
         };
         let among_changed = changed.iter().enumerate().any(|(i, first)| {
             changed[..i].iter().any(|second| is_new(first, second.face, second.triangle))
@@ -50,9 +71,38 @@ impl Intersections {
             })
     }
 
+    /// Whether a split makes faces cross: those that take the place of `gone` each other, or others
+    /// that none of these crosses.
+    pub(crate) fn would_arise_instead(
+        &self,
+        mesh: &TriMesh,
+        gone: &[FaceId],
+        new: &[Triangle],
+    ) -> bool {
+        let topology = mesh.topology();
+        let now = |f: FaceId| (topology.face_vertices(f), mesh.triangle(f));
+        let among_new = new
+            .iter()
+            .enumerate()
+            .any(|(i, first)| new[..i].iter().any(|second| triangles_cross(*first, *second)));
+        among_new
+            || new.iter().any(|&triangle| {
+                let bounds = BoundingBox::of_triangle(triangle.1);
+                let crossed = self.tree.find(mesh, bounds, |f| {
+                    !gone.contains(&f)
+                        && self.cross(triangle, now(f))
+                        && !gone.iter().any(|&before| self.cross(now(before), now(f)))
+                });
+                crossed.is_some()
+            })
+    }
+
     /// Whether faces come to cross when a vertex goes to `place`.
     pub(crate) fn would_arise_at(&self, mesh: &TriMesh, vertex: VertexId, place: DVec3) -> bool {
         let topology = mesh.topology();
+        if topology.faces_of_vertex(vertex).nth(MOST_FACES).is_some() {
+            return true;
+        }
         let changed: Vec<ChangedFace> = topology
             .faces_of_vertex(vertex)
             .map(|face| {
@@ -64,10 +114,18 @@ impl Intersections {
         self.would_arise(mesh, &changed, &[])
     }
 
+    /// Follows a collapse.
+    pub(crate) fn collapsed(&mut self, mesh: &TriMesh, removed: VertexId, kept: VertexId) {
+        if let Some(contacts) = &mut self.contacts {
+            contacts.collapsed(removed, kept);
+        }
+        self.update(mesh, mesh.topology().faces_of_vertex(kept));
+    }
+
     /// Follows an edit of these faces.
     pub(crate) fn update(&mut self, mesh: &TriMesh, faces: impl IntoIterator<Item = FaceId>) {
         if 2 * mesh.topology().face_count() < self.faces {
-            *self = Self::new(mesh);
+            (self.tree, self.faces) = (FaceTree::new(mesh), mesh.topology().face_count());
         } else {
             self.tree.update(mesh, faces);
         }

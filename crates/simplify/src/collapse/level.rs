@@ -1,10 +1,9 @@
 //! Levels of detail: meshes after some of the collapses of a run.
 
-use mesh_core::edit::CollapseRefusal;
 use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::Marks;
-use crate::collapse::log::CollapseLog;
+use crate::collapse::log::{CollapseLog, ReplayError};
 use crate::collapse::run::Run;
 
 /// A mesh after some collapses, without gaps.
@@ -22,7 +21,7 @@ impl Level {
         marks: &Marks,
         log: &CollapseLog,
         count: usize,
-    ) -> Result<Self, CollapseRefusal> {
+    ) -> Result<Self, ReplayError> {
         let mut marks = marks.clone();
         let mesh = log.replay_marked(original, &mut marks, count)?;
         Ok(Self::compacted(mesh, &marks, log, count))
@@ -56,7 +55,7 @@ impl CollapseLog {
         &self,
         mesh: &TriMesh,
         count: usize,
-    ) -> Result<(TriMesh, VertexMap<Option<VertexId>>), CollapseRefusal> {
+    ) -> Result<(TriMesh, VertexMap<Option<VertexId>>), ReplayError> {
         let Level { mesh, became, .. } = Level::new(mesh, &Marks::default(), self, count)?;
         Ok((mesh, became))
     }

@@ -19,10 +19,11 @@
 //!
 //! From the bottom: `symmetric`, `quadric`, `patch`; `constraint`, `refusal`, `stop`; `log`, `run`,
 //! `level`; the traits of `cost`, `placement` and `guard`, and those who implement them; `fixed`,
-//! `evaluate`, `schedule`, `watch`; `step`, which is one edge's turn; `driver`, which gives edges
+//! `evaluate`, `schedule`, `watch`, `valence`; `step`, which is one edge's turn; `driver`, which gives edges
 //! their turns.
 
 pub(crate) mod constraint;
+mod contact;
 pub(crate) mod cost;
 pub(crate) mod driver;
 mod evaluate;
@@ -42,4 +43,5 @@ pub(crate) mod schedule;
 mod step;
 pub(crate) mod stop;
 pub(crate) mod symmetric;
+mod valence;
 mod watch;

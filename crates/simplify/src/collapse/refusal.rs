@@ -31,6 +31,8 @@ pub enum Refusal {
     TextureFold,
     /// The mesh would be too far from the original.
     Distance,
+    /// An end of the edge has too many edges; it is tried again once enough of them are gone.
+    Valence,
     /// The cost or the new place is not a number.
     NotFinite,
     /// Something else, refused by a guard from outside this crate.
@@ -52,6 +54,7 @@ impl Refusal {
         Self::Intersection,
         Self::TextureFold,
         Self::Distance,
+        Self::Valence,
         Self::NotFinite,
         Self::Other,
     ];
@@ -72,6 +75,7 @@ impl Refusal {
             Self::Intersection => "intersection",
             Self::TextureFold => "texture_fold",
             Self::Distance => "distance",
+            Self::Valence => "valence",
             Self::NotFinite => "not_finite",
             Self::Other => "other",
         }

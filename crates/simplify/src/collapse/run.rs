@@ -7,10 +7,48 @@ use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::refusal::{Refusal, Refusals};
 use crate::collapse::stop::StopReason;
 
+/// What is being done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Phase {
+    /// Edges are collapsed.
+    Collapse,
+    /// The coarsest level within the largest allowed error is looked for.
+    Search,
+    /// A level is fitted.
+    Fit,
+    /// It is annealed.
+    Anneal,
+    /// The largest errors are taken down.
+    Peaks,
+    /// A level within the largest allowed error is collapsed further.
+    Squeeze,
+    /// The distance from the original is measured.
+    Measure,
+}
+
+impl Phase {
+    /// A short name in lower case, for reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Collapse => "collapse",
+            Self::Search => "search",
+            Self::Fit => "fit",
+            Self::Anneal => "anneal",
+            Self::Peaks => "peaks",
+            Self::Squeeze => "squeeze",
+            Self::Measure => "measure",
+        }
+    }
+}
+
 /// How far a run has come; given to the observer now and then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Progress {
+    /// What is being done.
+    pub phase: Phase,
     /// The number of faces at the start.
     pub faces_before: usize,
     /// The number of faces now.

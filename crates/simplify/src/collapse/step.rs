@@ -17,6 +17,7 @@ use crate::collapse::run::Run;
 use crate::collapse::schedule::Schedule;
 use crate::collapse::schedule::queue::Entry;
 use crate::collapse::stop::StopReason;
+use crate::collapse::valence::Valences;
 use crate::collapse::watch::Watch;
 
 /// A mesh under collapse and everything that follows it.
@@ -28,6 +29,7 @@ pub(super) struct Stepper<'a, C, P> {
     is_refused: Vec<bool>,
     /// The number of refused edges at each vertex, or more.
     refused_at: Vec<u32>,
+    valences: Valences,
     used_vertices: usize,
     /// Whether costs depend on the faces of a patch.
     gathers: bool,
@@ -64,6 +66,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         let used_vertices = used_vertices.count();
         let is_refused = vec![false; topology.edge_capacity()];
         let refused_at = vec![0; topology.vertex_capacity()];
+        let valences = Valences::new(topology);
         let gathers = policies.cost.needs_faces()
             || policies.placement.needs_faces()
             || !policies.surcharges.is_empty();
@@ -74,6 +77,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             gathers,
             is_refused,
             refused_at,
+            valences,
             used_vertices,
             faces: Vec::new(),
             scratch: Scratch::default(),
@@ -98,12 +102,18 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         watch.reached(self.mesh.topology().face_count(), self.used_vertices, self.result.log.len())
     }
 
+    /// The number of collapses so far.
+    pub(super) fn collapses(&self) -> usize {
+        self.result.log.len()
+    }
+
     /// All edges that are not refused, with their costs or the quickest bounds of these.
     pub(super) fn entries(&mut self) -> Vec<Entry> {
         let mut entries = Vec::with_capacity(self.mesh.topology().edge_count());
         for index in 0..self.mesh.topology().edge_capacity() {
             let edge = EdgeId::new(index as u32);
             if self.mesh.topology().contains_edge(edge)
+                && !self.is_refused[index]
                 && let Some(cost) = self.key(edge)
             {
                 entries.push(Entry { cost, edge });
@@ -133,7 +143,10 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     }
 
     fn evaluate(&mut self, edge: EdgeId) -> Result<f64, Refusal> {
-        let Self { mesh, policies, fixed, faces, scratch, gathers, .. } = self;
+        let Self { mesh, policies, fixed, faces, scratch, gathers, valences, .. } = self;
+        if valences.has_to_wait(mesh.topology(), edge) {
+            return Err(Refusal::Valence);
+        }
         if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
             return Ok(bound);
         }
@@ -171,7 +184,10 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     }
 
     fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
-        let Self { mesh, policies, fixed, faces, scratch, .. } = self;
+        let Self { mesh, policies, fixed, faces, scratch, valences, .. } = self;
+        if valences.has_to_wait(mesh.topology(), edge) {
+            return Err(Refusal::Valence);
+        }
         let patch = EdgePatch::gather(mesh, edge.half_edge(), faces);
         let patch = patch.with_border(fixed.border(&patch));
         let (place, cost) = match assess(policies, fixed, &patch, ceiling, scratch)? {
@@ -210,6 +226,8 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             surcharge.collapsing(&patch, offset, scratch);
         }
         let faces_before = mesh.topology().face_count() as u32;
+        let apexes = [half_edge, half_edge.twin()].map(|side| mesh.topology().apex(side));
+        valences.collapsed([removed, kept], apexes);
         let collapsed = mesh.collapse(legal, collapse.position);
         fixed.collapsed(mesh, &collapse, collapsed.merged_edges);
         policies.cost.collapsed(mesh, &collapse);
@@ -245,6 +263,10 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     fn readmit(&mut self, schedule: &mut dyn Schedule) {
         let topology = self.mesh.topology();
         for &v in &self.touched {
+            // Its edges would be refused again.
+            if self.valences.is_crowded(v) {
+                continue;
+            }
             if core::mem::take(&mut self.refused_at[v.index()]) == 0 {
                 continue;
             }
@@ -262,7 +284,8 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         self.widen_touched();
         let topology = self.mesh.topology();
         stale.clear();
-        for &v in &self.touched {
+        // The edges of the others wait for more than their cost.
+        for &v in self.touched.iter().filter(|&&v| !self.valences.is_crowded(v)) {
             stale.extend(topology.edges_of_vertex(v));
         }
         stale.sort_unstable();
@@ -279,6 +302,9 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             Reach::TwoRings => {
                 for index in 1..self.touched.len() {
                     let v = self.touched[index];
+                    if self.valences.is_crowded(v) {
+                        continue;
+                    }
                     self.touched.extend(self.mesh.topology().one_ring(v));
                 }
                 self.touched.sort_unstable();

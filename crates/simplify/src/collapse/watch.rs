@@ -3,11 +3,14 @@
 use core::ops::ControlFlow;
 use std::time::Instant;
 
-use crate::collapse::run::Progress;
+use crate::collapse::run::{Phase, Progress};
 use crate::collapse::stop::{Limits, StopReason};
 
 /// How many collapses pass between two looks at the clock and the observer.
 const OBSERVED_EVERY: usize = 1024;
+
+/// How many edges have their turn between them at most, collapsed or not.
+const OBSERVED_TURNS: usize = 16 * OBSERVED_EVERY;
 
 /// The limits of a run and what is needed to tell whether they are reached.
 pub(super) struct Watch<'a> {
@@ -17,6 +20,8 @@ pub(super) struct Watch<'a> {
     faces_before: usize,
     face_target: usize,
     observed: usize,
+    /// How often an edge had its turn since.
+    turns: usize,
 }
 
 impl<'a> Watch<'a> {
@@ -27,7 +32,15 @@ impl<'a> Watch<'a> {
         observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Self {
         let face_target = limits.face_target(faces_before);
-        Self { limits, observe, start: Instant::now(), faces_before, face_target, observed: 0 }
+        Self {
+            limits,
+            observe,
+            start: Instant::now(),
+            faces_before,
+            face_target,
+            observed: 0,
+            turns: 0,
+        }
     }
 
     pub(super) fn reached(
@@ -46,15 +59,17 @@ impl<'a> Watch<'a> {
         if most.is_some_and(|limit| collapses >= limit) {
             return Some(StopReason::Collapses);
         }
-        if collapses < self.observed + OBSERVED_EVERY {
+        self.turns += 1;
+        if collapses < self.observed + OBSERVED_EVERY && self.turns < OBSERVED_TURNS {
             return None;
         }
-        self.observed = collapses;
+        (self.observed, self.turns) = (collapses, 0);
         if time.is_some_and(|time| self.start.elapsed() >= time) {
             return Some(StopReason::Time);
         }
         let Self { faces_before, face_target, .. } = *self;
-        let progress = Progress { faces_before, faces, face_target, collapses };
+        let phase = Phase::Collapse;
+        let progress = Progress { phase, faces_before, faces, face_target, collapses };
         (self.observe)(&progress).is_break().then_some(StopReason::Cancelled)
     }
 

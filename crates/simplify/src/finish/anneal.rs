@@ -9,9 +9,12 @@ use mesh_core::{EdgeId, Handle, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError, sample_surface};
 
 use crate::collapse::constraint::Boundary;
+use crate::collapse::run::Phase;
+use crate::error::SimplifyError;
 use crate::finish::collapse_back::{CollapseBack, collapse_back};
 use crate::finish::fit::constraints::FitConstraints;
-use crate::finish::fit::{FitOptions, fit};
+use crate::finish::fit::{FitOptions, MOST_SAMPLES_PER_FACE, fit_observed};
+use crate::finish::observer::Observer;
 
 /// How to anneal; see [`anneal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +34,19 @@ impl Default for AnnealOptions {
     fn default() -> Self {
         let fit = FitOptions { rounds: 2, ..FitOptions::default() };
         Self { rounds: 12, share: 0.03, samples_per_face: 30, fit }
+    }
+}
+
+impl AnnealOptions {
+    /// Whether the options make sense.
+    pub(crate) fn check(&self) -> Result<(), SimplifyError> {
+        let is_part = (0.0..=1.0).contains(&self.share);
+        SimplifyError::unless(is_part, "anneal share", self.share, "between 0 and 1")?;
+        let samples = self.samples_per_face;
+        let fits = (1..=MOST_SAMPLES_PER_FACE).contains(&samples);
+        let name = "anneal samples_per_face";
+        SimplifyError::unless(fits, name, samples as f64, "between 1 and 100000")?;
+        self.fit.check()
     }
 }
 
@@ -54,24 +70,45 @@ pub struct AnnealReport {
 /// not rise, and `constraints` follow the mesh. The boundary stays.
 ///
 /// # Errors
-/// The mesh has no faces.
+/// An option makes no sense, or the mesh has no faces.
 pub fn anneal(
     mesh: &mut TriMesh,
     original: &Surface,
     constraints: &mut FitConstraints,
     options: &AnnealOptions,
-) -> Result<AnnealReport, SurfaceError> {
+) -> Result<AnnealReport, SimplifyError> {
+    options.check()?;
+    anneal_observed(mesh, original, constraints, options, &mut Observer::none())
+}
+
+/// The same, until the observer says to stop: then with fewer rounds.
+pub(crate) fn anneal_observed(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    constraints: &mut FitConstraints,
+    options: &AnnealOptions,
+    observer: &mut Observer<'_>,
+) -> Result<AnnealReport, SimplifyError> {
     let faces = mesh.topology().face_count();
-    let samples = sample_surface(original, options.samples_per_face * faces, options.fit.seed);
+    let samples = sample_surface(
+        original,
+        options.samples_per_face.saturating_mul(faces).min(u32::MAX as usize),
+        options.fit.seed,
+    );
     let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
     let mut state = State::new(mesh.clone(), constraints.clone(), &points)?;
     let rms_before = state.rms();
     let mut kept = 0;
     let mut share = options.share;
+    let mut rounds = 0;
     for round in 0..options.rounds {
+        if observer.stops(Phase::Anneal, &state.mesh) {
+            break;
+        }
         let seed = options.fit.seed.wrapping_add(round as u64);
         let fit_options = FitOptions { seed, ..options.fit };
-        let next = state.step(original, &points, share, &fit_options)?;
+        let next = state.step(original, &points, share, &fit_options, observer)?;
+        rounds += 1;
         if next.topology_faces() <= faces && next.squares < state.squares {
             state = next;
             kept += 1;
@@ -82,7 +119,7 @@ pub fn anneal(
     }
     let rms_after = state.rms();
     (*mesh, *constraints) = (state.mesh, state.constraints);
-    Ok(AnnealReport { rounds: options.rounds, kept, rms_before, rms_after, vertex_map: state.map })
+    Ok(AnnealReport { rounds, kept, rms_before, rms_after, vertex_map: state.map })
 }
 
 /// A mesh and its error.
@@ -139,7 +176,8 @@ impl State {
         points: &[DVec3],
         share: f64,
         options: &FitOptions,
-    ) -> Result<Self, SurfaceError> {
+        observer: &mut Observer<'_>,
+    ) -> Result<Self, SimplifyError> {
         let mut mesh = self.mesh.clone();
         for edge in self.worst_edges(share) {
             let [a, b] = mesh.topology().edge_vertices(edge).map(|v| mesh.position(v));
@@ -147,7 +185,8 @@ impl State {
                 mesh.split_edge(split, a + 0.5 * (b - a));
             }
         }
-        fit(&mut mesh, original, &self.constraints, &FitOptions { rounds: 1, ..*options })?;
+        let once = FitOptions { rounds: 1, ..*options };
+        fit_observed(&mut mesh, original, &self.constraints, &once, observer)?;
         let to = CollapseBack {
             faces: self.topology_faces(),
             locked: &[],
@@ -156,14 +195,16 @@ impl State {
             // No component gets smaller than it was before the splits.
             min_component_vertices: None,
         };
-        let back = collapse_back(&mut mesh, &self.constraints, &to);
+        let back = collapse_back(&mut mesh, &self.constraints, &to, Phase::Anneal, observer);
         let became = |v: VertexId| back.vertex_map.get(v).copied().flatten();
         let map = self.map.as_slice().iter().map(|v| v.and_then(became));
         let map = VertexMap::from_vec(map.collect());
         let constraints = back.constraints;
-        fit(&mut mesh, original, &constraints, options)?;
+        fit_observed(&mut mesh, original, &constraints, options, observer)?;
         let (of_face, squares) = (Vec::new(), 0.0);
-        Self { mesh, constraints, map, of_face, squares, samples: points.len() }.measured(points)
+        Self { mesh, constraints, map, of_face, squares, samples: points.len() }
+            .measured(points)
+            .map_err(SimplifyError::from)
     }
 
     /// The edges whose faces have the largest error, no two of them at the same face.

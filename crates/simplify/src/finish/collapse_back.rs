@@ -1,7 +1,5 @@
 //! After splits: the cheapest collapses, until there are as many faces as before.
 
-use core::ops::ControlFlow;
-
 use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::{Boundary, Constraints};
@@ -11,8 +9,10 @@ use crate::collapse::guard::{ComponentGuard, IntersectionGuard, NormalGuard, Sha
 use crate::collapse::placement::{Optimal, Placement};
 use crate::collapse::policies::Policies;
 use crate::collapse::policy::Policy;
+use crate::collapse::run::Phase;
 use crate::collapse::stop::Limits;
 use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::observer::Observer;
 
 /// What a mesh is brought back to.
 pub(crate) struct CollapseBack<'a> {
@@ -31,13 +31,16 @@ pub(crate) struct Back {
     pub(crate) vertex_map: VertexMap<Option<VertexId>>,
 }
 
-/// Collapses edges by the memoryless metric and closes the gaps.
+/// Collapses edges by the memoryless metric and closes the gaps. There are more faces left than
+/// wanted when the observer says to stop.
 pub(crate) fn collapse_back(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
     to: &CollapseBack<'_>,
+    phase: Phase,
+    observer: &mut Observer<'_>,
 ) -> Back {
-    collapse_back_placed(mesh, constraints, to, Optimal::default())
+    collapse_back_placed(mesh, constraints, to, Optimal::default(), (phase, observer))
 }
 
 /// The same with a placement.
@@ -46,6 +49,7 @@ pub(crate) fn collapse_back_placed(
     constraints: &FitConstraints,
     to: &CollapseBack<'_>,
     placement: impl Placement,
+    (phase, observer): (Phase, &mut Observer<'_>),
 ) -> Back {
     let mut policies = Policies::new(Memoryless, placement);
     policies.guards.push(NormalGuard::default());
@@ -66,9 +70,9 @@ pub(crate) fn collapse_back_placed(
         features: constraints.features.clone(),
     };
     let limits = Limits { faces: Some(to.faces), ..Limits::default() };
-    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let observe = &mut |now: &_| observer.observe_in(phase, now);
     let followers = constraints.guards.clone();
-    let run = collapse_edges_followed(mesh, policies, followers, &fixed, &limits, go_on);
+    let run = collapse_edges_followed(mesh, policies, followers, &fixed, &limits, observe);
     let became = run.log.representatives(mesh, run.log.len());
     let remap = mesh.compact();
     let vertex_map = became.as_slice().iter().map(|&v| remap.new_handle(v)).collect();

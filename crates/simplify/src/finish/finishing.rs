@@ -3,15 +3,17 @@
 use std::sync::Arc;
 
 use mesh_core::{TriMesh, VertexId, VertexMap};
-use mesh_metric::{Surface, SurfaceError};
+use mesh_metric::Surface;
 
 use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::level::Level;
-use crate::finish::anneal::{AnnealOptions, AnnealReport, anneal};
+use crate::error::SimplifyError;
+use crate::finish::anneal::{AnnealOptions, AnnealReport, anneal_observed};
 use crate::finish::curve::Curve;
 use crate::finish::fit::constraints::FitConstraints;
-use crate::finish::fit::{FitOptions, FitReport, fit};
-use crate::finish::peaks::{PeakOptions, PeakReport, cut_peaks};
+use crate::finish::fit::{FitOptions, FitReport, fit_observed};
+use crate::finish::observer::Observer;
+use crate::finish::peaks::{PeakOptions, PeakReport, cut_peaks_observed};
 use crate::finish::texture_fit::{Texture, TextureCheck, fit_unfolded};
 
 /// A level and what was done with it since.
@@ -104,8 +106,12 @@ impl<'a> Finishing<'a> {
         Finished::untouched(level.mesh.clone(), self.constraints(level))
     }
 
-    /// Fits, anneals and takes down peaks, as far as that is wanted.
-    pub(crate) fn finish(&self, level: &Level) -> Result<Finished, SurfaceError> {
+    /// Fits, anneals and takes down peaks, as far as that is wanted and the observer lets it.
+    pub(crate) fn finish(
+        &self,
+        level: &Level,
+        observer: &mut Observer<'_>,
+    ) -> Result<Finished, SimplifyError> {
         let mut constraints = self.constraints(level);
         let unchanged = constraints.clone();
         let texture = self.texture.as_ref().map(|texture| texture.check(&level.became));
@@ -113,23 +119,32 @@ impl<'a> Finishing<'a> {
         if let Some(options) = &self.steps.fit {
             done.fit = Some(match &texture {
                 Some(check) => {
-                    fit_unfolded(&mut done.mesh, self.original, &constraints, options, check)?
+                    let mesh = &mut done.mesh;
+                    fit_unfolded(mesh, self.original, &constraints, options, check, observer)?
                 }
-                None => fit(&mut done.mesh, self.original, &constraints, options)?,
+                None => {
+                    fit_observed(&mut done.mesh, self.original, &constraints, options, observer)?
+                }
             });
         }
-        if let Some(options) = &self.steps.anneal {
+        if let Some(options) = &self.steps.anneal
+            && !observer.is_stopped()
+        {
             let mut next = done.mesh.clone();
-            let report = anneal(&mut next, self.original, &mut constraints, options)?;
+            let report =
+                anneal_observed(&mut next, self.original, &mut constraints, options, observer)?;
             if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
                 done.anneal = Some(report);
             } else {
                 constraints.clone_from(&unchanged);
             }
         }
-        if let Some(options) = &self.steps.peaks {
+        if let Some(options) = &self.steps.peaks
+            && !observer.is_stopped()
+        {
             let mut next = done.mesh.clone();
-            let report = cut_peaks(&mut next, self.original, &mut constraints, options)?;
+            let report =
+                cut_peaks_observed(&mut next, self.original, &mut constraints, options, observer)?;
             if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
                 done.peaks = Some(report);
             }

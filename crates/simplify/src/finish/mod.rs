@@ -10,11 +10,12 @@
 //!   on the lines of the original.
 //! - No face turns by more than sixty degrees in one step, and none turns over in the texture.
 //! - A step that does not help is undone as a whole.
+//! - Whoever watches may stop it between any two rounds, and has a whole mesh then.
 //!
 //! Uses the rooms `collapse`, to get rid of faces again, and `attributes`; and `mesh-metric` for
 //! closest points. It proves nothing about distances: that is for `limit`, above.
 //!
-//! From the bottom: `curve` and `face_lists`; `fit`; `texture_fit` and `collapse_back`; `anneal` and
+//! From the bottom: `curve`, `face_lists` and `observer`; `fit`; `texture_fit` and `collapse_back`; `anneal` and
 //! `peaks`; `finishing`, which does one after the other.
 
 pub(crate) mod anneal;
@@ -23,5 +24,6 @@ pub(crate) mod curve;
 pub(crate) mod face_lists;
 pub(crate) mod finishing;
 pub(crate) mod fit;
+pub(crate) mod observer;
 pub(crate) mod peaks;
 pub(crate) mod texture_fit;

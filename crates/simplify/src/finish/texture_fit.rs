@@ -4,12 +4,14 @@
 //! it is undone there.
 
 use mesh_core::{EdgeId, EdgeMap, FaceId, TriMesh, VertexId, VertexMap};
-use mesh_metric::{Surface, SurfaceError};
+use mesh_metric::Surface;
 
 use crate::attributes::transfer::corner_sources;
 use crate::attributes::wedges::{CornerAttributes, doubled_area};
+use crate::error::SimplifyError;
 use crate::finish::fit::constraints::FitConstraints;
-use crate::finish::fit::{FitOptions, FitReport, fit};
+use crate::finish::fit::{FitOptions, FitReport, fit_observed};
+use crate::finish::observer::Observer;
 
 /// How often folds are looked for and undone before a fit is given up.
 const ROUNDS: usize = 20;
@@ -76,13 +78,14 @@ pub(crate) fn fit_unfolded(
     constraints: &FitConstraints,
     options: &FitOptions,
     check: &TextureCheck<'_>,
-) -> Result<FitReport, SurfaceError> {
+    observer: &mut Observer<'_>,
+) -> Result<FitReport, SimplifyError> {
     let start = mesh.clone();
     let before = check.folded(&start);
     // Without flips every fold goes away when vertices go back.
     for flips in [options.flips, false] {
         let options = FitOptions { flips, ..*options };
-        let report = fit(mesh, original, constraints, &options)?;
+        let report = fit_observed(mesh, original, constraints, &options, observer)?;
         for _ in 0..ROUNDS {
             let mut folded = check.folded(mesh);
             folded.retain(|face| !before.contains(face));

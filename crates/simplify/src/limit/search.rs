@@ -1,14 +1,17 @@
 //! The coarsest level of a run that is within a distance of the original once it is finished.
 
+use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_metric::{Surface, SurfaceError};
+use mesh_metric::Surface;
 
 use crate::collapse::constraint::Marks;
 use crate::collapse::level::Level;
 use crate::collapse::log::CollapseLog;
+use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
 use crate::finish::collapse_back::CollapseBack;
 use crate::finish::finishing::{Finished, Finishing};
+use crate::finish::observer::Observer;
 use crate::limit::measure::{AchievedError, Measuring};
 use crate::limit::squeeze::squeeze_within;
 
@@ -43,19 +46,22 @@ impl Search<'_> {
     /// is measured to be within the limit of itself. Errors do not grow strictly with the number of
     /// collapses, so that a coarser one may exist. Where the level is collapsed further anyway, the
     /// first one that is found will do, and it is not finished.
-    pub(crate) fn run(&self) -> Result<Found, SimplifyError> {
+    ///
+    /// When the observer says to stop, it is the coarsest one that was measured to be within the
+    /// limit by then; `None` when none was.
+    pub(crate) fn run(&self, observer: &mut Observer<'_>) -> Result<Option<Found>, SimplifyError> {
         let total = self.log.len();
-        let mut collapses = self.guess()?;
+        let mut collapses = self.guess(observer)?;
         let (mut good, mut bad): (Option<Found>, Option<usize>) = (None, None);
         loop {
-            let found = self.attempt(collapses)?;
+            let Some(found) = self.attempt(collapses, observer)? else { return Ok(good) };
             if found.error.is_within(self.limit) {
                 if collapses == total {
-                    return Ok(found);
+                    return Ok(Some(found));
                 }
                 good = Some(found);
             } else if collapses == 0 {
-                return Ok(found);
+                return Ok(Some(found));
             } else {
                 bad = Some(collapses);
             }
@@ -67,28 +73,43 @@ impl Search<'_> {
             };
             match (next, good.take_if(|_| next.is_none())) {
                 (Some(next), _) => collapses = next,
-                (None, Some(found)) => return Ok(self.squeezed(found)?),
+                (None, Some(found)) => return Ok(Some(self.squeezed(found, observer)?)),
                 (None, None) => collapses = 0,
             }
         }
     }
 
-    /// A level, finished unless it is to be collapsed further, and measured.
-    fn attempt(&self, collapses: usize) -> Result<Found, SimplifyError> {
+    /// A level, finished unless it is to be collapsed further, and measured; `None` when the observer
+    /// says to stop before that.
+    fn attempt(
+        &self,
+        collapses: usize,
+        observer: &mut Observer<'_>,
+    ) -> Result<Option<Found>, SimplifyError> {
+        if observer.stops(Phase::Search, self.mesh) {
+            return Ok(None);
+        }
         let level = self.level(collapses)?;
         let finished = if self.squeeze.is_some() && collapses < self.log.len() {
             self.finishing.leave(&level)
         } else {
-            self.finishing.finish(&level)?
+            self.finishing.finish(&level, observer)?
         };
+        if observer.stops(Phase::Measure, &finished.mesh) {
+            return Ok(None);
+        }
         let (error, _) = self.measuring.measure(&finished.mesh)?;
-        Ok(Found { collapses, level, finished, error })
+        Ok(Some(Found { collapses, level, finished, error }))
     }
 
-    fn squeezed(&self, mut found: Found) -> Result<Found, SurfaceError> {
+    fn squeezed(
+        &self,
+        mut found: Found,
+        observer: &mut Observer<'_>,
+    ) -> Result<Found, SimplifyError> {
         if let Some(to) = &self.squeeze
             && let Some(error) =
-                squeeze_within(&mut found.finished, &self.measuring, self.limit, to)?
+                squeeze_within(&mut found.finished, &self.measuring, self.limit, to, observer)?
         {
             found.error = error;
         }
@@ -98,7 +119,7 @@ impl Search<'_> {
     /// The number of collapses that leaves `factor` times as many vertices, at least one more or
     /// less.
     fn scaled(&self, collapses: usize, factor: f64) -> usize {
-        let vertices = self.mesh.topology().vertex_count();
+        let vertices = used_vertices(self.mesh);
         let left = ((vertices - collapses) as f64 * factor) as usize;
         let changed = vertices - left.min(vertices);
         if factor < 1.0 { changed.max(collapses + 1) } else { changed.min(collapses - 1) }
@@ -106,7 +127,7 @@ impl Search<'_> {
 
     /// A number of collapses between two; `None` when they are close enough.
     fn between(&self, good: usize, bad: usize) -> Option<usize> {
-        let vertices = self.mesh.topology().vertex_count();
+        let vertices = used_vertices(self.mesh);
         let [more, fewer] = [good, bad].map(|collapses| (vertices - collapses).max(1) as f64);
         if bad <= good + 1 || more < RESOLUTION * fewer {
             return None;
@@ -116,11 +137,15 @@ impl Search<'_> {
     }
 
     /// How many collapses there may be before the vertices of the original are farther from the
-    /// level, as it is before it is finished, than the limit.
-    fn guess(&self) -> Result<usize, SimplifyError> {
+    /// level, as it is before it is finished, than the limit; or fewer, when the observer says to
+    /// stop.
+    fn guess(&self, observer: &mut Observer<'_>) -> Result<usize, SimplifyError> {
+        let original = self.measuring.original;
+        let at = |v: u32| original.positions()[v as usize];
+        let used: Vec<DVec3> = original.used_vertices().into_iter().map(at).collect();
         let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
             let surface = Surface::new(&self.level(collapses)?.mesh)?;
-            let distances = surface.distances(self.measuring.original.positions());
+            let distances = surface.distances(&used);
             Ok(distances.into_iter().all(|distance| distance <= self.limit))
         };
         let (mut good, mut bad) = (0, self.log.len());
@@ -128,6 +153,9 @@ impl Search<'_> {
             return Ok(bad);
         }
         while let Some(middle) = self.between(good, bad) {
+            if observer.stops(Phase::Search, self.mesh) {
+                break;
+            }
             *(if is_within(middle)? { &mut good } else { &mut bad }) = middle;
         }
         Ok(good)
@@ -136,4 +164,10 @@ impl Search<'_> {
     fn level(&self, collapses: usize) -> Result<Level, SimplifyError> {
         Ok(Level::new(self.mesh, &self.marks, self.log, collapses)?)
     }
+}
+
+/// The number of vertices that have faces.
+fn used_vertices(mesh: &TriMesh) -> usize {
+    let topology = mesh.topology();
+    topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).count()
 }

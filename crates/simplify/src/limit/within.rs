@@ -12,13 +12,15 @@ use crate::limit::measure::{ErrorCheck, Measuring};
 /// is measured as for [`LimitOptions::distance`](crate::LimitOptions::distance).
 ///
 /// # Errors
-/// The mesh has no faces, or the log is that of another mesh.
+/// The limit makes no sense, the mesh has no faces, or the log is that of another mesh.
 pub fn collapses_within(
     mesh: &TriMesh,
     log: &CollapseLog,
     limit: f64,
     check: ErrorCheck,
 ) -> Result<usize, SimplifyError> {
+    let fits = limit >= 0.0 && limit.is_finite();
+    SimplifyError::unless(fits, "limit", limit, "at least 0 and finite")?;
     let original = Surface::new(mesh)?;
     let measuring = Measuring { original: &original, check, limit: Some(limit) };
     let is_within = |collapses: usize| -> Result<bool, SimplifyError> {

@@ -134,7 +134,6 @@ impl Drawing {
             paint: Paint::Vertices(&colors),
             edged: Some(&edged),
             strokes: &self.strokes,
-            ..Scene::of(&mesh)
         };
         run.draw(&Picture { scene, view, style, name, caption })
     }

@@ -7,6 +7,7 @@ use mesh_core::glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
+use mesh_view::Page;
 use serde::Serialize;
 
 use crate::colormap::opaque;
@@ -15,6 +16,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Seconds;
 use crate::task::{Done, Report, Task};
+use crate::view::{self, name_of};
 
 /// The property that is 1 for vertices with curvature, and 0 for those without, whose other numbers
 /// are 0.
@@ -91,6 +93,19 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         range: [scale.low, scale.high],
     };
     let report = task.report(console, loaded.counts(), results, seconds);
+    if options.look.is_wanted() {
+        let model = loaded.to_model(&loaded.provenance.corner_source)?;
+        let model = colored(model, Some(Format::Ply), &values, quantity, &scale);
+        let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
+        exhibit.vertex_colors = None;
+        exhibit.directions =
+            view::directions(&values.of_vertex.map(|v| v.as_ref().map(|v| v.frame)));
+        let mut page = Page::new(format!("{}: curvature", exhibit.name), vec![exhibit]);
+        page.start.color = Some(format!("vertex:{}", quantity.property()));
+        page.start.map = options.colors.colormap;
+        page.start.range = Some([scale.low, scale.high]);
+        options.look.write(page, &report, console)?;
+    }
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
     let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
     report.done(console, summary(&report), brief)
@@ -176,7 +191,8 @@ fn colored(
     scale: &Scale,
 ) -> Model {
     let known = values.of_vertex.as_slice();
-    let color = |v: &Option<Value>| v.map_or(UNKNOWN, |v| scale.color(v.quantity(quantity)));
+    let color =
+        |v: &Option<Value>| v.map_or(UNKNOWN, |v| opaque(scale.color(v.quantity(quantity))));
     model.vertex_colors = Some(known.iter().map(color).collect());
     if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
         return model;

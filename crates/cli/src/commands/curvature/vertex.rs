@@ -123,8 +123,7 @@ fn colored(
     scale: &Scale,
 ) -> Model {
     let shown = shown.as_slice();
-    model.vertex_colors =
-        Some(parallel::collect(shown.len(), |i| opaque(scale.color(shown[i]))));
+    model.vertex_colors = Some(parallel::collect(shown.len(), |i| opaque(scale.color(shown[i]))));
     if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
         return model;
     }

@@ -11,6 +11,12 @@ use crate::collapse::refusal::Refusal;
 
 /// Refuses collapses after which faces cross, or touch away from common vertices and edges, that
 /// did not before. Decided exactly, without a tolerance.
+///
+/// Parts of an assembly that have vertices at the same places at the start may go on touching: there,
+/// vertices of different parts at one place count as one vertex, and faces at a seam or a wall that
+/// two parts have in common may touch or overlap each other, as far as all edges that meet the other
+/// part start at the seam. Everything else counts as crossing, and parts cannot pass through each
+/// other.
 #[derive(Clone, Debug, Default)]
 pub struct IntersectionGuard {
     found: Option<Intersections>,
@@ -23,7 +29,7 @@ impl Policy for IntersectionGuard {
 
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         if let Some(found) = &mut self.found {
-            found.update(mesh, mesh.topology().faces_of_vertex(collapse.kept));
+            found.collapsed(mesh, collapse.removed, collapse.kept);
         }
     }
 
@@ -38,6 +44,7 @@ impl Guard for IntersectionGuard {
         let (mesh, removed, kept) = (patch.mesh(), patch.removed(), patch.kept());
         let topology = mesh.topology();
         let place = patch.origin() + x;
+        let merged = found.merged(removed, kept);
         let is_end = |v| v == removed || v == kept;
         let changed: &mut Vec<ChangedFace> = scratch.get();
         changed.clear();
@@ -45,7 +52,7 @@ impl Guard for IntersectionGuard {
             let face = topology.face(face.side)?;
             let vertices = topology.face_vertices(face);
             let corners = vertices.map(|v| if is_end(v) { place } else { mesh.position(v) });
-            let vertices = vertices.map(|v| if is_end(v) { kept } else { v });
+            let vertices = vertices.map(|v| if is_end(v) { merged } else { v });
             Some(ChangedFace { face, triangle: (vertices, corners) })
         }));
         let sides = [patch.half_edge(), patch.half_edge().twin()];

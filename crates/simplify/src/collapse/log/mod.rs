@@ -35,6 +35,20 @@ pub struct LogEntry {
     pub faces_before: u32,
 }
 
+/// Why a log cannot be replayed: it was made with another mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the collapses are those of another mesh, as number {collapse} of them tells; give the one that they were made on"
+)]
+pub struct ReplayError {
+    /// The first collapse that does not fit the mesh, counted from 0.
+    pub collapse: usize,
+    /// What the mesh says to it; `None` when it would be legal, but joins other vertices, or comes at
+    /// another number of faces.
+    #[source]
+    pub refusal: Option<CollapseRefusal>,
+}
+
 impl CollapseLog {
     pub(crate) fn push(&mut self, entry: LogEntry) {
         self.entries.push(entry);
@@ -75,8 +89,8 @@ impl CollapseLog {
     /// removed elements.
     ///
     /// # Errors
-    /// A collapse is not legal: the mesh is another one.
-    pub fn replay(&self, mesh: &TriMesh, count: usize) -> Result<TriMesh, CollapseRefusal> {
+    /// A collapse is not legal or not the one that was recorded: the mesh is another one.
+    pub fn replay(&self, mesh: &TriMesh, count: usize) -> Result<TriMesh, ReplayError> {
         self.replay_marked(mesh, &mut Marks::default(), count)
     }
 
@@ -86,11 +100,19 @@ impl CollapseLog {
         mesh: &TriMesh,
         marks: &mut Marks,
         count: usize,
-    ) -> Result<TriMesh, CollapseRefusal> {
+    ) -> Result<TriMesh, ReplayError> {
         let mut mesh = mesh.clone();
-        for entry in self.entries.iter().take(count) {
-            let collapse = mesh.topology().check_collapse(entry.half_edge)?;
+        for (number, entry) in self.entries.iter().take(count).enumerate() {
+            let other = |refusal| ReplayError { collapse: number, refusal };
+            let legal = mesh.topology().check_collapse(entry.half_edge);
+            let collapse = legal.map_err(|refusal| other(Some(refusal)))?;
             let (removed, kept) = (collapse.removed(), collapse.kept());
+            let faces = mesh.topology().face_count();
+            if [removed, kept] != [entry.removed, entry.kept]
+                || faces != entry.faces_before as usize
+            {
+                return Err(other(None));
+            }
             let done = Collapse {
                 removed,
                 kept,

@@ -61,11 +61,7 @@ impl Rounds {
         let mut rounds = Self { buckets: Vec::new(), first: 0, open: 0, scale, ranks };
         let count = rounds.bucket(f64::INFINITY) + 2;
         rounds.buckets.resize(count, Vec::new());
-        for &Entry { cost, edge } in entries {
-            let bucket = rounds.bucket(cost);
-            let rank = rounds.rank(topology, edge);
-            rounds.buckets[bucket].push(Visit { cost, edge, rank });
-        }
+        rounds.refill(topology, entries);
         rounds
     }
 
@@ -77,6 +73,17 @@ impl Rounds {
     fn bucket(&self, cost: f64) -> usize {
         let bits = |number: f64| (number.to_bits() >> SHIFT) as usize;
         bits((cost * self.scale).clamp(SMALLEST, LARGEST)) - bits(SMALLEST)
+    }
+
+    /// Puts these edges in the place of all that wait.
+    pub(crate) fn refill(&mut self, topology: &Topology, entries: &[Entry]) {
+        self.buckets.iter_mut().for_each(Vec::clear);
+        (self.first, self.open) = (0, 0);
+        for &Entry { cost, edge } in entries {
+            let bucket = self.bucket(cost);
+            let rank = self.rank(topology, edge);
+            self.buckets[bucket].push(Visit { cost, edge, rank });
+        }
     }
 
     /// Adds an edge that costs more than the ceiling of the round that was taken last.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use mesh_core::{EdgeId, EdgeMap, VertexMap};
+use mesh_core::{EdgeId, EdgeMap, Topology, VertexId, VertexMap};
 
 use crate::collapse::guard::Guards;
 use crate::finish::curve::Curve;
@@ -28,5 +28,11 @@ pub struct FitConstraints {
 impl FitConstraints {
     pub(crate) fn is_feature(&self, e: EdgeId) -> bool {
         self.features.as_ref().and_then(|map| map.get(e)).is_some_and(|&feature| feature)
+    }
+
+    /// Whether a vertex does not move at all.
+    pub(crate) fn is_fixed(&self, topology: &Topology, v: VertexId) -> bool {
+        let by_name = self.fixed.as_ref().and_then(|map| map.get(v)).is_some_and(|&fixed| fixed);
+        by_name || (self.boundary_curve.is_none() && topology.is_boundary_vertex(v))
     }
 }

@@ -24,11 +24,11 @@ mod system;
 
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
-use mesh_metric::{
-    ClosestPoint, Surface, SurfaceError, SurfaceSample, sample_surface, weights_of_closest,
-};
+use mesh_metric::{ClosestPoint, Surface, SurfaceSample, sample_surface, weights_of_closest};
 
 use crate::collapse::intersection::Intersections;
+use crate::collapse::run::Phase;
+use crate::error::SimplifyError;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::flips::flip_edges;
 use crate::finish::fit::freedom::freedoms;
@@ -36,6 +36,7 @@ use crate::finish::fit::lines::Lines;
 use crate::finish::fit::moves::move_vertices;
 use crate::finish::fit::pairs::{Pairs, Target};
 use crate::finish::fit::system::{System, Weighting};
+use crate::finish::observer::Observer;
 
 /// How to fit; see [`fit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +75,26 @@ impl Default for FitOptions {
     }
 }
 
+/// The most samples per face: more than ever tell anything, and few enough for memory.
+pub(crate) const MOST_SAMPLES_PER_FACE: usize = 100_000;
+
+/// The most samples in all; together with the vertices, 32-bit numbers do for them.
+const MOST_SAMPLES: usize = 1 << 31;
+
+impl FitOptions {
+    /// Whether the options make sense.
+    pub(crate) fn check(&self) -> Result<(), SimplifyError> {
+        let is_weight = |x: f64| x >= 0.0 && x.is_finite();
+        let weight = "at least 0 and finite";
+        SimplifyError::unless(is_weight(self.pull), "fit pull", self.pull, weight)?;
+        SimplifyError::unless(is_weight(self.tail), "fit tail", self.tail, weight)?;
+        let samples = self.samples_per_face;
+        let fits = samples <= MOST_SAMPLES_PER_FACE;
+        let name = "fit samples_per_face";
+        SimplifyError::unless(fits, name, samples as f64, "at most 100000")
+    }
+}
+
 /// What a fit did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -91,14 +112,27 @@ pub struct FitReport {
 /// Fits a mesh to the original it was made from.
 ///
 /// # Errors
-/// The mesh has no faces.
+/// An option makes no sense, or the mesh has no faces.
 pub fn fit(
     mesh: &mut TriMesh,
     original: &Surface,
     constraints: &FitConstraints,
     options: &FitOptions,
-) -> Result<FitReport, SurfaceError> {
+) -> Result<FitReport, SimplifyError> {
+    options.check()?;
+    fit_observed(mesh, original, constraints, options, &mut Observer::none())
+}
+
+/// The same, until the observer says to stop: then with fewer rounds.
+pub(crate) fn fit_observed(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    constraints: &FitConstraints,
+    options: &FitOptions,
+    observer: &mut Observer<'_>,
+) -> Result<FitReport, SimplifyError> {
     let count = options.samples_per_face.saturating_mul(mesh.topology().face_count());
+    let count = count.min(MOST_SAMPLES);
     let targets: Vec<Target> = sample_surface(original, count, options.seed)
         .iter()
         .map(|sample| Target::of_sample(original, sample))
@@ -110,6 +144,9 @@ pub fn fit(
     let lines = Lines::new(mesh, original, constraints, count);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
     for round in 0..options.rounds {
+        if observer.stops(Phase::Fit, mesh) {
+            break;
+        }
         let surface = Surface::new(mesh)?;
         let mut paired = Pairs::new(mesh);
         // The first of several rounds is a rough one.

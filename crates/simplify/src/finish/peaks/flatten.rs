@@ -1,10 +1,13 @@
 //! Fits in which the farthest pairs count most, round the peaks alone.
 
-use mesh_core::{Handle, TriMesh, VertexId, VertexMap};
-use mesh_metric::{Surface, SurfaceError};
+use mesh_core::{TriMesh, VertexMap};
+use mesh_metric::Surface;
 
+use crate::collapse::run::Phase;
+use crate::error::SimplifyError;
 use crate::finish::fit::constraints::FitConstraints;
-use crate::finish::fit::{FitOptions, fit};
+use crate::finish::fit::{FitOptions, fit_observed};
+use crate::finish::observer::Observer;
 use crate::finish::peaks::points::{Most, Peaks};
 
 /// A step that lowers the largest distance by less than this ratio is not worth another.
@@ -25,13 +28,17 @@ impl Peaks<'_> {
         constraints: &FitConstraints,
         options: &FitOptions,
         most: Most,
-    ) -> Result<(), SurfaceError> {
+        observer: &mut Observer<'_>,
+    ) -> Result<(), SimplifyError> {
         for round in 0..options.rounds {
-            let local = self.all_but_peaks_fixed(mesh, constraints, FLATTENED * self.largest);
+            if observer.stops(Phase::Peaks, mesh) {
+                break;
+            }
+            let local = self.all_but_peaks_fixed(mesh, constraints);
             let seed = options.seed.wrapping_add(round as u64);
             let once = FitOptions { rounds: 1, flips: false, seed, ..*options };
             let mut moved = mesh.clone();
-            fit(&mut moved, original, &local, &once)?;
+            fit_observed(&mut moved, original, &local, &once, &mut Observer::none())?;
             let mut better = None;
             // A part of a step without intersections may have some.
             let parts = if once.forbid_intersections { &STEPS[..1] } else { &STEPS[..] };
@@ -41,7 +48,7 @@ impl Peaks<'_> {
                     *to = *from + part * (*to - *from);
                 }
                 let found = Peaks::new(&next, original, self.points)?;
-                if found.largest < ENOUGH * self.largest && found.mean <= most.mean {
+                if found.is_worth_it(self, most) {
                     better = Some((next, found));
                     break;
                 }
@@ -52,26 +59,98 @@ impl Peaks<'_> {
         Ok(())
     }
 
+    /// Whether the peaks are enough lower than before, and the mean is not too high.
+    fn is_worth_it(&self, before: &Self, most: Most) -> bool {
+        self.largest < ENOUGH * before.largest && self.mean <= most.mean
+    }
+
     /// The constraints, with all vertices fixed that are not next to a face with a peak.
-    fn all_but_peaks_fixed(
-        &self,
-        mesh: &TriMesh,
-        constraints: &FitConstraints,
-        bar: f64,
-    ) -> FitConstraints {
+    fn all_but_peaks_fixed(&self, mesh: &TriMesh, constraints: &FitConstraints) -> FitConstraints {
+        let bar = FLATTENED * self.largest;
         let topology = mesh.topology();
         let forward = self.forward.iter().map(|closest| (closest.face, closest.distance));
         let far = forward.chain(self.inner.iter().copied()).filter(|&(_, distance)| distance > bar);
         let corners = far.flat_map(|(face, _)| topology.face_vertices(face));
-        let far = self.backward.iter().enumerate().filter(|(_, closest)| closest.distance > bar);
-        let own = far.map(|(index, _)| VertexId::from_index(index));
+        let far = self.backward.iter().filter(|(_, closest)| closest.distance > bar);
+        let own = far.map(|&(v, _)| v);
         let mut fixed = topology.vertex_map(true);
+        // Many far points may belong to the faces of one vertex, and its ring may be large.
+        let mut is_done = topology.vertex_map(false);
         for v in corners.chain(own) {
-            fixed[v] = false;
-            topology.one_ring(v).for_each(|w| fixed[w] = false);
+            if !core::mem::replace(&mut is_done[v], true) {
+                fixed[v] = false;
+                topology.one_ring(v).for_each(|w| fixed[w] = false);
+            }
         }
         let before = constraints.fixed.iter().flat_map(VertexMap::iter);
         before.filter(|(_, was)| **was).for_each(|(v, _)| fixed[v] = true);
         FitConstraints { fixed: Some(fixed), ..constraints.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::finish::peaks::points::Points;
+    use mesh_core::shapes::Plane;
+
+    fn grid() -> TriMesh {
+        let soup = Plane { half_width: 1.0 }.mesh(12, Default::default()).unwrap();
+        TriMesh::from_soup(&soup).unwrap()
+    }
+
+    #[test]
+    fn only_the_vertices_round_peaks_are_free() {
+        let mesh = grid();
+        let surface = Surface::new(&mesh).unwrap();
+        let points = Points::new(&surface, 3.0, 1);
+        let mut peaks = Peaks::new(&mesh, &surface, &points).unwrap();
+        let faces: Vec<_> = mesh.topology().faces().collect();
+        let (low, high) = (faces[100], faces[200]);
+        peaks.largest = 2.0;
+        peaks.inner = vec![(low, 2.0 * 0.849), (high, 2.0 * 0.851)];
+        let all = FitConstraints::default();
+        let fixed = peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap();
+        let topology = mesh.topology();
+        let corners = topology.face_vertices(high);
+        for v in topology.vertices() {
+            let is_near =
+                corners.contains(&v) || topology.one_ring(v).any(|w| corners.contains(&w));
+            assert_eq!(fixed[v], !is_near, "{v:?}");
+        }
+        // What was fixed before stays fixed.
+        let mut given = topology.vertex_map(false);
+        given[corners[0]] = true;
+        let all = FitConstraints { fixed: Some(given), ..all };
+        assert!(peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap()[corners[0]]);
+        // Vertices of the mesh that are far away are peaks as well.
+        peaks.inner.clear();
+        for (_, closest) in &mut peaks.backward {
+            closest.distance = 2.0 * 0.849;
+        }
+        peaks.backward[80].1.distance = 2.0 * 0.851;
+        let (peak, _) = peaks.backward[80];
+        let all = FitConstraints::default();
+        let fixed = peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap();
+        assert!(
+            topology
+                .vertices()
+                .all(|v| { fixed[v] != (v == peak || topology.one_ring(v).any(|w| w == peak)) })
+        );
+    }
+
+    #[test]
+    fn steps_that_help_little_are_not_taken() {
+        let mesh = grid();
+        let surface = Surface::new(&mesh).unwrap();
+        let points = Points::new(&surface, 3.0, 1);
+        let with = |largest: f64, mean: f64| {
+            let peaks = Peaks::new(&mesh, &surface, &points).unwrap();
+            Peaks { largest, mean, ..peaks }
+        };
+        let (before, most) = (with(2.0, 1.0), Most { mean: 1.0, rms: 1.0 });
+        assert!(with(1.997, 1.0).is_worth_it(&before, most));
+        assert!(!with(1.9981, 1.0).is_worth_it(&before, most));
+        assert!(!with(1.0, 1.01).is_worth_it(&before, most));
     }
 }

@@ -14,12 +14,16 @@ mod place;
 mod points;
 
 use mesh_core::{Handle, TriMesh, VertexId, VertexMap};
-use mesh_metric::{Surface, SurfaceError};
+use mesh_metric::Surface;
 
 use crate::collapse::constraint::Boundary;
+use crate::collapse::intersection::Intersections;
+use crate::collapse::run::Phase;
+use crate::error::SimplifyError;
 use crate::finish::collapse_back::{CollapseBack, collapse_back};
 use crate::finish::fit::FitOptions;
 use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::observer::Observer;
 use crate::finish::peaks::points::{Most, Peaks, Points};
 
 /// How to take down peaks; see [`cut_peaks`].
@@ -66,6 +70,22 @@ impl Default for PeakOptions {
     }
 }
 
+impl PeakOptions {
+    /// Whether the options make sense.
+    pub(crate) fn check(&self) -> Result<(), SimplifyError> {
+        let is_part = |x: f64| (0.0..=1.0).contains(&x);
+        let part = "between 0 and 1";
+        SimplifyError::unless(is_part(self.above), "peaks above", self.above, part)?;
+        SimplifyError::unless(is_part(self.share), "peaks share", self.share, part)?;
+        let (spacing, rise) = (self.spacing, self.max_rise);
+        let is_size = spacing > 0.0 && spacing.is_finite();
+        SimplifyError::unless(is_size, "peaks spacing", spacing, "positive and finite")?;
+        let is_ratio = rise >= 0.0 && rise.is_finite();
+        SimplifyError::unless(is_ratio, "peaks max_rise", rise, "at least 0 and finite")?;
+        self.fit.check()
+    }
+}
+
 /// What [`cut_peaks`] did.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -85,14 +105,33 @@ pub struct PeakReport {
 /// Takes down the largest distances of the vertices of the original from a mesh without gaps. The
 /// number of faces does not rise; `constraints` follow the mesh.
 ///
+/// Fixed vertices do not move, and boundary edges whose ends are both fixed are not split. Where that
+/// is asked for, no step makes faces cross that did not before.
+///
 /// # Errors
-/// The mesh has no faces.
+/// An option makes no sense, or the mesh has no faces.
 pub fn cut_peaks(
     mesh: &mut TriMesh,
     original: &Surface,
     constraints: &mut FitConstraints,
     options: &PeakOptions,
-) -> Result<PeakReport, SurfaceError> {
+) -> Result<PeakReport, SimplifyError> {
+    options.check()?;
+    cut_peaks_observed(mesh, original, constraints, options, &mut Observer::none())
+}
+
+/// The same, until the observer says to stop: then with fewer rounds.
+pub(crate) fn cut_peaks_observed(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    constraints: &mut FitConstraints,
+    options: &PeakOptions,
+    observer: &mut Observer<'_>,
+) -> Result<PeakReport, SimplifyError> {
+    let fit = FitOptions {
+        forbid_intersections: options.fit.forbid_intersections || options.forbid_intersections,
+        ..options.fit
+    };
     let faces = mesh.topology().face_count();
     let points = Points::new(original, options.spacing, faces);
     let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
@@ -101,17 +140,21 @@ pub fn cut_peaks(
     let largest_before = peaks.largest;
     let most = Most { mean: options.max_rise * peaks.mean, rms: options.max_rise * peaks.rms };
     let (mut rounds, mut kept) = (0, 0);
-    peaks.flatten(mesh, original, constraints, &options.fit, most)?;
+    peaks.flatten(mesh, original, constraints, &fit, most, observer)?;
     // As many as there are; when that is too many, the farthest only.
     let (mut share, mut returning) = (options.share, usize::MAX);
     let mut failed = 0;
     while rounds < options.rounds && failed < PATIENCE && peaks.largest > 0.0 {
+        if observer.stops(Phase::Peaks, mesh) {
+            break;
+        }
         rounds += 1;
-        let count = ((share * faces as f64) as usize).max(1);
+        let count = at_once(share, faces);
         let mut next = mesh.clone();
         let bar = options.above * peaks.largest;
-        let mut placed = peaks.bring_back(&mut next, constraints, bar, returning);
-        placed.extend(peaks.put_vertices(&mut next, constraints, bar, count));
+        let mut found = options.forbid_intersections.then(|| Intersections::new(&next));
+        let mut placed = peaks.bring_back(&mut next, constraints, &mut found, bar, returning);
+        placed.extend(peaks.put_vertices(&mut next, constraints, &mut found, bar, count));
         let step = CollapseBack {
             faces,
             locked: &placed,
@@ -119,21 +162,20 @@ pub fn cut_peaks(
             forbid_intersections: options.forbid_intersections,
             min_component_vertices: options.min_component_vertices,
         };
-        let back = collapse_back(&mut next, constraints, &step);
+        let back = collapse_back(&mut next, constraints, &step, Phase::Peaks, observer);
         let found = Peaks::new(&next, original, &points)?;
-        let is_better = found.largest < peaks.largest && found.rms <= most.rms;
         let left = next.topology().face_count();
-        if is_better && (options.min_faces..=faces).contains(&left) {
+        if is_better(&found, &peaks, most) && (options.min_faces..=faces).contains(&left) {
             for new in map.as_mut_slice() {
                 *new = new.and_then(|v| back.vertex_map.get(v).copied().flatten());
             }
             (*mesh, *constraints, peaks) = (next, back.constraints, found);
-            peaks.flatten(mesh, original, constraints, &options.fit, most)?;
+            peaks.flatten(mesh, original, constraints, &fit, most, observer)?;
             (kept, failed) = (kept + 1, 0);
         } else if returning > count {
             returning = count;
         } else {
-            share *= 0.3;
+            share *= LESS;
             failed += 1;
         }
     }
@@ -144,75 +186,68 @@ pub fn cut_peaks(
 /// After so many rounds in vain in a row, it is enough.
 const PATIENCE: usize = 2;
 
+/// What is tried of the share after a round in vain.
+const LESS: f64 = 0.3;
+
+/// How many vertices are put in place in one round.
+fn at_once(share: f64, faces: usize) -> usize {
+    ((share * faces as f64) as usize).max(1)
+}
+
+/// Whether the largest distance is smaller, and the root mean square not too large.
+fn is_better(found: &Peaks<'_>, before: &Peaks<'_>, most: Most) -> bool {
+    found.largest < before.largest && found.rms <= most.rms
+}
+
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-    use mesh_core::TriMesh;
-    use mesh_metric::Surface;
+    use super::*;
+    use mesh_core::shapes::{Irregular, Wave};
 
-    use super::{FitConstraints, PeakOptions, PeakReport, cut_peaks};
-
-    /// A flat square of 10 x 10 cells, all lengths times `scale`, with a peak of height 3 at one of
-    /// its vertices if there is to be one.
-    fn plain(scale: f64, has_peak: bool) -> TriMesh {
-        const CELLS: u32 = 10;
-        let side = CELLS + 1;
-        let vertices = (0..side * side).map(|v| {
-            let height = if has_peak && v == 5 * side + 4 { 3.0 } else { 0.0 };
-            scale * DVec3::new(f64::from(v % side), f64::from(v / side), height)
-        });
-        let vertices: Vec<DVec3> = vertices.collect();
-        let cells = (0..CELLS * CELLS).map(|cell| cell % CELLS + cell / CELLS * side);
-        let faces = cells.flat_map(|a| {
-            let b = a + side;
-            [[a, a + 1, b + 1], [a, b + 1, b]]
-        });
-        TriMesh::from_triangles(&vertices, &faces.collect::<Vec<_>>()).expect("a square")
+    fn wave(cells: usize) -> TriMesh {
+        let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
+        let soup = wave.irregular_mesh(cells, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+        TriMesh::from_soup(&soup).unwrap()
     }
 
-    fn cut(scale: f64, options: &PeakOptions) -> (TriMesh, PeakReport) {
-        let original = Surface::new(&plain(scale, true)).expect("there are faces");
-        let mut mesh = plain(scale, false);
+    #[test]
+    fn vertices_at_once_are_a_share_of_the_faces() {
+        assert_eq!(at_once(0.003, 10_000), 30);
+        assert_eq!(at_once(0.003 * LESS, 10_000), 9);
+        assert_eq!(at_once(0.003 * LESS * LESS, 10_000), 2);
+        assert_eq!(at_once(0.003, 10), 1);
+    }
+
+    #[test]
+    fn a_round_is_kept_when_the_peaks_are_lower_and_the_rest_is_not_much_worse() {
+        let mesh = wave(6);
+        let surface = Surface::new(&mesh).unwrap();
+        let points = Points::new(&surface, 3.0, 1);
+        let with = |largest: f64, rms: f64| {
+            let peaks = Peaks::new(&mesh, &surface, &points).unwrap();
+            Peaks { largest, rms, ..peaks }
+        };
+        let (before, most) = (with(2.0, 1.0), Most { mean: 0.0, rms: 1.03 });
+        assert!(is_better(&with(1.999, 1.03), &before, most));
+        assert!(!is_better(&with(2.0, 0.5), &before, most));
+        assert!(!is_better(&with(1.0, 1.031), &before, most));
+    }
+
+    #[test]
+    fn rounds_in_vain_end_soon() {
+        let (mut mesh, original) = (wave(6), Surface::new(&wave(20)).unwrap());
+        let before = mesh.clone();
         let mut constraints = FitConstraints::default();
-        let report = cut_peaks(&mut mesh, &original, &mut constraints, options);
-        (mesh, report.expect("there are faces"))
-    }
-
-    #[test]
-    fn a_peak_gets_a_vertex_at_any_scale() {
-        for scale in [1e-6, 1.0, 1e6] {
-            let (mesh, report) =
-                cut(scale, &PeakOptions { max_rise: 2.0, ..PeakOptions::default() });
-            assert!(report.kept > 0, "at scale {scale}");
-            assert!((report.largest_before - 3.0 * scale).abs() < 1e-9 * scale);
-            assert!(report.largest_after < 0.5 * report.largest_before, "at scale {scale}");
-            assert_eq!(mesh.topology().face_count(), 200);
-            let highest = mesh.positions().iter().map(|p| p.z).fold(0.0, f64::max);
-            assert_eq!(highest, 3.0 * scale);
-        }
-    }
-
-    #[test]
-    fn averages_may_rise_by_the_ratio_only() {
-        // Whatever is done leaves averages above a thousandth of what they were.
-        for scale in [1e-6, 1.0] {
-            let options = PeakOptions { max_rise: 1e-3, ..PeakOptions::default() };
-            assert_eq!(cut(scale, &options).1.kept, 0, "at scale {scale}");
-        }
-    }
-
-    #[test]
-    fn a_round_in_vain_is_followed_by_smaller_ones_and_two_are_the_end() {
-        // No result has so many faces: all rounds are in vain. At first all vertices return that
-        // are far away, then 100, then vertices are put in place at 30, where 30 return, then at 30
-        // again.
-        let options =
-            PeakOptions { min_faces: 1000, share: 0.5, rounds: 50, ..PeakOptions::default() };
-        let (mesh, report) = cut(1.0, &options);
-        assert_eq!([report.rounds, report.kept], [4, 0]);
-        assert_eq!(mesh.positions(), plain(1.0, false).positions());
-        assert_eq!(report.largest_after, report.largest_before);
-        let few = PeakOptions { rounds: 2, ..options };
-        assert_eq!(cut(1.0, &few).1.rounds, 2);
+        // Once with as many vertices as there are, and then as often as there is patience.
+        let options = PeakOptions { rounds: 20, min_faces: usize::MAX, ..PeakOptions::default() };
+        let report = cut_peaks(&mut mesh, &original, &mut constraints, &options).unwrap();
+        assert_eq!((report.rounds, report.kept), (1 + PATIENCE, 0));
+        assert_eq!(PATIENCE, 2);
+        assert_eq!(mesh.positions(), before.positions());
+        assert_eq!(report.largest_before, report.largest_after);
+        // Nothing counts as a peak when it has to be above the largest of them.
+        let options = PeakOptions { above: 1.0, ..PeakOptions::default() };
+        let report = cut_peaks(&mut mesh, &original, &mut constraints, &options).unwrap();
+        assert_eq!((report.rounds, report.kept), (1 + PATIENCE, 0));
     }
 }

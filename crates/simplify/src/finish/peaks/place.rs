@@ -1,9 +1,11 @@
 //! Vertices where the original is far from the mesh, or the mesh from the original.
 
 use glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId};
+use mesh_core::crossing::Triangle;
+use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId};
 use mesh_metric::{ClosestPoint, weights_of_closest};
 
+use crate::collapse::intersection::Intersections;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::moves::try_move;
 use crate::finish::peaks::points::Peaks;
@@ -14,19 +16,31 @@ impl Peaks<'_> {
         &self,
         mesh: &mut TriMesh,
         constraints: &FitConstraints,
+        found: &mut Option<Intersections>,
         bar: f64,
         most: usize,
     ) -> Vec<VertexId> {
-        let is_fixed = |v| constraints.fixed.as_ref().and_then(|map| map.get(v)) == Some(&true);
         let mut moved = Vec::new();
         let mut before = Vec::new();
-        for index in farthest_first(&self.backward, bar).into_iter().take(most) {
-            let (v, closest) = (VertexId::from_index(index), &self.backward[index]);
-            let on_line = mesh.topology().edges_of_vertex(v).any(|e| constraints.is_feature(e));
+        let distances = self.backward.iter().map(|(_, closest)| closest.distance);
+        for index in farthest_first(distances, bar).into_iter().take(most) {
+            let (v, closest) = &self.backward[index];
+            let (v, to) = (*v, closest.point);
+            let topology = mesh.topology();
+            let on_line = topology.edges_of_vertex(v).any(|e| constraints.is_feature(e));
+            if constraints.is_fixed(topology, v) || on_line {
+                continue;
+            }
+            if found.as_ref().is_some_and(|found| found.would_arise_at(mesh, v, to)) {
+                continue;
+            }
             before.clear();
-            before.extend(mesh.topology().faces_of_vertex(v).map(|f| mesh.face_cross(f)));
-            if !is_fixed(v) && !on_line && try_move(mesh, v, closest.point, &before) {
+            before.extend(topology.faces_of_vertex(v).map(|f| mesh.face_cross(f)));
+            if try_move(mesh, v, to, &before) {
                 moved.push(v);
+                if let Some(found) = found {
+                    found.update(mesh, mesh.topology().faces_of_vertex(v));
+                }
             }
         }
         moved
@@ -38,12 +52,13 @@ impl Peaks<'_> {
         &self,
         mesh: &mut TriMesh,
         constraints: &FitConstraints,
+        found: &mut Option<Intersections>,
         bar: f64,
         most: usize,
     ) -> Vec<VertexId> {
         let mut used = vec![false; mesh.topology().face_capacity()];
         let mut placed = Vec::new();
-        for i in farthest_first(&self.forward, bar) {
+        for i in farthest_first(self.forward.iter().map(|closest| closest.distance), bar) {
             let face = self.forward[i].face;
             if used[face.index()] {
                 continue;
@@ -57,7 +72,8 @@ impl Peaks<'_> {
                     }
                 }
             }
-            placed.extend(put_vertex(mesh, constraints, self.points.all[i], &self.forward[i]));
+            let (point, closest) = (self.points.all[i], &self.forward[i]);
+            placed.extend(put_vertex(mesh, constraints, found, point, closest));
             if placed.len() >= most {
                 break;
             }
@@ -66,37 +82,117 @@ impl Peaks<'_> {
     }
 }
 
-/// The indices of those that are farther away than `bar`, the farthest first.
-fn farthest_first(closest: &[ClosestPoint], bar: f64) -> Vec<usize> {
-    let distance = |i: usize| closest[i].distance;
-    let mut far: Vec<usize> = (0..closest.len()).filter(|&i| distance(i) > bar).collect();
-    far.sort_by(|&i, &j| distance(j).total_cmp(&distance(i)).then(i.cmp(&j)));
-    far
+/// The indices of the distances above `bar`, the farthest first.
+fn farthest_first(distances: impl Iterator<Item = f64>, bar: f64) -> Vec<usize> {
+    let mut far: Vec<(usize, f64)> = distances.enumerate().filter(|&(_, d)| d > bar).collect();
+    far.sort_by(|(i, d), (j, e)| e.total_cmp(d).then(i.cmp(j)));
+    far.into_iter().map(|(i, _)| i).collect()
 }
 
 /// Below this weight of a corner the closest point counts as on the side opposite to it.
 const ON_SIDE: f64 = 0.1;
 
-/// Splits the face or the edge that is closest to `point` there.
+/// Splits the face or the edge that is closest to `point` there, unless that must stay as it is or,
+/// where `found` watches, faces came to cross.
 fn put_vertex(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
+    found: &mut Option<Intersections>,
     point: DVec3,
     closest: &ClosestPoint,
 ) -> Option<VertexId> {
     let topology = mesh.topology();
     let weights = weights_of_closest(point, &mesh.triangle(closest.face)).to_array();
     let least = (0..3).min_by(|&i, &j| weights[i].total_cmp(&weights[j]))?;
-    if weights[least] > ON_SIDE {
-        let split = topology.check_split_face(closest.face).ok()?;
-        return Some(mesh.split_face(split, point).vertex);
-    }
     let edge = topology.face_half_edges(closest.face)[(least + 1) % 3].edge();
-    if constraints.is_feature(edge) {
+    let split_edge = (weights[least] <= ON_SIDE).then_some(edge);
+    if split_edge.is_some_and(|e| constraints.is_feature(e) || is_locked(mesh, constraints, e)) {
         return None;
     }
-    let split = topology.check_split_edge(edge).ok()?;
-    Some(mesh.split_edge(split, point).vertex)
+    if let Some(found) = found {
+        let gone = match split_edge {
+            Some(edge) => topology.edge_faces(edge),
+            None => [Some(closest.face), None],
+        };
+        let gone: Vec<FaceId> = gone.into_iter().flatten().collect();
+        if found.would_arise_instead(mesh, &gone, &fan(mesh, &gone, split_edge, point)) {
+            return None;
+        }
+    }
+    let vertex = match split_edge {
+        Some(edge) => {
+            let split = topology.check_split_edge(edge).ok()?;
+            mesh.split_edge(split, point).vertex
+        }
+        None => {
+            let split = topology.check_split_face(closest.face).ok()?;
+            mesh.split_face(split, point).vertex
+        }
+    };
+    if let Some(found) = found {
+        found.update(mesh, mesh.topology().faces_of_vertex(vertex));
+    }
+    Some(vertex)
+}
+
+/// Whether an edge of the boundary must stay as it is: nothing moves there, or neither end does.
+fn is_locked(mesh: &TriMesh, constraints: &FitConstraints, edge: EdgeId) -> bool {
+    let topology = mesh.topology();
+    let ends = topology.edge_vertices(edge);
+    topology.is_boundary_edge(edge) && ends.iter().all(|&v| constraints.is_fixed(topology, v))
+}
+
+/// The triangles that take the place of faces when a vertex at `point` is joined to all their sides
+/// but the one that is split.
+fn fan(
+    mesh: &TriMesh,
+    faces: &[FaceId],
+    split_edge: Option<EdgeId>,
+    point: DVec3,
+) -> Vec<Triangle> {
+    let topology = mesh.topology();
+    let new = VertexId::from_index(topology.vertex_capacity());
+    let sides = faces.iter().flat_map(|&f| topology.face_half_edges(f));
+    let kept = sides.filter(|side| Some(side.edge()) != split_edge);
+    let triangle = |side| {
+        let [a, b] = [topology.origin(side), topology.target(side)];
+        ([a, b, new], [mesh.position(a), mesh.position(b), point])
+    };
+    kept.map(triangle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_metric::Surface;
+
+    /// A square of two triangles; the diagonal goes from the first to the third vertex.
+    fn square() -> TriMesh {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        TriMesh::from_triangles(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap()
+    }
+
+    #[test]
+    fn points_close_to_a_side_split_the_side() {
+        // The distance from the diagonal, along x, is the weight of the corner opposite to it.
+        let edges_after = |weight: f64| {
+            let mut mesh = square();
+            let point = DVec3::new(0.5 + weight, 0.5, 0.25);
+            let closest = Surface::new(&mesh).unwrap().closest(point);
+            let free = FitConstraints::default();
+            let vertex = put_vertex(&mut mesh, &free, &mut None, point, &closest).unwrap();
+            assert_eq!((mesh.position(vertex), mesh.topology().face_count()), (point, 4));
+            mesh.topology().valence(vertex)
+        };
+        assert_eq!(edges_after(0.101), 3);
+        assert_eq!(edges_after(0.099), 4);
+    }
+
+    #[test]
+    fn the_farthest_come_first_and_what_is_at_the_bar_stays() {
+        let distances = [0.5, 0.7, 0.9, 0.70001, 0.9];
+        assert_eq!(farthest_first(distances.into_iter(), 0.7), [2, 4, 3]);
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! How far a mesh and the original are from each other, point by point.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh};
+use mesh_core::{FaceId, TriMesh, VertexId};
 use mesh_metric::{ClosestPoint, Surface, SurfaceError, edge_points, sample_surface};
 
 /// Points of the original, to be asked how far they are from the mesh.
@@ -47,8 +47,8 @@ pub(super) struct Peaks<'a> {
     pub(super) points: &'a Points,
     /// For each of the points, what is closest on the mesh.
     pub(super) forward: Vec<ClosestPoint>,
-    /// For each vertex of the mesh, what is closest on the original.
-    pub(super) backward: Vec<ClosestPoint>,
+    /// The vertices of the mesh that have faces, each with what is closest on the original.
+    pub(super) backward: Vec<(VertexId, ClosestPoint)>,
     /// Faces of the mesh and how far the original is from their centres and from the middle of
     /// their sides.
     pub(super) inner: Vec<(FaceId, f64)>,
@@ -65,11 +65,17 @@ impl<'a> Peaks<'a> {
         points: &'a Points,
     ) -> Result<Self, SurfaceError> {
         let forward = Surface::new(mesh)?.closest_points(&points.all);
-        let backward = original.closest_points(mesh.positions());
+        let topology = mesh.topology();
+        let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+        let (used, places): (Vec<VertexId>, Vec<DVec3>) =
+            used.map(|v| (v, mesh.position(v))).unzip();
+        let backward: Vec<(VertexId, ClosestPoint)> =
+            used.into_iter().zip(original.closest_points(&places)).collect();
         let (faces, centers): (Vec<FaceId>, Vec<DVec3>) = inner_points(mesh).unzip();
         let inner: Vec<(FaceId, f64)> =
             faces.into_iter().zip(original.distances(&centers)).collect();
-        let vertices = forward.iter().chain(&backward).map(|closest| closest.distance);
+        let back = backward.iter().map(|(_, closest)| closest);
+        let vertices = forward.iter().chain(back).map(|closest| closest.distance);
         let largest =
             vertices.chain(inner.iter().map(|&(_, distance)| distance)).fold(0.0, f64::max);
         let samples = forward.get(points.samples..).unwrap_or_default();
@@ -98,60 +104,61 @@ fn inner_points(mesh: &TriMesh) -> impl Iterator<Item = (FaceId, DVec3)> {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-    use mesh_core::TriMesh;
-    use mesh_metric::{Surface, edge_points};
+    use super::*;
+    use mesh_core::shapes::Plane;
 
-    use super::{MAX_ON_EDGE, Peaks, Points, SAMPLES_PER_FACE, inner_points};
-
-    const SQUARE: [[f64; 3]; 4] =
-        [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [0.0, 10.0, 0.0]];
-    const HALVES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+    fn plane(half_width: f64, cells: usize, place: impl Fn(DVec3) -> DVec3) -> TriMesh {
+        let soup = Plane { half_width }.mesh(cells, Default::default()).unwrap();
+        let mut mesh = TriMesh::from_soup(&soup).unwrap();
+        mesh.positions_mut().iter_mut().for_each(|p| *p = place(*p));
+        mesh
+    }
 
     #[test]
-    fn spacing_is_in_roots_of_the_mean_area() {
-        let square = Surface::from_triangles(&SQUARE, &HALVES).expect("a square");
-        for (spacing, on_edges) in [(0.1, 4 * 14 + 20), (1.0, 4 + 2), (1.5, 1), (3.0, 0)] {
-            let points = Points::new(&square, spacing, 7);
-            // The halves have an area of 50 each.
-            let inside = edge_points(&square, spacing * 50_f64.sqrt(), MAX_ON_EDGE);
-            assert_eq!(inside.len(), on_edges);
-            assert_eq!(points.samples, 4 + on_edges);
-            assert_eq!(points.all[4..points.samples], inside);
-            assert_eq!(points.all.len(), points.samples + 7 * SAMPLES_PER_FACE);
+    fn points_are_spaced_by_the_mean_area_of_the_triangles() {
+        let mesh = plane(1.0, 4, |p| p);
+        let surface = Surface::new(&mesh).unwrap();
+        for times in [0.3, 0.9, 3.0] {
+            let triangles = mesh.topology().face_count() as f64;
+            let spacing = times * (4.0 / triangles).sqrt();
+            let on_edges = edge_points(&surface, spacing, 100).len();
+            assert_eq!(on_edges == 0, times == 3.0);
+            let points = Points::new(&surface, times, 20);
+            assert_eq!(points.samples, mesh.topology().vertex_count() + on_edges);
+            assert_eq!(points.all.len(), points.samples + 200);
         }
     }
 
     #[test]
-    fn centres_and_middles_lie_inside() {
-        let corners = [[0.0, 0.0, 0.0], [3.0, 0.0, 3.0], [0.0, 6.0, 9.0]];
-        let mesh = TriMesh::from_triangles(&corners, &[[0, 1, 2]]).expect("a triangle");
-        let face = mesh.topology().faces().next().expect("a face");
-        let mut found: Vec<[f64; 3]> = inner_points(&mesh)
-            .map(|(of, point)| {
-                assert_eq!(of, face);
-                point.to_array()
-            })
+    fn distances_are_those_of_points_vertices_centres_and_middles() {
+        // The plane z = x, and below it a square: the distance at x is x / sqrt 2.
+        let tilted = Surface::new(&plane(8.0, 8, |p| p.with_z(p.x))).unwrap();
+        let mesh = plane(1.0, 1, |p| p);
+        let points = Points::new(&tilted, 3.0, 1);
+        let peaks = Peaks::new(&mesh, &tilted, &points).unwrap();
+        let (height, topology) = (|x: f64| x.abs() / 2.0_f64.sqrt(), mesh.topology());
+        let mut expected: Vec<f64> = topology
+            .faces()
+            .map(|f| mesh.triangle(f).iter().map(|p| p.x).sum::<f64>() / 3.0)
             .collect();
-        found[1..].sort_by(|a, b| a[1].total_cmp(&b[1]).then(a[0].total_cmp(&b[0])));
-        let middles = [[1.5, 0.0, 1.5], [0.0, 3.0, 4.5], [1.5, 3.0, 6.0]];
-        assert_eq!(found, [&[[1.0, 2.0, 4.0]], &middles[..]].concat());
-    }
-
-    #[test]
-    fn averages_are_over_the_area_and_the_largest_over_all() {
-        // The square at a height of 3, with a needle without area that reaches up to 13.
-        let mut corners = SQUARE.map(|[x, y, _]| [x, y, 3.0]).to_vec();
-        corners.push([5.0, 5.0, 13.0]);
-        let above = Surface::from_triangles(&corners, &[HALVES[0], HALVES[1], [0, 4, 4]]);
-        let above = above.expect("a square and a needle");
-        let mesh = TriMesh::from_triangles(&SQUARE, &HALVES).expect("a square");
-        let points = Points::new(&above, 3.0, 5);
-        let peaks = Peaks::new(&mesh, &above, &points).expect("there are faces");
-        assert_eq!(peaks.largest, 13.0);
-        assert!((peaks.mean - 3.0).abs() < 1e-12 && (peaks.rms - 3.0).abs() < 1e-12);
-        assert_eq!(peaks.backward.len(), 4);
-        let top = peaks.forward.iter().find(|closest| closest.distance == 13.0);
-        assert_eq!(top.map(|closest| closest.point), Some(DVec3::new(5.0, 5.0, 0.0)));
+        expected.extend(topology.edges().map(|e| {
+            let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v).x);
+            0.5 * (a + b)
+        }));
+        assert_eq!(peaks.inner.len(), topology.face_count() + topology.edge_count());
+        for ((_, found), x) in peaks.inner.iter().zip(expected) {
+            assert!((found - height(x)).abs() < 1e-12);
+        }
+        for (v, closest) in &peaks.backward {
+            assert!((closest.distance - height(mesh.position(*v).x)).abs() < 1e-12);
+        }
+        let forward = || peaks.forward.iter().map(|closest| closest.distance);
+        assert_eq!(peaks.largest, forward().fold(0.0, f64::max));
+        let samples: Vec<f64> = forward().skip(points.samples).collect();
+        let count = samples.len() as f64;
+        assert_eq!(count, 10.0);
+        assert!((peaks.mean - samples.iter().sum::<f64>() / count).abs() < 1e-12);
+        let square = samples.iter().map(|d| d * d).sum::<f64>() / count;
+        assert!((peaks.rms - square.sqrt()).abs() < 1e-12);
     }
 }

@@ -1,0 +1,183 @@
+//! Where the parts of an assembly touch: vertices of different parts at the same place.
+//!
+//! Parts that touched before a run cannot keep exactly to each other when one of them is simplified
+//! and the other is not yet: a chord of one cuts the corners of the other. What counts as touching
+//! there is therefore told by the vertices that met at the start:
+//!
+//! - A *shared point* is a vertex at the place of a vertex of another part. As long as both stay at
+//!   one place, their faces count as neighbours that have it in common.
+//! - Shared points that are joined by an edge in two parts form a *contact*: a seam, or a wall that is
+//!   there twice. Two faces of different parts at one contact may touch or overlap as far as all the
+//!   edges that meet the other face start at the contact.
+//!
+//! A collapse hands what the vertex that goes was on to the one that stays.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+use mesh_core::crossing::{Triangle, segment_meets_triangle};
+use mesh_core::{TriMesh, VertexId, triangles_cross};
+
+/// The shared points of a mesh, their contacts, and the part of each vertex.
+#[derive(Clone, Debug)]
+pub(crate) struct Contacts {
+    /// The part of each vertex, by index.
+    part: Vec<u32>,
+    /// By vertex: [`NONE`], or a number of the contact; `of_number` tells which are the same.
+    number: Vec<u32>,
+    /// A forest: numbers whose trees have one root are one contact.
+    parent: Vec<u32>,
+    /// Whether the contact of a root has edges, and not a single point alone.
+    is_line: Vec<bool>,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Contacts {
+    /// The contacts of a mesh as it is; `None` when no parts touch at vertices.
+    pub(crate) fn new(mesh: &TriMesh) -> Option<Self> {
+        let topology = mesh.topology();
+        // In the order of their places, vertices at one place follow each other.
+        let mut order: Vec<VertexId> =
+            topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).collect();
+        // Adding zero makes both zeros one.
+        let key = |v: VertexId| (mesh.position(v) + DVec3::ZERO).to_array().map(f64::to_bits);
+        order.sort_unstable_by_key(|&v| (key(v), v));
+        let same_place = |a: &VertexId, b: &VertexId| key(*a) == key(*b);
+        if order.chunk_by(same_place).all(|group| group.len() == 1) {
+            return None;
+        }
+        let components = topology.components().of_vertex;
+        let part: Vec<u32> =
+            components.as_slice().iter().map(|part| part.unwrap_or(NONE)).collect();
+        let mut number = vec![NONE; topology.vertex_capacity()];
+        let mut groups = 0;
+        for group in order.chunk_by(same_place) {
+            if group.iter().any(|v| part[v.index()] != part[group[0].index()]) {
+                group.iter().for_each(|v| number[v.index()] = groups);
+                groups += 1;
+            }
+        }
+        if groups == 0 {
+            return None;
+        }
+        let parent = (0..groups).collect();
+        let mut contacts = Self { part, number, parent, is_line: vec![false; groups as usize] };
+        contacts.join_lines(mesh);
+        Some(contacts)
+    }
+
+    /// Joins shared points between which two parts have an edge.
+    fn join_lines(&mut self, mesh: &TriMesh) {
+        let topology = mesh.topology();
+        let mut first: HashMap<[u32; 2], u32> = HashMap::new();
+        for e in topology.edges() {
+            let ends = topology.edge_vertices(e);
+            let mut numbers = ends.map(|v| self.number[v.index()]);
+            numbers.sort_unstable();
+            if numbers.contains(&NONE) || numbers[0] == numbers[1] {
+                continue;
+            }
+            let part = self.part[ends[0].index()];
+            if *first.entry(numbers).or_insert(part) != part {
+                let root = self.join(numbers);
+                self.is_line[root as usize] = true;
+            }
+        }
+        // Parents have smaller numbers, so that one pass brings all to their roots.
+        for number in 0..self.parent.len() {
+            self.parent[number] = self.parent[self.parent[number] as usize];
+        }
+    }
+
+    fn root(&self, mut number: u32) -> u32 {
+        while self.parent[number as usize] != number {
+            number = self.parent[number as usize];
+        }
+        number
+    }
+
+    /// Makes two contacts one, under the smaller root.
+    fn join(&mut self, numbers: [u32; 2]) -> u32 {
+        let [a, b] = numbers.map(|number| self.root(number));
+        let (root, other) = (a.min(b), a.max(b));
+        self.is_line[root as usize] |= self.is_line[other as usize];
+        // What is asked for often is close to the root.
+        for number in [numbers[0], numbers[1], other] {
+            self.parent[number as usize] = root;
+        }
+        root
+    }
+
+    /// Follows a collapse.
+    pub(crate) fn collapsed(&mut self, removed: VertexId, kept: VertexId) {
+        let numbers = [removed, kept].map(|v| self.number[v.index()]);
+        match numbers {
+            [NONE, _] => {}
+            [from, NONE] => self.number[kept.index()] = from,
+            _ => {
+                self.join(numbers);
+            }
+        }
+    }
+
+    /// The end of an edge that stands for both once they are one vertex.
+    pub(crate) fn merged(&self, removed: VertexId, kept: VertexId) -> VertexId {
+        if self.number_of(kept).is_none() && self.number_of(removed).is_some() {
+            removed
+        } else {
+            kept
+        }
+    }
+
+    fn number_of(&self, v: VertexId) -> Option<u32> {
+        self.number.get(v.index()).copied().filter(|&number| number != NONE)
+    }
+
+    /// The contact that a vertex belongs to, unless that is a single point.
+    fn line(&self, v: VertexId) -> Option<u32> {
+        self.number_of(v)
+            .map(|number| self.root(number))
+            .filter(|&root| self.is_line[root as usize])
+    }
+
+    /// Whether two triangles that cross by their vertices are parts that touch.
+    pub(crate) fn only_touch(&self, first: Triangle, second: Triangle) -> bool {
+        let part = |of: Triangle| self.part.get(of.0[0].index()).copied().unwrap_or(NONE);
+        if part(first) == part(second) {
+            return false;
+        }
+        self.touch_at_points(first, second) || self.touch_at_contact(first, second)
+    }
+
+    /// Whether they do not cross once shared points at one place count as one vertex.
+    fn touch_at_points(&self, first: Triangle, second: Triangle) -> bool {
+        let mut joined = second;
+        for (v, at) in joined.0.iter_mut().zip(second.1) {
+            let is_same = |&(w, place): &(VertexId, DVec3)| {
+                place == at && self.number_of(w).is_some() && self.number_of(*v).is_some()
+            };
+            if let Some((w, _)) = first.0.into_iter().zip(first.1).find(is_same) {
+                *v = w;
+            }
+        }
+        joined.0 != second.0 && !triangles_cross(first, joined)
+    }
+
+    /// Whether they are at one contact, and no edge of either that is away from it meets the other.
+    fn touch_at_contact(&self, first: Triangle, second: Triangle) -> bool {
+        let lines = |of: Triangle| of.0.map(|v| self.line(v));
+        let (a, b) = (lines(first), lines(second));
+        let Some(contact) = a.into_iter().flatten().find(|line| b.contains(&Some(*line))) else {
+            return false;
+        };
+        let stays_off = |of: Triangle, lines: [Option<u32>; 3], other: Triangle| {
+            (0..3).all(|i| {
+                let ends = [i, (i + 1) % 3];
+                ends.iter().any(|&k| lines[k] == Some(contact))
+                    || !segment_meets_triangle(ends.map(|k| of.1[k]), other.1)
+            })
+        };
+        stays_off(first, a, second) && stays_off(second, b, first)
+    }
+}

@@ -1,0 +1,93 @@
+//! Vertices with very many edges, as the caps of cones and cylinders have them, take no time out of
+//! proportion.
+#![allow(clippy::unwrap_used)]
+
+use core::f64::consts::TAU;
+use core::sync::atomic::{AtomicU64, Ordering};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+use simplify::{
+    Cost, EdgePatch, FinishOptions, Limits, Memoryless, Optimal, Options, Policies, Policy, Preset,
+    Quadric, Scratch, StopReason, Update, collapse_edges, simplify,
+};
+
+/// A cone of so many faces, without or with a second one below.
+fn cone(faces: u32, is_closed: bool) -> TriMesh {
+    let rim = |i: u32| {
+        let angle = TAU * f64::from(i) / f64::from(faces);
+        DVec3::new(angle.cos(), angle.sin(), 0.0)
+    };
+    let mut points: Vec<DVec3> = (0..faces).map(rim).collect();
+    points.extend([DVec3::Z, -DVec3::Z]);
+    let sides = |i: u32| {
+        let (a, b) = (i, (i + 1) % faces);
+        [[a, b, faces], [b, a, faces + 1]]
+    };
+    let triangles: Vec<[u32; 3]> =
+        (0..faces).flat_map(|i| sides(i).into_iter().take(1 + usize::from(is_closed))).collect();
+    points.truncate(faces as usize + 1 + usize::from(is_closed));
+    TriMesh::from_triangles(&points, &triangles).unwrap()
+}
+
+/// Another cost, and how many faces it has looked at.
+struct Counted(Memoryless, Arc<AtomicU64>);
+
+impl Policy for Counted {}
+
+impl Cost for Counted {
+    fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
+        self.1.fetch_add(patch.faces().len() as u64, Ordering::Relaxed);
+        self.0.quadric(patch)
+    }
+
+    fn cost(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        x: DVec3,
+        scratch: &mut Scratch,
+    ) -> f64 {
+        self.0.cost(patch, quadric, x, scratch)
+    }
+}
+
+#[test]
+fn the_work_on_a_cone_does_not_grow_with_the_square_of_its_faces() {
+    let faces_seen = |faces: u32, update: Update| {
+        let mut mesh = cone(faces, true);
+        let seen = Arc::new(AtomicU64::new(0));
+        let cost = Counted(Memoryless, Arc::clone(&seen));
+        let mut policies = Policies::new(cost, Optimal::default());
+        policies.update = update;
+        let limits = Limits { faces: Some(100), ..Limits::default() };
+        let go_on = &mut |_: &_| ControlFlow::Continue(());
+        let run = collapse_edges(&mut mesh, policies, &Default::default(), &limits, go_on);
+        assert_eq!(run.stop, StopReason::Faces);
+        mesh.topology().validate().unwrap();
+        seen.load(Ordering::Relaxed)
+    };
+    for update in [Update::Lazy, Update::Eager] {
+        let [small, large] = [2000, 16_000].map(|faces| faces_seen(faces, update));
+        // Sixty-four times as much if every edge at the apex looks at all of its faces.
+        assert!(large < 16 * small, "{update:?}: {small} {large}");
+    }
+}
+
+#[test]
+fn cones_of_sixty_thousand_faces_are_collapsed() {
+    for preset in [Preset::Fast, Preset::Default] {
+        let mut options = Options::preset(preset).to_faces(2000);
+        // The distances that a fit asks for are another matter.
+        options.finish = FinishOptions::default();
+        for is_closed in [false, true] {
+            let result = simplify(&cone(60_000, is_closed), &options).unwrap();
+            let topology = result.mesh.topology();
+            topology.validate().unwrap();
+            let faces = topology.face_count();
+            assert!((1999..=2000).contains(&faces), "{preset}: {faces} {:?}", result.refusals);
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! Options, logs and attributes that make no sense are refused with a reason.
+#![allow(clippy::unwrap_used)]
+
+use mesh_core::TriMesh;
+use mesh_core::shapes::Sphere;
+use mesh_metric::Surface;
+use simplify::{
+    AnnealOptions, CornerAttributes, ErrorCheck, FitConstraints, FitOptions, MAX_CHANNELS, Options,
+    PeakOptions, Preset, SimplifyError, anneal, collapses_within, cut_peaks, fit, simplify,
+};
+
+fn sphere(cuts: u32) -> TriMesh {
+    TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(cuts).unwrap()).unwrap()
+}
+
+/// The option that an error names.
+fn named<T>(result: Result<T, SimplifyError>) -> &'static str {
+    match result.err() {
+        Some(SimplifyError::Option { option, .. }) => option,
+        _ => "",
+    }
+}
+
+#[test]
+fn options_of_fit_peaks_and_annealing_are_checked() {
+    let (fit_ok, peaks_ok, anneal_ok) =
+        (FitOptions::default(), PeakOptions::default(), AnnealOptions::default());
+    let (mut mesh, surface) = (sphere(1), Surface::new(&sphere(2)).unwrap());
+    let free = &mut FitConstraints::default();
+    let bad_fits = [
+        ("fit pull", FitOptions { pull: f64::NAN, ..fit_ok }),
+        ("fit tail", FitOptions { tail: -1.0, ..fit_ok }),
+        ("fit tail", FitOptions { tail: f64::INFINITY, ..fit_ok }),
+        ("fit samples_per_face", FitOptions { samples_per_face: usize::MAX, ..fit_ok }),
+    ];
+    let bad_peaks = [
+        ("peaks above", PeakOptions { above: 1.5, ..peaks_ok }),
+        ("peaks share", PeakOptions { share: f64::NAN, ..peaks_ok }),
+        ("peaks spacing", PeakOptions { spacing: 0.0, ..peaks_ok }),
+        ("peaks max_rise", PeakOptions { max_rise: f64::INFINITY, ..peaks_ok }),
+        ("fit pull", PeakOptions { fit: FitOptions { pull: -1.0, ..fit_ok }, ..peaks_ok }),
+    ];
+    let bad_anneals = [
+        ("anneal share", AnnealOptions { share: 2.0, ..anneal_ok }),
+        ("anneal samples_per_face", AnnealOptions { samples_per_face: 0, ..anneal_ok }),
+        ("fit pull", AnnealOptions { fit: FitOptions { pull: -1.0, ..fit_ok }, ..anneal_ok }),
+    ];
+    let whole = |change: &dyn Fn(&mut Options)| {
+        let mut options = Options::preset(Preset::Fast).to_faces(10);
+        change(&mut options);
+        named(simplify(&sphere(1), &options))
+    };
+    for (name, options) in bad_fits {
+        assert_eq!(named(fit(&mut mesh, &surface, free, &options)), name);
+        assert_eq!(whole(&|all| all.finish.fit = Some(options)), name);
+    }
+    for (name, options) in bad_peaks {
+        assert_eq!(named(cut_peaks(&mut mesh, &surface, free, &options)), name);
+        assert_eq!(whole(&|all| all.finish.peaks = Some(options)), name);
+    }
+    for (name, options) in bad_anneals {
+        assert_eq!(named(anneal(&mut mesh, &surface, free, &options)), name);
+        assert_eq!(whole(&|all| all.finish.anneal = Some(options)), name);
+    }
+    // Seeds are numbers as any other.
+    let options = FitOptions { seed: u64::MAX, ..fit_ok };
+    assert!(fit(&mut mesh, &surface, free, &options).is_ok());
+}
+
+#[test]
+fn attributes_with_too_many_numbers_are_refused() {
+    let mesh = sphere(1);
+    assert!(CornerAttributes::new(&mesh, false, |_| [1.0; MAX_CHANNELS]).is_ok());
+    let error = CornerAttributes::new(&mesh, false, |_| [1.0; MAX_CHANNELS + 1]).unwrap_err();
+    assert_eq!(error, SimplifyError::Channels { channels: MAX_CHANNELS + 1, most: MAX_CHANNELS });
+}
+
+#[test]
+fn the_log_of_another_mesh_is_an_error() {
+    let (mesh, other) = (sphere(3), sphere(2));
+    let result = simplify(&mesh, &Options::preset(Preset::Fast).to_faces(200)).unwrap();
+    let within = |mesh: &TriMesh| collapses_within(mesh, &result.log, 0.2, ErrorCheck::Sampled);
+    assert!(within(&mesh).unwrap() > 0);
+    assert!(matches!(within(&other), Err(SimplifyError::OtherMesh(_))));
+    // The same size, and most collapses would be legal.
+    let triangles: Vec<[u32; 3]> = mesh.topology().triangles().map(|[a, b, c]| [a, c, b]).collect();
+    let turned = TriMesh::from_triangles(mesh.positions(), &triangles).unwrap();
+    assert!(matches!(within(&turned), Err(SimplifyError::OtherMesh(_))));
+    let none = collapses_within(&mesh, &result.log, f64::NAN, ErrorCheck::Sampled);
+    assert_eq!(named(none), "limit");
+}

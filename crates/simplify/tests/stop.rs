@@ -1,0 +1,51 @@
+//! Why a run stops.
+#![allow(clippy::unwrap_used)]
+
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+use mesh_core::shapes::Sphere;
+use simplify::{
+    BestEndpoint, Collapse, Cost, EdgePatch, Limits, Policies, Policy, Quadric, Scratch,
+    StopReason, collapse_edges,
+};
+
+/// One edge costs nothing, and as long as it is there all others cost too much; then those between
+/// the first vertices do not.
+struct Unlocking(bool);
+
+const FIRST: u32 = 300;
+
+impl Policy for Unlocking {
+    fn collapsed(&mut self, _: &TriMesh, _: &Collapse) {
+        self.0 = true;
+    }
+}
+
+impl Cost for Unlocking {
+    fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: DVec3, _: &mut Scratch) -> f64 {
+        let is_first = [patch.removed(), patch.kept()].iter().all(|v| v.get() < FIRST);
+        match (self.0, patch.half_edge().edge().index()) {
+            (false, 100) => 0.0,
+            (true, _) if is_first => 0.5,
+            _ => 10.0,
+        }
+    }
+}
+
+#[test]
+fn a_limit_of_the_cost_ends_a_run_only_when_every_edge_costs_more_by_then() {
+    let soup = Sphere { radius: 1.0 }.icosphere(3).unwrap();
+    let mut mesh = TriMesh::from_soup(&soup).unwrap();
+    let policies = Policies::new(Unlocking(false), BestEndpoint);
+    let limits = Limits { cost: Some(1.0), ..Limits::default() };
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let run = collapse_edges(&mut mesh, policies, &Default::default(), &limits, go_on);
+    assert_eq!(run.stop, StopReason::Cost, "{} collapses, {:?}", run.log.len(), run.refusals);
+    assert!(run.log.len() > 100, "{} collapses", run.log.len());
+    assert!(run.max_cost <= 1.0);
+    let topology = mesh.topology();
+    let mut legal = topology.edges().filter(|e| topology.check_collapse(e.half_edge()).is_ok());
+    assert!(legal.all(|e| topology.edge_vertices(e).iter().any(|v| v.get() >= FIRST)));
+}
