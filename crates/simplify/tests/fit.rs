@@ -95,10 +95,10 @@ fn the_last_seed_is_as_good_as_any() {
     let original = mesh(&soup);
     let mut options = Options::preset(Preset::Extreme).to_faces(60);
     let fit = FitOptions { rounds: 3, seed: u64::MAX, ..FitOptions::default() };
-    options.fit = Some(fit);
-    options.anneal = Some(AnnealOptions { rounds: 2, fit, ..AnnealOptions::default() });
+    options.finish.fit = Some(fit);
+    options.finish.anneal = Some(AnnealOptions { rounds: 2, fit, ..AnnealOptions::default() });
     let tailed = FitOptions { tail: 300.0, ..fit };
-    options.peaks = Some(PeakOptions { fit: tailed, ..PeakOptions::default() });
+    options.finish.peaks = Some(PeakOptions { fit: tailed, ..PeakOptions::default() });
     let result = simplify(&original, &options).unwrap();
     assert_eq!(result.mesh.topology().face_count(), 60);
     assert_eq!(result.fit.unwrap().rounds, 3);
