@@ -65,6 +65,8 @@ struct Bans {
 struct Sources {
     unknown_registry: Denied,
     unknown_git: Denied,
+    /// Only that of cargo when none is named.
+    #[serde(default)]
     allow_registry: BTreeSet<String>,
 }
 
@@ -237,7 +239,10 @@ fn sources(rules: &Sources, packages: &[Package]) -> Vec<String> {
     let (Denied::Deny, Denied::Deny) = (rules.unknown_registry, rules.unknown_git);
     let is_allowed = |source: &str| {
         let registry = source.strip_prefix("registry+").or(source.strip_prefix("sparse+"));
-        registry.is_some_and(|registry| rules.allow_registry.contains(registry))
+        registry.is_some_and(|registry| match rules.allow_registry.is_empty() {
+            true => registry.ends_with("/crates.io-index"),
+            false => rules.allow_registry.contains(registry),
+        })
     };
     let foreign = packages.iter().filter_map(|package| {
         let source = package.source.as_deref().filter(|source| !is_allowed(source))?;
