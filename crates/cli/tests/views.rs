@@ -82,7 +82,10 @@ fn every_command_has_its_page() {
         ("flip.html", &["flip", "a.ply", "--cost", "f2", "--view", "flip.html"]),
         ("curvature.html", &["curvature", "a.ply", "--view", "curvature.html"]),
         ("face.html", &["curvature", "a.ply", "--estimator", "face", "--view", "face.html"]),
-        ("patch.html", &["patch", "a.ply", "--tolerance", "0.05", "--view", "patch.html"]),
+        (
+            "patch.html",
+            &["patch", "a.ply", "-o", "cover.ply", "--tolerance", "0.05", "--view", "patch.html"],
+        ),
         (
             "distance.html",
             &["distance", "a.ply", "b.ply", "--samples", "20000", "--view", "distance.html"],

@@ -8,6 +8,7 @@ use crate::model::Model;
 use crate::single::check_range;
 use crate::to_model::ToModel;
 use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
+#[cfg(feature = "gltf")]
 use std::borrow::Cow;
 use std::io::Write;
 use std::path::Path;
