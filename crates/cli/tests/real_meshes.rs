@@ -82,8 +82,9 @@ fn every_file_is_understood_or_refused_with_its_place() {
 #[test]
 fn every_finite_mesh_converts_to_every_format() {
     let Some(folder) = models() else { return };
-    let out = tempfile::tempdir().unwrap();
     for path in files(&folder) {
+        // A folder each: the pictures of one mesh are not there for the next to replace.
+        let out = tempfile::tempdir().unwrap();
         let input = path.to_str().unwrap();
         for extension in ["obj", "ply", "stl", "off", "gltf", "glb"] {
             let target = out.path().join("out").with_extension(extension);
