@@ -37,7 +37,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     for &format in Format::ALL {
         let mut bytes = Vec::new();
         write_to(&mut bytes, &terrain, format, &WriteOptions::default())?;
-        let faces = read_from(&mut bytes.as_slice(), &ReadOptions::default())?.soup.face_count();
+        let known = ReadOptions { format: Some(format), ..ReadOptions::default() };
+        let faces = read_from(&mut bytes.as_slice(), &known)?.soup.face_count();
         println!("{format}: {} bytes, {faces} faces", bytes.len());
     }
     Ok(())

@@ -7,8 +7,8 @@ use glam::DVec3;
 use mesh_core::shapes::Sphere;
 use mesh_core::{Remap, TriMesh, VertexMap};
 use simplify::{
-    Collapse, CurvatureFactor, EdgePatch, Guard, Hybrid, NormalGuard, Optimal, Options, Policies,
-    Policy, Refusal, Scratch, simplify_with,
+    CurvatureFactor, EdgePatch, Guard, Hybrid, NormalGuard, Optimal, Options, Policies, Policy,
+    Refusal, Scratch, simplify_with,
 };
 
 /// Vertices that are painted are not collapsed, nor is anything collapsed into them.
@@ -16,10 +16,6 @@ use simplify::{
 struct Painted(VertexMap<bool>);
 
 impl Policy for Painted {
-    fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
-        self.0[collapse.kept] |= self.0[collapse.removed];
-    }
-
     fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
         self.0 = self.0.compact(remap);
     }

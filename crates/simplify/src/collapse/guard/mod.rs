@@ -38,7 +38,9 @@ use crate::collapse::refusal::Refusal;
 ///
 /// impl Policy for Painted {
 ///     fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
-///         self.0[collapse.kept] |= self.0[collapse.removed];
+///         if self.0.get(collapse.removed).is_some_and(|&painted| painted) {
+///             self.0.insert(collapse.kept, true);
+///         }
 ///     }
 ///
 ///     fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
