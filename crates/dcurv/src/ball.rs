@@ -146,7 +146,7 @@ pub fn ball_curvature(
 /// ```
 /// use mesh_core::{TriMesh, shapes::Sphere};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let sphere = TriMesh::from_soup(&Sphere::UNIT.icosphere(4)?)?;
+/// let sphere = TriMesh::from_soup(&Sphere::UNIT.icosphere(5)?)?;
 /// let smoothed = dcurv::ball_curvatures(&sphere, 0.3)?;
 /// assert!(smoothed.iter().all(|(_, ball)| (ball.mean().value() - 1.0).abs() < 0.01));
 /// # Ok(())

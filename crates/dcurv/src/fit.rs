@@ -73,7 +73,7 @@ pub fn fitted_frame(
 /// use dcurv::{FitOptions, fitted_frames};
 /// use mesh_core::{TriMesh, shapes::Sphere};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let sphere = TriMesh::from_soup(&Sphere { radius: 2.0 }.icosphere(3)?)?;
+/// let sphere = TriMesh::from_soup(&Sphere { radius: 2.0 }.icosphere(4)?)?;
 /// for (_, frame) in fitted_frames(&sphere, &FitOptions::default()).iter() {
 ///     let frame = frame.ok_or("no fit")?;
 ///     assert!((frame.mean().value() - 0.5).abs() < 0.01);

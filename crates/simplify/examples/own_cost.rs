@@ -1,6 +1,8 @@
 //! A cost of one's own: edges along one direction are dearer than others, so that triangles get long
 //! across it.
 
+#![allow(clippy::print_stdout)]
+
 use std::ops::ControlFlow;
 
 use glam::DVec3;

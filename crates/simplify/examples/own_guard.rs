@@ -1,6 +1,8 @@
 //! A guard of one's own: a painted region keeps all of its vertices, through the collapses and
 //! through everything that comes after them.
 
+#![allow(clippy::print_stdout)]
+
 use std::ops::ControlFlow;
 
 use glam::DVec3;
