@@ -122,7 +122,7 @@ pub(crate) struct Estimate {
     pub(crate) rings: usize,
     /// With `fit` and `ball`: what is written, the coloured mesh or principal directions as thin
     /// diamonds, red for the larger curvature, blue for the smaller
-    #[arg(long = "as", value_enum, default_value_t)]
+    #[arg(id = "as", long = "as", value_enum, default_value_t)]
     pub(crate) shown: Shown,
 }
 
@@ -161,7 +161,7 @@ impl Curvature {
             EstimatorName::Vertex => {
                 given.refuse(&["radius"], "it is for --estimator face and ball")?;
                 given.refuse(&["preset"], "it is for --estimator face")?;
-                given.refuse(&["rings", "shown"], "they are for --estimator fit and ball")
+                given.refuse(&["rings", "as"], "they are for --estimator fit and ball")
             }
             EstimatorName::Fit | EstimatorName::Ball => {
                 given.refuse(&["area"], "curvature is found pointwise")?;
@@ -184,7 +184,7 @@ impl Curvature {
             }
             EstimatorName::Face => {
                 given.refuse(&["area"], "curvature of faces is found pointwise")?;
-                given.refuse(&["rings", "shown"], "they are for --estimator fit and ball")?;
+                given.refuse(&["rings", "as"], "they are for --estimator fit and ball")?;
                 if self.quantity == Quantity::Willmore {
                     return Err(Failure::usage(
                         "a face has no Willmore energy of its own; its integral is in the output \
