@@ -5,7 +5,7 @@ use curvpatch::{CurvatureEstimator, DiscCurvature};
 use mesh_core::{FaceMap, TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
-use mesh_view::{Lines, Page};
+use mesh_view::Lines;
 use serde::Serialize;
 
 use crate::args::EstimatorPreset;
@@ -71,10 +71,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
         exhibit.face_colors = None;
         exhibit.lines = directions(&values);
-        let mut page = Page::new(format!("{}: curvature of faces", exhibit.name), vec![exhibit]);
-        page.start.color = Some(format!("face:{}", quantity.property()));
-        page.start.map = options.colors.colormap;
-        page.start.range = Some([scale.low, scale.high]);
+        let page = options.page("curvature of faces", "face", exhibit, &scale);
         options.look.write(page, &report, console)?;
     }
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;

@@ -7,7 +7,6 @@ use mesh_core::glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
-use mesh_view::Page;
 use serde::Serialize;
 
 use crate::colormap::opaque;
@@ -100,10 +99,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         exhibit.vertex_colors = None;
         exhibit.directions =
             view::directions(&values.of_vertex.map(|v| v.as_ref().map(|v| v.frame)));
-        let mut page = Page::new(format!("{}: curvature", exhibit.name), vec![exhibit]);
-        page.start.color = Some(format!("vertex:{}", quantity.property()));
-        page.start.map = options.colors.colormap;
-        page.start.range = Some([scale.low, scale.high]);
+        let page = options.page("curvature", "vertex", exhibit, &scale);
         options.look.write(page, &report, console)?;
     }
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;

@@ -1,6 +1,8 @@
 //! What `curvature` takes from the command line, whatever estimates it.
 
 use clap::{Args, ValueEnum};
+use mesh_render::Scale;
+use mesh_view::{Exhibit, Page};
 use serde::Serialize;
 
 use crate::args::{AreaName, EstimatorPreset};
@@ -151,6 +153,15 @@ fn parse_rings(text: &str) -> Result<usize, String> {
 }
 
 impl Curvature {
+    /// The page of an exhibit whose colours are those of the quantity, on its vertices or faces.
+    pub(crate) fn page(&self, title: &str, on: &str, exhibit: Exhibit, scale: &Scale) -> Page {
+        let mut page = Page::new(format!("{}: {title}", exhibit.name), vec![exhibit]);
+        page.start.color = Some(format!("{on}:{}", self.quantity.property()));
+        page.start.map = self.colors.colormap;
+        page.start.range = Some([scale.low, scale.high]);
+        page
+    }
+
     /// Refuses options that would do nothing, and quantities that there are not.
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
         self.look.check(&self.job.inputs)?;

@@ -76,11 +76,7 @@ fn page(
     let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
     exhibit.vertex_colors = None;
     exhibit.directions = view::principal_directions(&loaded.mesh);
-    let mut page = Page::new(format!("{}: curvature", exhibit.name), vec![exhibit]);
-    page.start.color = Some(format!("vertex:{}", options.quantity.property()));
-    page.start.map = options.colors.colormap;
-    page.start.range = Some([scale.low, scale.high]);
-    Ok(page)
+    Ok(options.page("curvature", "vertex", exhibit, scale))
 }
 
 impl Values {
