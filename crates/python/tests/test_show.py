@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -63,7 +64,7 @@ def test_notebooks_show_meshes_and_reports(bumpy: cm.Mesh) -> None:
     broken = cm.Mesh(bumpy.vertices, np.vstack([bumpy.faces, bumpy.faces[:1]]))
     assert "drop_duplicates" in broken._repr_html_() and "data:image" not in broken._repr_html_()
     small = cm.simplify(bumpy, faces=500)
-    reports = [
+    reports: list[Any] = [
         small,
         cm.curvature(bumpy),
         cm.flip(small.mesh),
