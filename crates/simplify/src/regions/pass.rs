@@ -12,34 +12,36 @@ use crate::regions::tile::Step;
 impl Sheet<'static> {
     /// Puts all regions of a sheet together again, in the order in which they were cut out.
     #[must_use]
-    pub fn join(regions: &[Reduced]) -> Self {
+    pub fn join(mut regions: Vec<Reduced>) -> Self {
         let largest = regions.iter().flat_map(|region| &region.vertices).max();
         let mut number = vec![u32::MAX; largest.map_or(0, |&v| v as usize + 1)];
         let left = regions.iter().flat_map(|region| &region.vertices);
         for (new, &v) in left.enumerate() {
             number[v as usize] = new as u32;
         }
-        fn all<'a, T: Copy + 'a>(
-            regions: &'a [Reduced],
-            of: impl Fn(&'a Reduced) -> &'a Vec<T>,
-        ) -> Vec<T> {
-            let count = regions.iter().map(|region| of(region).len()).sum();
+        // What has been put together is given back, so that nothing is there twice.
+        fn all<T>(regions: &mut [Reduced], of: impl Fn(&mut Reduced) -> &mut Vec<T>) -> Vec<T> {
+            let count = regions.iter_mut().map(|region| of(region).len()).sum();
             let mut all = Vec::with_capacity(count);
-            regions.iter().for_each(|region| all.extend_from_slice(of(region)));
+            for region in regions {
+                all.append(&mut core::mem::take(of(region)));
+            }
             all
         }
-        let mut triangles = all(regions, |region| &region.triangles);
+        let regions = &mut regions;
+        let mut triangles = all(regions, |region| &mut region.triangles);
         for corner in triangles.iter_mut().flatten() {
             *corner = number[*corner as usize];
         }
+        drop(number);
         Self {
             whole: None,
-            positions: Cow::Owned(all(regions, |region| &region.positions)),
-            quadrics: all(regions, |region| &region.quadrics),
-            vertex_ids: all(regions, |region| &region.vertex_ids),
+            positions: Cow::Owned(all(regions, |region| &mut region.positions)),
+            quadrics: all(regions, |region| &mut region.quadrics),
+            vertex_ids: all(regions, |region| &mut region.vertex_ids),
             triangles,
-            face_ids: all(regions, |region| &region.face_ids),
-            half_edges: all(regions, |region| &region.half_edges),
+            face_ids: all(regions, |region| &mut region.face_ids),
+            half_edges: all(regions, |region| &mut region.half_edges),
         }
     }
 }
