@@ -9,6 +9,7 @@
 
 mod circles;
 mod convex_study;
+mod decimals;
 mod deny;
 mod failure;
 mod limits_study;
