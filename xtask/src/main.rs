@@ -1,8 +1,8 @@
 //! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print,
 //! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask limits-study`
 //! counts the faces within a largest error, `cargo xtask circles` holds the files of each crate to be
-//! in layers, `cargo xtask torture` runs every command on every file of a folder, and
-//! `cargo xtask deny` checks the dependencies.
+//! in layers, `cargo xtask torture` runs every command on every file of a folder, `cargo xtask peers`
+//! measures other tools beside ours, and `cargo xtask deny` checks the dependencies.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -13,6 +13,7 @@ mod decimals;
 mod deny;
 mod failure;
 mod limits_study;
+mod peers;
 mod plot;
 mod reproduce;
 mod torture;
@@ -54,6 +55,14 @@ enum Task {
     ///     cargo xtask torture --models meshes --quick --only simplify,flip --every 7
     #[command(verbatim_doc_comment)]
     Torture(torture::Torture),
+    /// Measure our presets beside other tools: time, errors, memory
+    ///
+    ///     cargo run --release -p xtask --features meshopt -- peers --models meshes
+    ///     cargo run --release -p xtask -- peers --models meshes --max-errors 0.2
+    #[command(verbatim_doc_comment)]
+    Peers(peers::Peers),
+    #[command(hide = true)]
+    PeerJob(peers::PeerJob),
     /// Check the licences, versions and sources of all dependencies against deny.toml
     Deny(deny::Deny),
 }
@@ -65,6 +74,8 @@ fn main() -> ExitCode {
         Task::LimitsStudy(options) => limits_study::run(&options),
         Task::Circles(options) => circles::run(&options),
         Task::Torture(options) => torture::run(&options),
+        Task::Peers(options) => peers::run(&options),
+        Task::PeerJob(options) => peers::run_job(&options),
         Task::Deny(options) => deny::run(&options),
     };
     match result {
