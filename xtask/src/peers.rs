@@ -139,8 +139,10 @@ fn targets(options: &Peers) -> Vec<Target> {
 /// The tools that were asked for, or all that are there and can do it.
 fn tools(options: &Peers, environment: &Environment) -> Result<Vec<Tool>, Failure> {
     let known = Tool::all();
+    let bounds_errors = !options.max_errors.is_empty();
     let mut tools = if options.tools.is_empty() {
-        known.into_iter().filter(Tool::is_usual).collect()
+        let takes_part = |tool: &Tool| tool.is_usual() && tool.can_do(bounds_errors);
+        known.into_iter().filter(takes_part).collect()
     } else {
         let parse = |name: &String| {
             known.iter().find(|tool| tool.to_string() == *name).cloned().ok_or_else(|| {
@@ -150,12 +152,11 @@ fn tools(options: &Peers, environment: &Environment) -> Result<Vec<Tool>, Failur
         };
         options.tools.iter().map(parse).collect::<Result<Vec<_>, _>>()?
     };
-    let bounds_errors = !options.max_errors.is_empty();
     tools.retain(|tool| {
         let lacks = if tool.can_do(bounds_errors) {
             environment.lacks(tool)
         } else {
-            Some("it cannot do this".into())
+            Some("it has no such target".into())
         };
         if let Some(why) = &lacks {
             println!("without {tool}: {why}");

@@ -85,14 +85,15 @@ impl fmt::Display for Row {
         match &self.result {
             Ok((done, errors)) => write!(
                 f,
-                "{:>8} faces {:9.4} s  mean {:.5} rms {:.5} max {:.4} %  normals {:6.3}  {:>5.0} B/face",
+                "{:>8} faces {:9.4} s  mean {:.5} rms {:.5} max {:.4} %  normals {:6.3}{}",
                 done.faces,
                 done.seconds,
                 100.0 * errors.mean,
                 100.0 * errors.rms,
                 100.0 * errors.max,
                 errors.normals,
-                self.bytes_per_face().unwrap_or(f64::NAN),
+                self.bytes_per_face()
+                    .map_or_else(String::new, |b| format!("  {b:.0} bytes a face")),
             ),
             Err(why) => f.write_str(why),
         }
@@ -166,17 +167,17 @@ fn line(text: &mut String, rows: &[&Row], tool: &str, base: &str) {
         |i: usize| (ratios.iter().map(|r| r[i].ln()).sum::<f64>() / ratios.len() as f64).exp();
     let worst = ratios.iter().map(|r| r[1]).fold(f64::NAN, f64::max);
     let bytes = own.iter().filter_map(|row| row.bytes_per_face()).fold(f64::NAN, f64::max);
+    let told = |x: f64, digits: usize| {
+        if x.is_nan() { "–".to_owned() } else { format!("{x:.digits$}") }
+    };
     let _ = writeln!(
         text,
-        "| {tool} | {} of {} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} | {:.3} | {worst:.2} | {bytes:.0} |",
+        "| {tool} | {} of {} | {} | {} | {} |",
         ratios.len(),
         own.len(),
-        mean(0),
-        mean(1),
-        mean(2),
-        mean(3),
-        mean(4),
-        mean(5),
+        core::array::from_fn::<_, 6, _>(|i| told(mean(i), 3)).join(" | "),
+        told(worst, 2),
+        told(bytes, 0),
     );
 }
 

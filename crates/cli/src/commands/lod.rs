@@ -181,7 +181,8 @@ fn page(
         ..Section::default()
     };
     let mut page = Page::new(format!("{}: levels of detail", name_of(input)), exhibits);
-    page.start.color = Some("plain".into());
+    let has_materials = page.exhibits.iter().any(|exhibit| exhibit.materials.is_some());
+    page.start.color = Some(if has_materials { "material" } else { "plain" }.into());
     page.report.push(table);
     Ok(page)
 }
