@@ -23,6 +23,8 @@ mod options;
 #[cfg(feature = "finish")]
 mod preset;
 #[cfg(feature = "finish")]
+mod regions;
+#[cfg(feature = "finish")]
 mod simplify;
 
 #[cfg(feature = "finish")]

@@ -8,12 +8,53 @@ use crate::attributes::attribute_deviation::AttributeDeviation;
 use crate::collapse::cost::{
     Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm, Surcharge,
 };
+use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::driver::collapse_edges_followed;
 use crate::collapse::guard::Guards;
 use crate::collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
-use crate::collapse::policies::Policies;
+use crate::collapse::policies::{Policies, Update};
 use crate::collapse::run::{Progress, Run};
+use crate::collapse::stop::Limits;
 use crate::options::{Metric, Options, PlacementRule};
+use crate::regions::rules::Rules;
+
+/// What a run in regions goes by, if it can do all that the options ask for.
+pub(crate) fn rules_of_regions(mesh: &TriMesh, options: &Options) -> Option<Rules> {
+    let Options { collapse, limit, attributes, .. } = options;
+    let Constraints { boundary, locked, features } = &collapse.constraints;
+    let marginal = match collapse.metric {
+        Metric::Classic => false,
+        Metric::Marginal => true,
+        _ => return None,
+    };
+    let keep_volume = match collapse.placement {
+        PlacementRule::OptimalVolume => true,
+        PlacementRule::Optimal => false,
+        _ => return None,
+    };
+    let Limits { faces: _, ratio: _, time: _, vertices, cost, collapses } = collapse.limits;
+    let can = collapse.update == Update::Regions
+        && collapse.curvature_weight == 0.0
+        && attributes.counting().is_none()
+        && limit.distance.is_none()
+        && *boundary != Boundary::Lock
+        && locked.is_none()
+        && features.is_none()
+        && collapse.min_component_vertices.is_none()
+        && !collapse.forbid_intersections
+        && (vertices, cost, collapses) == (None, None, None);
+    let size = mesh.bounding_box().map_or(0.0, |bounds| bounds.diagonal());
+    let scale = size.powi(4).recip();
+    can.then_some(Rules {
+        marginal,
+        keep_volume,
+        border: *boundary == Boundary::Quadrics,
+        min_cosine: collapse.min_cosine,
+        min_shape: collapse.min_shape,
+        record: collapse.record,
+        scale: if scale.is_finite() { scale } else { 1.0 },
+    })
+}
 
 /// Runs the driver with the policies that the options name.
 pub(crate) fn collapse(

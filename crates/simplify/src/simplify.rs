@@ -29,8 +29,10 @@ use crate::finish::peaks::{PeakOptions, PeakReport};
 use crate::finish::texture_fit::Texture;
 use crate::limit::measure::{AchievedError, Measuring};
 use crate::limit::search::Search;
-use crate::named::{collapse, collapse_with};
+use crate::named::{collapse, collapse_with, rules_of_regions};
 use crate::options::Options;
+use crate::regions::rules::Rules;
+use crate::regions::run::{Regional, collapse_in_regions};
 
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
@@ -41,7 +43,10 @@ pub struct Simplified {
     /// For each vertex of the original, the vertex of the result that it has become; `None` where
     /// the original had a removed vertex.
     pub vertex_map: VertexMap<Option<VertexId>>,
-    /// Every collapse, before fitting and before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze).
+    /// The number of collapses, before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze).
+    pub collapses: usize,
+    /// Every collapse, before fitting and before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze);
+    /// empty unless [`CollapseOptions::record`](crate::CollapseOptions::record) is set.
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,
@@ -98,10 +103,28 @@ pub fn simplify_observed(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
     check(mesh, options)?;
-    let mut working = mesh.clone();
     let mut observer = observer(mesh, options, observe);
-    let run = collapse(&mut working, options, &mut |now| observer.observe(now));
-    finish(mesh, working, run, &Guards::default(), options, observer)
+    let see = &mut |now: &_| observer.observe(now);
+    let (level, run) = if let Some(rules) = rules_of_regions(mesh, options) {
+        in_regions(mesh, rules, options, see)
+    } else {
+        let mut working = mesh.clone();
+        let run = collapse(&mut working, options, see);
+        (Level::at_end(working, &run), run)
+    };
+    finish(mesh, level, run, &Guards::default(), options, observer)
+}
+
+/// Collapses a mesh in regions.
+fn in_regions(
+    mesh: &TriMesh,
+    rules: Rules,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> (Level, Run) {
+    let Regional { mesh, became, run } =
+        collapse_in_regions(mesh, rules, &options.collapse.limits, observe);
+    (Level { mesh, marks: Marks::default(), became }, run)
 }
 
 /// Simplifies a mesh with a cost, a placement, surcharges and guards of one's own: these, not those
@@ -124,7 +147,7 @@ pub fn simplify_with(
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
     let run = collapse_with(&mut working, policies, followers, options, see);
-    finish(mesh, working, run, &guards, options, observer)
+    finish(mesh, Level::at_end(working, &run), run, &guards, options, observer)
 }
 
 fn observer<'a>(
@@ -136,21 +159,20 @@ fn observer<'a>(
     Observer::new(faces_before, options.collapse.limits.face_target(faces_before), observe)
 }
 
-/// What comes after the collapses, which have left `working`; the guards are as they were before.
+/// What comes after the collapses, which have left `level`; the guards are as they were before.
 fn finish(
     mesh: &TriMesh,
-    working: TriMesh,
+    mut level: Level,
     mut run: Run,
     guards: &Guards,
     options: &Options,
     mut observer: Observer<'_>,
 ) -> Result<Simplified, SimplifyError> {
     let Options { collapse, finish, limit, .. } = options;
-    let is_changed = !observer.is_stopped() && !run.log.is_empty();
+    let is_changed = !observer.is_stopped() && run.collapses > 0;
     let wants_finish = is_changed && (finish.fit.is_some() || finish.peaks.is_some());
     let has_faces = mesh.topology().face_count() > 0;
     let target = collapse.limits.face_target(mesh.topology().face_count());
-    let mut level = Level::at_end(working, &run);
     let mut error = None;
     let finished = if has_faces && (wants_finish || limit.check.is_some()) {
         let original = Surface::new(mesh)?;
@@ -212,6 +234,7 @@ fn finish(
         vertex_map: VertexMap::from_vec(level.became.as_slice().iter().map(follow).collect()),
         boundary_shift: boundary_shift(mesh, &finished.mesh),
         mesh: finished.mesh,
+        collapses: run.collapses,
         log: run.log,
         stop: run.stop,
         refusals: run.refusals,

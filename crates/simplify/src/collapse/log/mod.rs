@@ -50,6 +50,10 @@ pub struct ReplayError {
 }
 
 impl CollapseLog {
+    pub(crate) fn from_entries(entries: Vec<LogEntry>) -> Self {
+        Self { entries }
+    }
+
     pub(crate) fn push(&mut self, entry: LogEntry) {
         self.entries.push(entry);
     }
