@@ -5,10 +5,10 @@ use core::ops::ControlFlow;
 use mesh_core::TriMesh;
 
 use crate::attributes::attribute_deviation::AttributeDeviation;
+use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::cost::{
     Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm, Surcharge,
 };
-use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::driver::collapse_edges_followed;
 use crate::collapse::guard::Guards;
 use crate::collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};

@@ -86,7 +86,11 @@ impl Corners {
                 self.of_edge.push(side);
             } else {
                 let rest = after[other as usize];
-                if before == NONE { *head = rest } else { after[before as usize] = rest }
+                if before == NONE {
+                    *head = rest
+                } else {
+                    after[before as usize] = rest
+                }
                 let edge = self.corners[other as usize].edge;
                 self.corners[other as usize].twin = side;
                 self.corners[side as usize] = Corner { vertex: from, twin: other, edge };

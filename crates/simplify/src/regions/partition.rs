@@ -117,9 +117,13 @@ fn halve(sites: &mut [Site], size: usize) {
             high[i] = high[i].max(site.at[i]);
         }
     }
-    let axis = (1..3).fold(0, |longest, i| {
-        if high[i] - low[i] > high[longest] - low[longest] { i } else { longest }
-    });
+    let axis =
+        (1..3).fold(
+            0,
+            |longest, i| {
+                if high[i] - low[i] > high[longest] - low[longest] { i } else { longest }
+            },
+        );
     let middle = regions / 2 * size;
     sites.select_nth_unstable_by(middle, |a, b| {
         a.at[axis].total_cmp(&b.at[axis]).then(a.vertex.cmp(&b.vertex))

@@ -61,7 +61,8 @@ impl Cut {
         let corners = |face: u32| sheet.triangle(face as usize).unwrap_or_default();
         let of_region = |v: u32| partition.region_of(v);
         // A face belongs to the first of the regions of its corners.
-        let is_handed_on = |&face: &u32| corners(face).into_iter().map(of_region).min() == Some(region);
+        let is_handed_on =
+            |&face: &u32| corners(face).into_iter().map(of_region).min() == Some(region);
         let (mut faces, others): (Vec<u32>, Vec<u32>) =
             partition.faces(region).iter().partition(|&face| is_handed_on(face));
         let handed_on = faces.len();

@@ -150,8 +150,9 @@ impl Passes<'_, '_> {
         let partition = Partition::new(sheet, sheet.vertex_capacity().max(1), 0);
         let goal = Goal { end: BUCKETS, faces: self.target };
         let rules = self.rules;
-        let (reduced, is_whole) =
-            reduce(sheet, &partition, 0, &rules, goal, &mut |faces, done| self.goes_on(faces, done));
+        let (reduced, is_whole) = reduce(sheet, &partition, 0, &rules, goal, &mut |faces, done| {
+            self.goes_on(faces, done)
+        });
         if is_whole {
             let is_there = reduced.face_count() <= self.target;
             self.stop = Some(if is_there { StopReason::Faces } else { StopReason::NothingLeft });
@@ -231,7 +232,8 @@ fn ceiling(sheet: &Sheet<'_>, partition: &Partition, rules: &Rules, share: f64) 
     let forecasts = each(0..asked, |i| {
         // Those that are asked lie evenly in the order, and none at its ends.
         let region = (2 * i + 1) * regions / (2 * asked);
-        let least = |faces: usize| Goal { end: BUCKETS, faces: (0.4 * share * faces as f64) as usize };
+        let least =
+            |faces: usize| Goal { end: BUCKETS, faces: (0.4 * share * faces as f64) as usize };
         forecast(sheet, partition, region, rules, least)
     });
     let mut gone = vec![0_u64; BUCKETS];
@@ -242,8 +244,10 @@ fn ceiling(sheet: &Sheet<'_>, partition: &Partition, rules: &Rules, share: f64) 
     }
     let allowed = ((1.0 - share) * faces as f64) as u64;
     let mut total = 0;
-    gone.iter().position(|&count| {
-        total += count;
-        total > allowed
-    }).unwrap_or(BUCKETS)
+    gone.iter()
+        .position(|&count| {
+            total += count;
+            total > allowed
+        })
+        .unwrap_or(BUCKETS)
 }

@@ -285,8 +285,7 @@ impl Tile {
         let [a, b] = ends.map(|v| &self.vertices[v as usize]);
         let half = 0.5 * (b.position - a.position);
         let quadric = a.quadric.moved_by(half) + b.quadric.moved_by(-half);
-        let made =
-            if self.rules.marginal { a.quadric.constant + b.quadric.constant } else { 0.0 };
+        let made = if self.rules.marginal { a.quadric.constant + b.quadric.constant } else { 0.0 };
         let mut offer = Offer { side, half, quadric, made, x: DVec3::ZERO, cost: 0.0 };
         offer.settle(offer.quadric.minimizer(None));
         offer
@@ -383,7 +382,8 @@ impl Tile {
         if !x.is_finite() || !offer.cost.is_finite() {
             return Err(Refusal::NotFinite);
         }
-        let remaining = self.spokes.len() - if self.corners.twin(offer.side) == NONE { 1 } else { 2 };
+        let remaining =
+            self.spokes.len() - if self.corners.twin(offer.side) == NONE { 1 } else { 2 };
         let mut worst = 1.0_f64;
         let min_cosine = self.rules.min_cosine.unwrap_or(-2.0);
         for Spoke { corners, cross } in &self.spokes[..remaining] {
@@ -487,7 +487,8 @@ impl Offer {
             _ => {
                 let places = [DVec3::ZERO, -self.half, self.half];
                 let values = places.map(|x| self.quadric.value(x));
-                let best = (1..3).fold(0, |best, i| if values[i] < values[best] { i } else { best });
+                let best =
+                    (1..3).fold(0, |best, i| if values[i] < values[best] { i } else { best });
                 places[best]
             }
         };
