@@ -114,6 +114,17 @@ pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) ->
     return (0..count).map(value).collect();
 }
 
+/// Does two things that do not wait for each other.
+pub fn both(first: impl FnOnce() + Send, second: impl FnOnce() + Send) {
+    #[cfg(feature = "rayon")]
+    rayon::join(first, second);
+    #[cfg(not(feature = "rayon"))]
+    {
+        first();
+        second();
+    }
+}
+
 /// Folds the values of a function of the index, from 0 to `count`: each block from `zero` upwards,
 /// then the blocks in order.
 pub fn fold<T: Send + Sync + Copy>(

@@ -43,8 +43,8 @@ pub struct CollapseOptions {
     pub placement: PlacementRule,
     /// When costs are brought up to date.
     pub update: Update,
-    /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Needed for
-    /// a largest distance.
+    /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60
+    /// bytes for each.
     pub record: bool,
     /// When to stop.
     pub limits: Limits,

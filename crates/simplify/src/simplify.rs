@@ -17,6 +17,7 @@ use crate::collapse::policy::Policy;
 use crate::collapse::refusal::Refusals;
 use crate::collapse::run::{Phase, Progress, Run};
 use crate::collapse::stop::StopReason;
+use crate::course::collapse_to_level;
 use crate::error::SimplifyError;
 use crate::finish::anneal::{AnnealOptions, AnnealReport};
 use crate::finish::collapse_back::CollapseBack;
@@ -29,10 +30,8 @@ use crate::finish::peaks::{PeakOptions, PeakReport};
 use crate::finish::texture_fit::Texture;
 use crate::limit::measure::{AchievedError, Measuring};
 use crate::limit::search::Search;
-use crate::named::{collapse, collapse_with, rules_of_regions};
+use crate::named::collapse_with;
 use crate::options::Options;
-use crate::regions::rules::Rules;
-use crate::regions::run::{Regional, collapse_in_regions};
 
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
@@ -105,26 +104,8 @@ pub fn simplify_observed(
     check(mesh, options)?;
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
-    let (level, run) = if let Some(rules) = rules_of_regions(mesh, options) {
-        in_regions(mesh, rules, options, see)
-    } else {
-        let mut working = mesh.clone();
-        let run = collapse(&mut working, options, see);
-        (Level::at_end(working, &run), run)
-    };
+    let (level, run) = collapse_to_level(mesh, options, see);
     finish(mesh, level, run, &Guards::default(), options, observer)
-}
-
-/// Collapses a mesh in regions.
-fn in_regions(
-    mesh: &TriMesh,
-    rules: Rules,
-    options: &Options,
-    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> (Level, Run) {
-    let Regional { mesh, became, run } =
-        collapse_in_regions(mesh, rules, &options.collapse.limits, observe);
-    (Level { mesh, marks: Marks::default(), became }, run)
 }
 
 /// Simplifies a mesh with a cost, a placement, surcharges and guards of one's own: these, not those
@@ -235,7 +216,7 @@ fn finish(
         boundary_shift: boundary_shift(mesh, &finished.mesh),
         mesh: finished.mesh,
         collapses: run.collapses,
-        log: run.log,
+        log: if collapse.record { run.log } else { CollapseLog::default() },
         stop: run.stop,
         refusals: run.refusals,
         max_cost: run.max_cost,

@@ -228,6 +228,7 @@ fn collapses(
     let mut settings = options.policy.options(mesh, goals.limits);
     // Levels are stages of the run, which fitting would move away from.
     settings.finish = FinishOptions::default();
+    settings.collapse.record = true;
     attributes.constrain(mesh, &mut settings);
     if let Some(error) = goals.max_error {
         settings = settings.within(error, options.policy.check());

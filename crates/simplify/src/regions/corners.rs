@@ -67,13 +67,18 @@ impl Corners {
         all
     }
 
-    /// Finds what lies across each side: sides wait in lists at the smaller one of their ends.
+    /// Finds what lies across each side: sides wait in lists at that one of their ends which has fewer,
+    /// so that no list is long.
     fn pair(&mut self, vertices: usize) {
+        let mut counts = vec![0_u32; vertices];
+        self.corners.iter().for_each(|corner| counts[corner.vertex as usize] += 1);
+        let place = |v: u32| (counts[v as usize], v);
         let mut first = vec![NONE; vertices];
         let mut after = vec![NONE; self.corners.len()];
         for side in 0..self.corners.len() as u32 {
             let (from, to) = (self.vertex(side), self.target(side));
-            let head = &mut first[from.min(to) as usize];
+            let meeting = if place(from) < place(to) { from } else { to };
+            let head = &mut first[meeting as usize];
             let (mut before, mut other) = (NONE, *head);
             while other != NONE && (self.vertex(other) != to || self.target(other) != from) {
                 (before, other) = (other, after[other as usize]);

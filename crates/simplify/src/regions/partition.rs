@@ -5,22 +5,54 @@
 //! ones. The pieces depend on the positions alone.
 
 use glam::{DMat3, DVec3};
+use mesh_core::parallel;
 
 use crate::regions::sheet::Sheet;
 
 /// The vertices of a sheet in regions of equal size; only the last may be smaller.
-#[derive(Debug)]
-pub(super) struct Partition {
+#[derive(Clone, Debug)]
+pub struct Partition {
     /// The vertices, region by region.
-    pub(super) order: Vec<u32>,
+    order: Vec<u32>,
     /// By vertex: its place in the order.
-    pub(super) rank: Vec<u32>,
-    /// The number of vertices of each region.
-    pub(super) size: usize,
-    /// The faces that have a corner in each region, region by region.
+    rank: Vec<u32>,
+    /// The binary logarithm of the number of vertices of each region.
+    shift: u32,
+    /// The faces with all corners in one region, region by region.
+    inner: Lists,
+    /// The faces with some corners in each region, region by region.
+    mixed: Lists,
+}
+
+/// Lists of faces, one after the other.
+#[derive(Clone, Debug)]
+struct Lists {
     faces: Vec<u32>,
-    /// Where the faces of each region begin, and where the last ones end.
+    /// Where each list begins, and where the last one ends.
     starts: Vec<u32>,
+}
+
+impl Lists {
+    /// So many lists of faces that come with the number of their list, twice in the same order.
+    fn new<I: Iterator<Item = (u32, usize)>>(lists: usize, faces: impl Fn() -> I) -> Self {
+        let mut starts = vec![0; lists + 1];
+        faces().for_each(|(_, list)| starts[list] += 1);
+        let mut total = 0;
+        for start in &mut starts {
+            total += core::mem::replace(start, total);
+        }
+        let mut sorted = vec![0; total as usize];
+        let mut place = starts.clone();
+        for (face, list) in faces() {
+            sorted[place[list] as usize] = face;
+            place[list] += 1;
+        }
+        Self { faces: sorted, starts }
+    }
+
+    fn get(&self, list: usize) -> &[u32] {
+        &self.faces[self.starts[list] as usize..self.starts[list + 1] as usize]
+    }
 }
 
 /// A vertex and where it is, in the directions of the pass.
@@ -30,9 +62,31 @@ struct Site {
     vertex: u32,
 }
 
+/// Marks of faces that have corners in several regions, and of those that are not there.
+const MIXED: u32 = u32::MAX;
+const GONE: u32 = u32::MAX - 1;
+
+/// The binary logarithm of the number of vertices of a region: as many as the cache of one core holds.
+const REGION: u32 = 12;
+/// That of a region that holds everything.
+const WHOLE: u32 = 31;
+
+impl Sheet<'_> {
+    /// The regions of a pass, of 4096 vertices each.
+    #[must_use]
+    pub fn partition(&self, pass: usize) -> Partition {
+        Partition::new(self, REGION, pass)
+    }
+}
+
 impl Partition {
-    /// The regions of this many vertices in pass number `pass`.
-    pub(super) fn new(sheet: &Sheet<'_>, size: usize, pass: usize) -> Self {
+    /// One region.
+    pub(super) fn whole(sheet: &Sheet<'_>) -> Self {
+        Self::new(sheet, WHOLE, 0)
+    }
+
+    /// The regions of two to the power of `shift` vertices in pass number `pass`.
+    fn new(sheet: &Sheet<'_>, shift: u32, pass: usize) -> Self {
         let directions = directions(pass);
         let center = sheet.vertices().next().map_or(DVec3::ZERO, |v| sheet.positions[v as usize]);
         let site = |vertex: u32| {
@@ -40,60 +94,69 @@ impl Partition {
             Site { at: at.as_vec3().to_array(), vertex }
         };
         let mut sites: Vec<Site> = sheet.vertices().map(site).collect();
-        halve(&mut sites, size);
+        halve(&mut sites, 1 << shift);
         let order: Vec<u32> = sites.into_iter().map(|site| site.vertex).collect();
         let mut rank = vec![u32::MAX; sheet.vertex_capacity()];
         for (place, &v) in order.iter().enumerate() {
             rank[v as usize] = place as u32;
         }
-        let mut partition = Self { order, rank, size, faces: Vec::new(), starts: Vec::new() };
-        partition.list_faces(sheet);
-        partition
+        let regions = order.len().div_ceil(1 << shift);
+        let regions_of =
+            |face: usize| sheet.triangle(face).map(|t| t.map(|v| rank[v as usize] >> shift));
+        let tags = parallel::collect(sheet.face_capacity(), |face| match regions_of(face) {
+            Some([a, b, c]) if a == b && b == c => a,
+            Some(_) => MIXED,
+            None => GONE,
+        });
+        let of_face = || tags.iter().enumerate().map(|(face, &tag)| (face as u32, tag));
+        let inner = Lists::new(regions, || {
+            of_face().filter(|&(_, tag)| tag < GONE).map(|(face, tag)| (face, tag as usize))
+        });
+        let several = || of_face().filter(|&(_, tag)| tag == MIXED).map(|(face, _)| face);
+        let mixed = Lists::new(regions, || {
+            several().flat_map(|face| {
+                let [a, b, c] = regions_of(face as usize).unwrap_or_default();
+                let others = [(b != a).then_some(b), (c != a && c != b).then_some(c)];
+                let all = core::iter::once(a).chain(others.into_iter().flatten());
+                all.map(move |region| (face, region as usize))
+            })
+        });
+        Self { order, rank, shift, inner, mixed }
     }
 
-    pub(super) fn regions(&self) -> usize {
-        self.order.len().div_ceil(self.size)
+    /// The number of regions.
+    #[must_use]
+    pub fn regions(&self) -> usize {
+        self.order.len().div_ceil(1 << self.shift)
+    }
+
+    /// The place in the order where a region begins.
+    pub(super) fn first(&self, region: usize) -> usize {
+        region << self.shift
     }
 
     /// The vertices of a region.
     pub(super) fn vertices(&self, region: usize) -> &[u32] {
-        let end = self.order.len().min((region + 1) * self.size);
-        &self.order[region * self.size..end]
+        let end = self.order.len().min((region + 1) << self.shift);
+        &self.order[self.first(region)..end]
     }
 
-    /// The faces that have a corner in a region.
-    pub(super) fn faces(&self, region: usize) -> &[u32] {
-        &self.faces[self.starts[region] as usize..self.starts[region + 1] as usize]
+    /// The faces with all corners in a region.
+    pub(super) fn inner(&self, region: usize) -> &[u32] {
+        self.inner.get(region)
+    }
+
+    /// The faces with some of their corners in a region.
+    pub(super) fn mixed(&self, region: usize) -> &[u32] {
+        self.mixed.get(region)
+    }
+
+    pub(super) fn rank(&self, v: u32) -> u32 {
+        self.rank[v as usize]
     }
 
     pub(super) fn region_of(&self, v: u32) -> usize {
-        self.rank[v as usize] as usize / self.size
-    }
-
-    fn list_faces(&mut self, sheet: &Sheet<'_>) {
-        let mut starts = vec![0; self.regions() + 1];
-        let regions_of = |face: usize| {
-            let [a, b, c] = sheet.triangle(face)?.map(|v| self.region_of(v));
-            Some([Some(a), (b != a).then_some(b), (c != a && c != b).then_some(c)])
-        };
-        for face in 0..sheet.face_capacity() {
-            for region in regions_of(face).into_iter().flatten().flatten() {
-                starts[region] += 1;
-            }
-        }
-        let mut total = 0;
-        for start in &mut starts {
-            total += core::mem::replace(start, total);
-        }
-        let mut faces = vec![0; total as usize];
-        let mut place = starts.clone();
-        for face in 0..sheet.face_capacity() {
-            for region in regions_of(face).into_iter().flatten().flatten() {
-                faces[place[region] as usize] = face as u32;
-                place[region] += 1;
-            }
-        }
-        (self.faces, self.starts) = (faces, starts);
+        (self.rank[v as usize] >> self.shift) as usize
     }
 }
 
@@ -125,10 +188,10 @@ fn halve(sites: &mut [Site], size: usize) {
             },
         );
     let middle = regions / 2 * size;
+    // Places that are equal come in the order of the vertices.
     sites.select_nth_unstable_by(middle, |a, b| {
         a.at[axis].total_cmp(&b.at[axis]).then(a.vertex.cmp(&b.vertex))
     });
     let (left, right) = sites.split_at_mut(middle);
-    halve(left, size);
-    halve(right, size);
+    parallel::both(|| halve(left, size), || halve(right, size));
 }

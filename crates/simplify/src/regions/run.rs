@@ -3,28 +3,31 @@
 use core::ops::ControlFlow;
 use std::time::Instant;
 
-use glam::DVec3;
-use mesh_core::{TriMesh, VertexId, VertexMap};
+use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use crate::collapse::log::{CollapseLog, LogEntry};
+use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusals;
 use crate::collapse::run::{Phase, Progress, Run};
 use crate::collapse::stop::{Limits, StopReason};
+use crate::regions::ceiling::{Ceiling, Forecast};
 use crate::regions::partition::Partition;
-use crate::regions::pass::{Done, each, forecast, join, merge_steps, reduce};
+use crate::regions::pass::merge_steps;
+use crate::regions::region::{Done, Reduced, Region};
 use crate::regions::rules::Rules;
-use crate::regions::sheet::Sheet;
+use crate::regions::sheet::{Ordered, Sheet};
 use crate::regions::tile::Goal;
 use crate::regions::waiting::BUCKETS;
 
-/// The number of vertices of a region: what fits into the cache of one core.
-const REGION: usize = 4096;
+/// The fewest faces that are worth being cut into regions.
+pub(crate) const FEWEST: usize = 20_000;
 /// A pass leaves no fewer than one in so many faces; by then, rims stand out.
 const PASS: usize = 4;
 /// So many times the faces that are wanted are collapsed in one piece.
-const LAST: f64 = 2.0;
+/// So many times the faces that are wanted are collapsed in one piece.
+const LAST: f64 = 1.5;
 /// Regions of which one is looked at beforehand.
-const FORECAST: usize = 12;
+const FORECAST: usize = 16;
 /// Regions that are at work between two questions whether to go on.
 const WAVE: usize = 64;
 
@@ -33,8 +36,23 @@ pub(crate) struct Regional {
     pub(crate) mesh: TriMesh,
     /// For each vertex of the original, the one that it has become.
     pub(crate) became: VertexMap<Option<VertexId>>,
+    /// What each vertex remembers; nothing when nothing has collapsed.
+    pub(crate) quadrics: Vec<Quadric>,
+    /// The vertices of the original that are left.
+    pub(crate) vertices: Vec<VertexId>,
+    /// By half-edge: that of the original; nothing unless collapses are recorded.
+    pub(crate) half_edges: Vec<HalfEdgeId>,
     /// What was done; it cannot be cut off.
     pub(crate) run: Run,
+}
+
+/// How a run in regions ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// At the number of faces, or one fewer.
+    Exact,
+    /// As close to it as passes come; there may be many more.
+    Rough,
 }
 
 /// The state of a run.
@@ -60,6 +78,7 @@ pub(crate) fn collapse_in_regions(
     mesh: &TriMesh,
     rules: Rules,
     limits: &Limits,
+    end: End,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Regional {
     let faces = mesh.topology().face_count();
@@ -81,11 +100,14 @@ pub(crate) fn collapse_in_regions(
     };
     let mut sheet = Sheet::new(mesh);
     let mut pass = 0;
-    let last = (LAST * target as f64) as usize;
+    let last = match end {
+        End::Exact => (LAST * target as f64) as usize,
+        End::Rough => target,
+    };
     while passes.goes_on(sheet.face_count(), 0) {
         let faces = sheet.face_count();
         let aim = last.max(faces / PASS);
-        if faces < 5 * REGION || 10 * aim > 9 * faces {
+        if faces < FEWEST || 10 * aim > 9 * faces {
             break;
         }
         sheet = passes.pass(&sheet, pass, aim);
@@ -94,10 +116,10 @@ pub(crate) fn collapse_in_regions(
             break;
         }
     }
-    if passes.stop.is_none() {
+    if end == End::Exact && passes.stop.is_none() {
         sheet = passes.in_one_piece(&sheet);
     }
-    passes.finish(mesh, sheet)
+    passes.finish(mesh, &sheet)
 }
 
 impl Passes<'_, '_> {
@@ -122,43 +144,68 @@ impl Passes<'_, '_> {
 
     /// Collapses all regions to the cost at which about `aim` faces are left.
     fn pass(&mut self, sheet: &Sheet<'_>, number: usize, aim: usize) -> Sheet<'static> {
-        let partition = Partition::new(sheet, REGION, number);
-        let rules = self.rules;
-        let regions = partition.regions();
-        let share = aim as f64 / sheet.face_count() as f64;
-        let end = ceiling(sheet, &partition, &rules, share);
-        let mut reduced = Vec::with_capacity(regions);
-        for first in (0..regions).step_by(WAVE) {
-            let goal = Goal { end: if self.stop.is_none() { end } else { 0 }, faces: 0 };
-            let wave = each(first..regions.min(first + WAVE), |region| {
-                reduce(sheet, &partition, region, &rules, goal, &mut |_, _| true).0
-            });
-            let collapses: usize = wave.iter().map(|region| region.done.merged.len()).sum();
-            reduced.extend(wave);
-            if self.stop.is_none() {
-                self.goes_on(sheet.face_count() - 2 * collapses, collapses);
-            }
+        let partition = sheet.partition(number);
+        let end = forecast_ceiling(sheet, &partition, &self.rules, aim);
+        let mut reduced = self.reduce_all(sheet, &partition, end);
+        let left: usize = reduced.iter().map(Reduced::face_count).sum();
+        // The regions that were looked at were not like the others: now it is known what goes where.
+        let is_too_few = left < self.target + self.target / 8 && aim > self.target;
+        if is_too_few && self.stop.is_none() {
+            let all: Vec<&Forecast> = reduced.iter().map(Reduced::forecast).collect();
+            let end = Ceiling::leaving(aim as f64 / sheet.face_count() as f64, &all);
+            reduced = self.reduce_all(sheet, &partition, end);
         }
-        let joined = join(sheet, &reduced);
+        let joined = Sheet::join(&reduced);
         let done: Vec<Done> = reduced.into_iter().map(|region| region.done).collect();
         self.note(&done);
         joined
     }
 
+    fn reduce_all(
+        &mut self,
+        sheet: &Sheet<'_>,
+        partition: &Partition,
+        end: Ceiling,
+    ) -> Vec<Reduced> {
+        let rules = self.rules;
+        let regions = partition.regions();
+        let (mut reduced, mut collapses) = (Vec::with_capacity(regions), 0);
+        for first in (0..regions).step_by(WAVE) {
+            // Once it is to stop, the others are handed on as they are.
+            let end = if self.stop.is_none() { end } else { Ceiling::NONE };
+            let wave = parallel::collect_each(WAVE.min(regions - first), |i| {
+                Region::new(sheet, partition, first + i, &rules).reduce(&rules, end)
+            });
+            collapses += wave.iter().map(Reduced::collapses).sum::<usize>();
+            reduced.extend(wave);
+            if self.stop.is_none() && first + WAVE < regions {
+                let left = sheet.face_count().saturating_sub(2 * collapses);
+                self.goes_on(left.max(self.target + 1), collapses);
+            }
+        }
+        reduced
+    }
+
     /// Collapses what is left as one region, to the number of faces.
     fn in_one_piece(&mut self, sheet: &Sheet<'_>) -> Sheet<'static> {
-        let partition = Partition::new(sheet, sheet.vertex_capacity().max(1), 0);
+        let partition = Partition::whole(sheet);
         let goal = Goal { end: BUCKETS, faces: self.target };
         let rules = self.rules;
+<<<<<<< HEAD
         let (reduced, is_whole) = reduce(sheet, &partition, 0, &rules, goal, &mut |faces, done| {
             self.goes_on(faces, done)
         });
+=======
+        let region = Region::new(sheet, &partition, 0, &rules);
+        let (reduced, is_whole) =
+            region.reduce_to(&rules, goal, &mut |faces, done| self.goes_on(faces, done));
+>>>>>>> collapse
         if is_whole {
             let is_there = reduced.face_count() <= self.target;
             self.stop = Some(if is_there { StopReason::Faces } else { StopReason::NothingLeft });
         }
         let reduced = [reduced];
-        let joined = join(sheet, &reduced);
+        let joined = Sheet::join(&reduced);
         self.note(&reduced.map(|region| region.done));
         joined
     }
@@ -175,30 +222,13 @@ impl Passes<'_, '_> {
     }
 
     /// The mesh that is left: vertices and faces in the order of the original.
-    fn finish(mut self, mesh: &TriMesh, sheet: Sheet<'_>) -> Regional {
-        let left: Vec<u32> = sheet.vertices().collect();
-        let mut order: Vec<(u32, u32)> = left.iter().map(|&v| (sheet.vertex_id(v), v)).collect();
-        order.sort_unstable();
-        let mut number = vec![u32::MAX; sheet.vertex_capacity()];
-        let mut positions: Vec<DVec3> = Vec::with_capacity(order.len());
+    fn finish(mut self, mesh: &TriMesh, sheet: &Sheet<'_>) -> Regional {
+        let Ordered { mesh: left, vertices: order, faces } = sheet.to_ordered_mesh();
         let mut of_id = vec![None; mesh.topology().vertex_capacity()];
-        for (new, &(id, v)) in order.iter().enumerate() {
-            number[v as usize] = new as u32;
+        for (new, &(id, _)) in order.iter().enumerate() {
             of_id[id as usize] = Some(VertexId::new(new as u32));
-            positions.push(sheet.positions[v as usize]);
         }
-        let mut faces: Vec<(u32, u32)> = (0..sheet.face_capacity())
-            .filter(|&f| sheet.triangle(f).is_some())
-            .map(|f| (sheet.face_id(f), f as u32))
-            .collect();
-        faces.sort_unstable();
-        let triangle = |&(_, f): &(u32, u32)| {
-            sheet.triangle(f as usize).unwrap_or_default().map(|v| number[v as usize])
-        };
-        let triangles: Vec<[u32; 3]> = faces.iter().map(triangle).collect();
-        #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
-        let left = TriMesh::from_triangles(&positions, &triangles).expect("a manifold");
-        // Whatever a vertex was merged into is final once its own way has been followed to the end.
+        // Where all that a vertex was merged into leads, which later look-ups then find at once.
         for v in 0..self.merged_into.len() {
             let mut root = v as u32;
             while self.merged_into[root as usize] != root {
@@ -210,21 +240,27 @@ impl Passes<'_, '_> {
             }
         }
         let became = self.merged_into.iter().map(|&v| of_id[v as usize]).collect();
+        let quadrics = order.iter().filter_map(|&(_, v)| sheet.quadrics.get(v as usize).copied());
+        let run = Run {
+            stop: self.stop.unwrap_or(StopReason::Faces),
+            collapses: self.collapses,
+            log: CollapseLog::from_entries(self.log),
+            refusals: self.refusals,
+            max_cost: self.max_cost,
+            ..Run::new()
+        };
         Regional {
+            quadrics: quadrics.collect(),
+            vertices: order.iter().map(|&(id, _)| VertexId::new(id)).collect(),
+            half_edges: original_half_edges(&left, sheet, &faces, self.rules.record),
             mesh: left,
             became: VertexMap::from_vec(became),
-            run: Run {
-                stop: self.stop.unwrap_or(StopReason::NothingLeft),
-                collapses: self.collapses,
-                log: CollapseLog::from_entries(self.log),
-                refusals: self.refusals,
-                max_cost: self.max_cost,
-                ..Run::new()
-            },
+            run,
         }
     }
 }
 
+<<<<<<< HEAD
 /// The bucket at which about this share of the faces is left, told by some of the regions.
 fn ceiling(sheet: &Sheet<'_>, partition: &Partition, rules: &Rules, share: f64) -> usize {
     let regions = partition.regions();
@@ -250,4 +286,46 @@ fn ceiling(sheet: &Sheet<'_>, partition: &Partition, rules: &Rules, share: f64) 
             total > allowed
         })
         .unwrap_or(BUCKETS)
+=======
+/// By half-edge: the one of the original that it is; none unless collapses are recorded.
+fn original_half_edges(
+    left: &TriMesh,
+    sheet: &Sheet<'_>,
+    faces: &[(u32, u32)],
+    is_recorded: bool,
+) -> Vec<HalfEdgeId> {
+    if !is_recorded {
+        return Vec::new();
+    }
+    let topology = left.topology();
+    let mut all = vec![HalfEdgeId::new(0); topology.half_edge_capacity()];
+    for (face, &(_, f)) in faces.iter().enumerate() {
+        let sides = topology.face_half_edges(FaceId::from_index(face));
+        for (side, id) in sides.into_iter().zip(sheet.half_edges(f as usize)) {
+            all[side.index()] = HalfEdgeId::new(id);
+            if topology.is_exterior(side.twin()) {
+                all[side.twin().index()] = HalfEdgeId::new(id).twin();
+            }
+        }
+    }
+    all
+}
+
+/// The ceiling at which about `aim` faces are left, as some of the regions tell.
+fn forecast_ceiling(
+    sheet: &Sheet<'_>,
+    partition: &Partition,
+    rules: &Rules,
+    aim: usize,
+) -> Ceiling {
+    let regions = partition.regions();
+    let share = aim as f64 / sheet.face_count() as f64;
+    let asked = regions.div_ceil(FORECAST).max(regions.min(3));
+    let forecasts = parallel::collect_each(asked, |i| {
+        // Those that are asked lie evenly in the order, and none at its ends. Some lose more than others.
+        let region = (2 * i + 1) * regions / (2 * asked);
+        Region::new(sheet, partition, region, rules).forecast(rules, 0.4 * share)
+    });
+    Ceiling::leaving(share, &forecasts.iter().collect::<Vec<_>>())
+>>>>>>> collapse
 }

@@ -9,8 +9,8 @@ use crate::collapse::quadric::Quadric;
 
 /// Vertices and triangles without gaps, and where they come from; before the first pass, those of
 /// the mesh itself, which has gaps where it has removed elements.
-#[derive(Debug)]
-pub(crate) struct Sheet<'a> {
+#[derive(Clone, Debug)]
+pub struct Sheet<'a> {
     /// The mesh before anything has collapsed; then everything else but the positions is empty.
     pub(super) whole: Option<&'a TriMesh>,
     pub(super) positions: Cow<'a, [DVec3]>,
@@ -28,7 +28,8 @@ pub(crate) struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     /// A mesh before its first pass.
-    pub(crate) fn new(mesh: &'a TriMesh) -> Self {
+    #[must_use]
+    pub fn new(mesh: &'a TriMesh) -> Self {
         Self {
             whole: Some(mesh),
             positions: Cow::Borrowed(mesh.positions()),
@@ -51,7 +52,8 @@ impl<'a> Sheet<'a> {
     }
 
     /// The number of faces.
-    pub(crate) fn face_count(&self) -> usize {
+    #[must_use]
+    pub fn face_count(&self) -> usize {
         self.whole.map_or(self.triangles.len(), |mesh| mesh.topology().face_count())
     }
 
@@ -90,4 +92,41 @@ impl<'a> Sheet<'a> {
     pub(super) fn face_id(&self, face: usize) -> u32 {
         if self.whole.is_some() { face as u32 } else { self.face_ids[face] }
     }
+
+    /// The mesh that the sheet is: vertices and faces in the order of the original.
+    #[must_use]
+    pub fn to_mesh(&self) -> TriMesh {
+        self.to_ordered_mesh().mesh
+    }
+
+    pub(super) fn to_ordered_mesh(&self) -> Ordered {
+        let mut vertices: Vec<(u32, u32)> =
+            self.vertices().map(|v| (self.vertex_id(v), v)).collect();
+        vertices.sort_unstable();
+        let mut number = vec![u32::MAX; self.vertex_capacity()];
+        for (new, &(_, v)) in vertices.iter().enumerate() {
+            number[v as usize] = new as u32;
+        }
+        let positions: Vec<DVec3> =
+            vertices.iter().map(|&(_, v)| self.positions[v as usize]).collect();
+        let mut faces: Vec<(u32, u32)> = (0..self.face_capacity())
+            .filter(|&f| self.triangle(f).is_some())
+            .map(|f| (self.face_id(f), f as u32))
+            .collect();
+        faces.sort_unstable();
+        let triangle = |&(_, f): &(u32, u32)| {
+            self.triangle(f as usize).unwrap_or_default().map(|v| number[v as usize])
+        };
+        let triangles: Vec<[u32; 3]> = faces.iter().map(triangle).collect();
+        #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
+        let mesh = TriMesh::from_triangles(&positions, &triangles).expect("a manifold");
+        Ordered { mesh, vertices, faces }
+    }
+}
+
+/// A sheet as a mesh, with the numbers in the original and in the sheet of its vertices and faces.
+pub(super) struct Ordered {
+    pub(super) mesh: TriMesh,
+    pub(super) vertices: Vec<(u32, u32)>,
+    pub(super) faces: Vec<(u32, u32)>,
 }

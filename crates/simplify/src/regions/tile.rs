@@ -10,7 +10,8 @@ use crate::regions::rules::Rules;
 use crate::regions::waiting::{Waiting, bucket};
 
 /// A part of a mesh: what the tile is made of.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Part {
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) positions: Vec<DVec3>,
@@ -25,6 +26,7 @@ pub(super) struct Part {
 
 /// A collapse, in numbers of the tile.
 #[derive(Clone, Copy, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Step {
     pub(super) removed: u32,
     pub(super) kept: u32,
@@ -284,7 +286,7 @@ impl Tile {
     fn offer(&self, side: u32, ends: [u32; 2]) -> Offer {
         let [a, b] = ends.map(|v| &self.vertices[v as usize]);
         let half = 0.5 * (b.position - a.position);
-        let quadric = a.quadric.moved_by(half) + b.quadric.moved_by(-half);
+        let quadric = a.quadric.joined(&b.quadric, half);
         let made = if self.rules.marginal { a.quadric.constant + b.quadric.constant } else { 0.0 };
         let mut offer = Offer { side, half, quadric, made, x: DVec3::ZERO, cost: 0.0 };
         offer.settle(offer.quadric.minimizer(None));
@@ -301,8 +303,11 @@ impl Tile {
         let twin = corners.twin(side);
         let origin = vertices[ends[0] as usize].position + half;
         let at = |v: u32| vertices[v as usize].position - origin;
-        let face = |corner: u32| corner / 3;
-        let vanishing = [face(side), if twin == NONE { NONE } else { face(twin) }];
+        // The corners of the faces that vanish at each end.
+        let vanishing = match twin {
+            NONE => [[side, NONE], [next(side), NONE]],
+            _ => [[side, next(twin)], [next(side), twin]],
+        };
         let apexes = [
             corners.vertex(previous(side)),
             if twin == NONE { NONE } else { corners.vertex(previous(twin)) },
@@ -329,7 +334,7 @@ impl Tile {
                 let third_vertex = corners.vertex(previous(corner));
                 meet(third_vertex);
                 let third = at(third_vertex);
-                if !vanishing.contains(&face(corner)) {
+                if !vanishing[end].contains(&corner) {
                     spokes.push(Spoke::new([own, second, third]));
                 }
                 second = third;
@@ -388,15 +393,18 @@ impl Tile {
         let min_cosine = self.rules.min_cosine.unwrap_or(-2.0);
         for Spoke { corners, cross } in &self.spokes[..remaining] {
             let new = (corners[1] - x).cross(corners[2] - x);
-            let lengths = (cross.length_squared() * new.length_squared()).sqrt();
-            if cross.dot(new) < min_cosine * lengths {
+            let lengths = cross.length_squared() * new.length_squared();
+            let along = cross.dot(new);
+            // Compared by the squares, with their signs.
+            if along * along.abs() < min_cosine * min_cosine.abs() * lengths {
                 return Err(Refusal::NormalTurn);
             }
-            worst = worst.min(shape([x, corners[1], corners[2]], new));
+            worst = worst.min(squared_shape([x, corners[1], corners[2]], new));
         }
         match self.rules.min_shape {
-            Some(least) if worst < least => {
-                let before = self.spokes.iter().map(|spoke| shape(spoke.corners, spoke.cross));
+            Some(least) if worst < least * least => {
+                let before =
+                    self.spokes.iter().map(|spoke| squared_shape(spoke.corners, spoke.cross));
                 let is_better = worst > 0.0 && worst >= before.fold(1.0, f64::min);
                 if is_better { Ok(()) } else { Err(Refusal::Sliver) }
             }
@@ -499,10 +507,11 @@ impl Offer {
     }
 }
 
-/// The area relative to that of an equilateral triangle with the same sum of squared sides.
+/// The square of what [`ShapeGuard`](crate::ShapeGuard) calls the shape of a face.
 #[inline]
-fn shape([a, b, c]: [DVec3; 3], cross: DVec3) -> f64 {
+fn squared_shape([a, b, c]: [DVec3; 3], cross: DVec3) -> f64 {
     let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
-    let equilateral = sides * (0.5 / 3.0_f64.sqrt());
-    if equilateral > 0.0 { cross.length() / equilateral } else { 0.0 }
+    // Twice the area of an equilateral triangle is half a squared side times the root of 3.
+    let squared_equilateral = sides * sides / 12.0;
+    if squared_equilateral > 0.0 { cross.length_squared() / squared_equilateral } else { 0.0 }
 }

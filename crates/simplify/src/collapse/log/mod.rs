@@ -54,6 +54,10 @@ impl CollapseLog {
         Self { entries }
     }
 
+    pub(crate) fn into_entries(self) -> Vec<LogEntry> {
+        self.entries
+    }
+
     pub(crate) fn push(&mut self, entry: LogEntry) {
         self.entries.push(entry);
     }
