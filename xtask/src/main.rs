@@ -2,7 +2,8 @@
 //! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask limits-study`
 //! counts the faces within a largest error, `cargo xtask circles` holds the files of each crate to be
 //! in layers, `cargo xtask torture` runs every command on every file of a folder, `cargo xtask peers`
-//! measures other tools beside ours, and `cargo xtask deny` checks the dependencies.
+//! measures other tools beside ours, `cargo xtask python` builds and tests the Python package, and
+//! `cargo xtask deny` checks the dependencies.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -15,6 +16,7 @@ mod failure;
 mod limits_study;
 mod peers;
 mod plot;
+mod python;
 mod reproduce;
 mod torture;
 
@@ -63,6 +65,12 @@ enum Task {
     Peers(peers::Peers),
     #[command(hide = true)]
     PeerJob(peers::PeerJob),
+    /// Build the Python package as a wheel, and test it from outside the source tree
+    ///
+    ///     cargo xtask python
+    ///     cargo xtask python --release --peers
+    #[command(verbatim_doc_comment)]
+    Python(python::Python),
     /// Check the licences, versions and sources of all dependencies against deny.toml
     Deny(deny::Deny),
 }
@@ -76,6 +84,7 @@ fn main() -> ExitCode {
         Task::Torture(options) => torture::run(&options),
         Task::Peers(options) => peers::run(&options),
         Task::PeerJob(options) => peers::run_job(&options),
+        Task::Python(options) => python::run(&options),
         Task::Deny(options) => deny::run(&options),
     };
     match result {

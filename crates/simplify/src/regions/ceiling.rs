@@ -4,7 +4,7 @@ use crate::regions::rules::Rules;
 use crate::regions::waiting::{BUCKETS, bucket};
 
 /// A cost up to which all regions of a pass are collapsed, to a ninth part of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ceiling(usize);
 
@@ -42,7 +42,8 @@ impl Ceiling {
         Self(bucket(cost * rules.scale))
     }
 
-    /// The highest one that, as these regions tell, leaves at least this share of all faces.
+    /// The highest one that, as these regions tell, leaves at least this share of all faces; what was
+    /// collapsed to a ceiling itself tells nothing of higher ones.
     #[must_use]
     pub fn leaving(share: f64, regions: &[&Forecast]) -> Self {
         let mut gone = vec![0_u64; BUCKETS];

@@ -36,7 +36,7 @@
 //!     let ceiling = Ceiling::leaving(0.4, &[&region(0).forecast(&rules, 0.2)]);
 //!     let reduced: Vec<_> =
 //!         (0..partition.regions()).map(|i| region(i).reduce(&rules, ceiling)).collect();
-//!     sheet = Sheet::join(&reduced);
+//!     sheet = Sheet::join(reduced);
 //! }
 //! let small = sheet.to_mesh();
 //! assert!(small.topology().face_count() < mesh.topology().face_count() / 4);

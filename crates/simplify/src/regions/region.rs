@@ -132,6 +132,20 @@ impl Region {
         }
     }
 
+    /// All of a sheet.
+    pub(super) fn whole(sheet: Sheet<'_>, rules: &Rules) -> Self {
+        let vertices: Vec<u32> = sheet.vertices().collect();
+        if sheet.whole.is_some() || !rules.record && !sheet.half_edges.is_empty() {
+            let partition = Partition::whole(&sheet);
+            return Self::new(&sheet, &partition, 0, rules);
+        }
+        let Sheet { positions, quadrics, vertex_ids, triangles, face_ids, half_edges, .. } = sheet;
+        let (own, handed_on) = (vertices.len(), triangles.len());
+        let positions = positions.into_owned();
+        let part = Part { triangles, positions, quadrics, own, half_edges };
+        Self { part, face_ids, handed_on, vertices, vertex_ids }
+    }
+
     /// What would go at which costs if the region were collapsed until this share of its faces is left.
     #[must_use]
     pub fn forecast(self, rules: &Rules, share: f64) -> Forecast {

@@ -117,7 +117,7 @@ pub(crate) fn collapse_in_regions(
         }
     }
     if end == End::Exact && passes.stop.is_none() {
-        sheet = passes.in_one_piece(&sheet);
+        sheet = passes.in_one_piece(sheet);
     }
     passes.finish(mesh, &sheet)
 }
@@ -149,16 +149,18 @@ impl Passes<'_, '_> {
         let mut reduced = self.reduce_all(sheet, &partition, end);
         let left: usize = reduced.iter().map(Reduced::face_count).sum();
         // The regions that were looked at were not like the others: now it is known what goes where.
-        let is_too_few = left < self.target + self.target / 8 && aim > self.target;
+        let is_too_few = left < aim - aim / 5 && left < self.target + self.target / 5;
         if is_too_few && self.stop.is_none() {
             let all: Vec<&Forecast> = reduced.iter().map(Reduced::forecast).collect();
-            let end = Ceiling::leaving(aim as f64 / sheet.face_count() as f64, &all);
-            reduced = self.reduce_all(sheet, &partition, end);
+            let lower = Ceiling::leaving(aim as f64 / sheet.face_count() as f64, &all);
+            drop(reduced);
+            reduced = self.reduce_all(sheet, &partition, lower.min(end));
         }
-        let joined = Sheet::join(&reduced);
-        let done: Vec<Done> = reduced.into_iter().map(|region| region.done).collect();
+        let done: Vec<Done> =
+            reduced.iter_mut().map(|region| core::mem::take(&mut region.done)).collect();
         self.note(&done);
-        joined
+        drop(done);
+        Sheet::join(reduced)
     }
 
     fn reduce_all(
@@ -187,27 +189,18 @@ impl Passes<'_, '_> {
     }
 
     /// Collapses what is left as one region, to the number of faces.
-    fn in_one_piece(&mut self, sheet: &Sheet<'_>) -> Sheet<'static> {
-        let partition = Partition::whole(sheet);
+    fn in_one_piece(&mut self, sheet: Sheet<'_>) -> Sheet<'static> {
         let goal = Goal { end: BUCKETS, faces: self.target };
         let rules = self.rules;
-<<<<<<< HEAD
-        let (reduced, is_whole) = reduce(sheet, &partition, 0, &rules, goal, &mut |faces, done| {
-            self.goes_on(faces, done)
-        });
-=======
-        let region = Region::new(sheet, &partition, 0, &rules);
-        let (reduced, is_whole) =
+        let region = Region::whole(sheet, &rules);
+        let (mut reduced, is_whole) =
             region.reduce_to(&rules, goal, &mut |faces, done| self.goes_on(faces, done));
->>>>>>> collapse
         if is_whole {
             let is_there = reduced.face_count() <= self.target;
             self.stop = Some(if is_there { StopReason::Faces } else { StopReason::NothingLeft });
         }
-        let reduced = [reduced];
-        let joined = Sheet::join(&reduced);
-        self.note(&reduced.map(|region| region.done));
-        joined
+        self.note(&[core::mem::take(&mut reduced.done)]);
+        Sheet::join(vec![reduced])
     }
 
     /// Takes down what was done.
@@ -260,33 +253,6 @@ impl Passes<'_, '_> {
     }
 }
 
-<<<<<<< HEAD
-/// The bucket at which about this share of the faces is left, told by some of the regions.
-fn ceiling(sheet: &Sheet<'_>, partition: &Partition, rules: &Rules, share: f64) -> usize {
-    let regions = partition.regions();
-    let asked = regions.div_ceil(FORECAST).max(regions.min(4));
-    let forecasts = each(0..asked, |i| {
-        // Those that are asked lie evenly in the order, and none at its ends.
-        let region = (2 * i + 1) * regions / (2 * asked);
-        let least =
-            |faces: usize| Goal { end: BUCKETS, faces: (0.4 * share * faces as f64) as usize };
-        forecast(sheet, partition, region, rules, least)
-    });
-    let mut gone = vec![0_u64; BUCKETS];
-    let mut faces = 0;
-    for (of_region, by_bucket) in &forecasts {
-        faces += *of_region as u64;
-        by_bucket.iter().for_each(|&(bucket, count)| gone[bucket] += u64::from(count));
-    }
-    let allowed = ((1.0 - share) * faces as f64) as u64;
-    let mut total = 0;
-    gone.iter()
-        .position(|&count| {
-            total += count;
-            total > allowed
-        })
-        .unwrap_or(BUCKETS)
-=======
 /// By half-edge: the one of the original that it is; none unless collapses are recorded.
 fn original_half_edges(
     left: &TriMesh,
@@ -327,5 +293,4 @@ fn forecast_ceiling(
         Region::new(sheet, partition, region, rules).forecast(rules, 0.4 * share)
     });
     Ceiling::leaving(share, &forecasts.iter().collect::<Vec<_>>())
->>>>>>> collapse
 }
