@@ -139,6 +139,16 @@ fn regions_cost_no_accuracy() {
             };
             let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
             assert!(regions < most * lazy, "{faces}: {regions} {lazy}");
+            // The presets with the hybrid metric, at what is a start in regions or not, by the number.
+            for faces in [faces, mesh.topology().face_count() / 49] {
+                let error = |update: Update| {
+                    let mut options = quick(Preset::Default).to_faces(faces);
+                    options.collapse.update = update;
+                    mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
+                };
+                let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
+                assert!(regions < most * lazy, "default {faces}: {regions} {lazy}");
+            }
             let draft = simplify(&mesh, &quick(Preset::Draft).to_faces(faces)).unwrap();
             let draft = mean_error(&mesh, &draft.mesh);
             assert!(draft < 1.5 * lazy, "{faces}: {draft} {lazy}");
@@ -290,8 +300,8 @@ fn regions_do_not_see_each_other() {
             let mut backwards: Vec<Reduced> =
                 (0..count).rev().map(|i| region(i).reduce(&rules, ceiling)).collect();
             backwards.reverse();
-            let together = Sheet::join(&backwards);
             let faces: usize = backwards.iter().map(Reduced::face_count).sum();
+            let together = Sheet::join(backwards);
             assert_eq!(together.face_count(), faces);
             assert!(10 * faces < 7 * sheet.face_count(), "{faces} of {}", sheet.face_count());
             let left = together.to_mesh();
