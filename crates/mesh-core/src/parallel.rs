@@ -105,6 +105,26 @@ pub fn collect_with<S: Send, T: Send>(
     }
 }
 
+/// The values of a function of the index, from 0 to `count`, each of which takes long enough to be
+/// handed out by itself.
+pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    #[cfg(feature = "rayon")]
+    return (0..count).into_par_iter().with_max_len(1).map(&value).collect();
+    #[cfg(not(feature = "rayon"))]
+    return (0..count).map(value).collect();
+}
+
+/// Does two things that do not wait for each other.
+pub fn both(first: impl FnOnce() + Send, second: impl FnOnce() + Send) {
+    #[cfg(feature = "rayon")]
+    rayon::join(first, second);
+    #[cfg(not(feature = "rayon"))]
+    {
+        first();
+        second();
+    }
+}
+
 /// Folds the values of a function of the index, from 0 to `count`: each block from `zero` upwards,
 /// then the blocks in order.
 pub fn fold<T: Send + Sync + Copy>(

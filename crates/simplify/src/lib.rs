@@ -3,13 +3,15 @@
 //!
 //! ## The source
 //!
-//! There are four rooms, each above those before it: `collapse` (the loop and its policies),
-//! `attributes`, `finish` (fit, anneal, peaks) and `limit` (the largest error).
+//! There are five rooms, each above those before it: `collapse` (the loop and its policies),
+//! `regions` (collapses on every core), `attributes`, `finish` (fit, anneal, peaks) and `limit` (the largest error).
 
 #[cfg(feature = "finish")]
 mod attributes;
 #[cfg_attr(not(feature = "finish"), allow(dead_code, reason = "rooms above use the rest"))]
 mod collapse;
+#[cfg(feature = "finish")]
+mod course;
 #[cfg(feature = "finish")]
 mod error;
 #[cfg(feature = "finish")]
@@ -22,6 +24,8 @@ mod named;
 mod options;
 #[cfg(feature = "finish")]
 mod preset;
+#[cfg(feature = "finish")]
+pub mod regions;
 #[cfg(feature = "finish")]
 mod simplify;
 
