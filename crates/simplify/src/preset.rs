@@ -107,7 +107,7 @@ impl Options {
             fit: FitOptions { rounds: 24, ..peaks.fit },
             ..peaks
         };
-        let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
+        let long_fit = FitOptions { rounds: 8, samples_per_face: 30, ..FitOptions::default() };
         let quality = FinishOptions { fit: Some(long_fit), anneal: None, peaks: Some(low_peaks) };
         let (collapse, finish) = match preset {
             Preset::Draft => (

@@ -15,7 +15,7 @@ use crate::collapse::placement::Placement;
 use crate::collapse::policies::Policies;
 use crate::collapse::policy::Policy;
 use crate::collapse::refusal::Refusals;
-use crate::collapse::run::{Phase, Progress, Run};
+use crate::collapse::run::{Progress, Run};
 use crate::collapse::stop::StopReason;
 use crate::course::collapse_to_level;
 use crate::error::SimplifyError;
@@ -196,10 +196,8 @@ fn finish(
             }
         } else {
             let finished = finishing.finish(&level, &mut observer)?;
-            if let Some(measuring) = measuring
-                && !observer.stops(Phase::Measure, &finished.mesh)
-            {
-                error = Some(measuring.measure(&finished.mesh)?.0);
+            if let Some(measuring) = measuring {
+                error = measuring.measure(&finished.mesh, &mut observer)?;
             }
             finished
         }

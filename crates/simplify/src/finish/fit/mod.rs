@@ -27,7 +27,7 @@ mod freedom;
 mod lines;
 pub(crate) mod moves;
 mod pairs;
-mod spread;
+pub(crate) mod spread;
 mod system;
 mod targets;
 
@@ -144,7 +144,7 @@ pub(crate) fn fit_observed(
     options: &FitOptions,
     observer: &mut Observer<'_>,
 ) -> Result<FitReport, SimplifyError> {
-    let density = USUAL_SAMPLES as f64 / options.samples_per_face.max(1) as f64;
+    let density = share_of_one(options.samples_per_face);
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
     let count = sample_count(options, faces.len());
     let most = MOST_TARGETS.saturating_mul(original.triangle_count());
@@ -192,7 +192,7 @@ pub(crate) fn fit_observed(
             report.rms_before = tally.rms();
         }
         drop(paired);
-        let moved = system.solve(mesh, &freedoms, constraints);
+        let moved = system.solve(mesh, &freedoms, constraints, ROUGHLY);
         move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
         report.rounds += 1;
     }
@@ -237,25 +237,30 @@ impl<'a> LocalFit<'a> {
             faces: &self.faces,
             order: &order,
             samples: sample_count(options, order.len()),
-            density: USUAL_SAMPLES as f64 / options.samples_per_face.max(1) as f64,
+            density: share_of_one(options.samples_per_face),
             seed: options.seed.wrapping_add(1),
         };
         let FitOptions { pull, tail, .. } = *options;
         let weighting = Weighting { pull, tail, largest: largest * largest };
         equations.add_to(&mut system, weighting, targets_of);
-        let moved = system.solve(mesh, &freedoms, constraints);
+        let moved = system.solve(mesh, &freedoms, constraints, CLOSELY);
         let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
         move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
     }
 }
 
 /// How much a point counts where a face has so many.
-pub(crate) fn share_of_one(points_per_face: f64) -> f64 {
-    USUAL_SAMPLES as f64 / points_per_face
+pub(crate) fn share_of_one(points_per_face: usize) -> f64 {
+    USUAL_SAMPLES as f64 / points_per_face.max(1) as f64
 }
 
+/// Steps of the whole mesh are cut short and rounds follow: more digits make no difference.
+const ROUGHLY: f64 = 1e-2;
+/// Those round the peaks are few, and count to the end.
+const CLOSELY: f64 = 1e-4;
+
 /// The most points of the original, on each of its triangles.
-const MOST_TARGETS: usize = 3;
+const MOST_TARGETS: usize = 6;
 
 /// How many samples of each surface there are.
 fn sample_count(options: &FitOptions, faces: usize) -> usize {

@@ -37,12 +37,13 @@ impl<'a> Pairs<'a> {
             |block| {
                 let indices = block * BLOCK..count.min((block + 1) * BLOCK);
                 let points: Vec<DVec3> = indices.map(|i| targets.points[every * i]).collect();
-                surface.closest_to_neighbours(&points)
+                let closest = surface.closest_to_neighbours(&points).into_iter();
+                closest.map(|c| (c.face, c.offset.length_squared())).collect::<Vec<_>>()
             },
             |closest| {
-                for closest in closest {
-                    lists.push(closest.face, squares.len() as u32);
-                    squares.push(closest.offset.length_squared());
+                for (face, squared) in closest {
+                    lists.push(face, squares.len() as u32);
+                    squares.push(squared);
                 }
             },
         );
@@ -137,7 +138,7 @@ impl<'a> Pairs<'a> {
 }
 
 /// Blocks that are made at the same time before their results are taken.
-const AT_ONCE: usize = 256;
+const AT_ONCE: usize = 64;
 
 /// Makes blocks on all cores and takes them in order, a few at a time: memory is that of a few, and
 /// the result that of one thread.

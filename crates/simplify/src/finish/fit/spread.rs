@@ -113,7 +113,7 @@ impl<'a, Corners: Fn(u32) -> [DVec3; 3] + Sync> Spread<'a, Corners> {
     }
 }
 
-fn area(&[a, b, c]: &[DVec3; 3]) -> f64 {
+pub(crate) fn area(&[a, b, c]: &[DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 

@@ -98,12 +98,13 @@ impl System {
     }
 
     /// The displacement of each vertex that is not fixed, by conjugate gradients preconditioned
-    /// with the blocks of the vertices.
+    /// with the blocks of the vertices, until what is left is less than `tolerance` of the start.
     pub(super) fn solve(
         self,
         mesh: &TriMesh,
         freedoms: &[Freedom],
         constraints: &FitConstraints,
+        tolerance: f64,
     ) -> Vec<(VertexId, DVec3)> {
         let count = self.vertices.len();
         let inverses: Vec<Inverse> = parallel::collect(count, |place| {
@@ -120,7 +121,7 @@ impl System {
         let mut p = z.clone();
         let mut ap = vec![DVec3::ZERO; count];
         let mut rz = dot(&r, &z);
-        let enough = TOLERANCE * TOLERANCE * rz;
+        let enough = tolerance * tolerance * rz;
         for _ in 0..ITERATIONS {
             if rz <= enough {
                 break;
@@ -181,6 +182,4 @@ impl Inverse {
 
 /// Relative to the trace of a block.
 const DAMPING: f64 = 1e-9;
-/// Steps are cut short and rounds follow: more digits make no difference.
-const TOLERANCE: f64 = 1e-2;
 const ITERATIONS: usize = 60;

@@ -1,11 +1,13 @@
 //! Fits in which the farthest pairs count most, round the peaks alone.
 
+use glam::DVec3;
 use mesh_core::{FaceId, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
 use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::spread::{Spot, Spread, area};
 use crate::finish::fit::{FitOptions, LocalFit, Target, share_of_one};
 use crate::finish::observer::Observer;
 use crate::finish::peaks::points::{Became, Most, Peaks};
@@ -39,7 +41,7 @@ impl Peaks<'_> {
             let seed = options.seed.wrapping_add(round as u64);
             let once = FitOptions { seed, ..*options };
             let mut moved = mesh.clone();
-            let pulled = self.pulled(mesh, original, &local);
+            let pulled = self.pulled(mesh, original, &local, &once);
             fit.step(
                 &mut moved,
                 &local,
@@ -76,13 +78,14 @@ impl Peaks<'_> {
         self.largest < ENOUGH * before.largest && self.mean <= most.mean
     }
 
-    /// What draws the faces of which a corner moves, by face: the samples, and points of the original
-    /// that are more than half as far as the farthest.
+    /// What draws the faces of which a corner moves, by face: new samples of the original there, and
+    /// points of it that are more than half as far as the farthest.
     fn pulled(
         &self,
         mesh: &TriMesh,
         original: &Surface,
         constraints: &FitConstraints,
+        options: &FitOptions,
     ) -> Vec<(FaceId, Target)> {
         let topology = mesh.topology();
         let is_free = |v: VertexId| !constraints.is_fixed(topology, v);
@@ -90,28 +93,38 @@ impl Peaks<'_> {
         for f in topology.faces() {
             moves[f.index()] = topology.face_vertices(f).into_iter().any(is_free);
         }
-        let samples = self.points.samples;
-        let share = share_of_one(self.points.triangles.len() as f64 / topology.face_count() as f64);
-        let target = |i: usize| {
-            let (closest, point) = (self.forward[i], self.points.all[i]);
-            let target = match i.checked_sub(samples) {
-                Some(sample) => {
-                    let triangle = self.points.triangles[sample];
-                    Target::on_triangle(original, triangle, point, share)
-                }
-                None => {
-                    let offset = closest_on_triangle(point, &mesh.triangle(closest.face));
-                    Target { point, normal: offset.normalize_or_zero(), share: 1.0 }
-                }
-            };
-            (closest.face, target)
-        };
-        let counts = |&i: &usize| {
-            let closest = self.forward[i];
-            moves[closest.face.index()] && (i >= samples || closest.distance > 0.5 * self.largest)
-        };
-        let mut all: Vec<(FaceId, Target)> =
-            (0..self.forward.len()).filter(counts).map(target).collect();
+        // The triangles of the original with a corner that is closest to such a face.
+        let mut is_near = vec![false; original.positions().len()];
+        for (vertex, closest) in original.used_vertices().into_iter().zip(&self.forward) {
+            is_near[vertex as usize] = moves[closest.face.index()];
+        }
+        let order = original.in_space().iter().copied();
+        let near = |t: &u32| original.triangles()[*t as usize].iter().any(|&v| is_near[v as usize]);
+        let order: Vec<u32> = order.filter(near).collect();
+        let corners = |t: u32| original.triangle(t as usize);
+        let part = order.iter().map(|&t| area(&corners(t))).sum::<f64>();
+        let whole: f64 = topology.faces().map(|f| area(&mesh.triangle(f))).sum();
+        let density = options.samples_per_face as f64 * topology.face_count() as f64 / whole;
+        let count = (part * density).ceil() as usize;
+        let spots = Spread::new(&order, corners, count, options.seed);
+        let spots: Vec<Spot> = spots.spots(0..spots.len()).collect();
+        let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();
+        let share = share_of_one(options.samples_per_face);
+        let mut all: Vec<(FaceId, Target)> = Vec::new();
+        for (spot, closest) in spots.iter().zip(self.surface.closest_to_neighbours(&points)) {
+            if moves[closest.face.index()] {
+                let (on, share) = (spot.triangle, share * spot.share);
+                all.push((closest.face, Target::on_triangle(original, on, spot.point, share)));
+            }
+        }
+        for (&point, closest) in self.points.all.iter().zip(&self.forward).take(self.points.samples)
+        {
+            if moves[closest.face.index()] && closest.distance > 0.5 * self.largest {
+                let offset = closest_on_triangle(point, &mesh.triangle(closest.face));
+                let normal = offset.normalize_or_zero();
+                all.push((closest.face, Target { point, normal, share: 1.0 }));
+            }
+        }
         all.sort_by_key(|(face, _)| *face);
         all
     }

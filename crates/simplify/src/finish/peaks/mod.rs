@@ -63,7 +63,12 @@ impl Default for PeakOptions {
             spacing: 3.0,
             max_rise: 1.03,
             min_faces: 0,
-            fit: FitOptions { rounds: 0, tail: 300.0, ..FitOptions::default() },
+            fit: FitOptions {
+                rounds: 0,
+                samples_per_face: 30,
+                tail: 300.0,
+                ..FitOptions::default()
+            },
             forbid_intersections: false,
             min_component_vertices: None,
         }

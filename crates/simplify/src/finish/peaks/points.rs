@@ -13,8 +13,6 @@ pub(super) struct Points {
     pub(super) all: Vec<DVec3>,
     /// From here on samples, uniform by area: the averages are those of these.
     pub(super) samples: usize,
-    /// The triangles of the samples.
-    pub(super) triangles: Vec<u32>,
 }
 
 impl Points {
@@ -30,12 +28,8 @@ impl Points {
         let mut all: Vec<DVec3> = vertices.map(|v| original.positions()[v as usize]).collect();
         all.extend(edge_points(original, spacing, MAX_ON_EDGE));
         let first = all.len();
-        let mut triangles = Vec::with_capacity(samples);
-        for sample in sample_surface(original, samples, SEED) {
-            all.push(sample.position);
-            triangles.push(sample.triangle);
-        }
-        Self { all, samples: first, triangles }
+        all.extend(sample_surface(original, samples, SEED).iter().map(|sample| sample.position));
+        Self { all, samples: first }
     }
 }
 
@@ -317,7 +311,6 @@ mod tests {
             let points = Points::new(&surface, times, 20);
             assert_eq!(points.samples, mesh.topology().vertex_count() + on_edges);
             assert_eq!(points.all.len(), points.samples + 200);
-            assert_eq!(points.triangles.len(), 200);
         }
     }
 
