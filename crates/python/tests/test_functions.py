@@ -57,8 +57,9 @@ def test_functions_get_many_candidates_at_a_time(bumpy: cm.Mesh) -> None:
         sizes.append(len(triangles))
         return area(triangles)
 
-    flipped = cm.flip(bumpy, cost=cm.FaceCost(counted, 2))
-    assert flipped.flips > 100
+    small = cm.simplify(bumpy, faces=2000, preset="fast").mesh
+    flipped = cm.flip(small, cost=cm.FaceCost(counted, 2))
+    assert flipped.flips > 50
     assert len(sizes) < 20 * flipped.flips and max(sizes) >= 32
 
 

@@ -222,7 +222,8 @@ def test_split_vertices_are_joined(tmp_path: Path) -> None:
     small = cm.simplify(whole, faces=300)
     assert small.mesh.face_count == 300 and small.vertex_map.shape == (torn.vertex_count,)
     k, split = cm.curvature(ball), cm.curvature(whole)
-    np.testing.assert_array_equal(split.mean, k.mean[ball.faces.ravel()])
+    # Sums round a vertex begin elsewhere.
+    np.testing.assert_allclose(split.mean, k.mean[ball.faces.ravel()], rtol=1e-12)
 
 
 def test_meshes_are_pickled_and_compared() -> None:
