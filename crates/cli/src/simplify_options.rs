@@ -83,7 +83,7 @@ pub(crate) struct Goals {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Simplification")]
 pub(crate) struct Policy {
-    /// fast, default, quality, extreme, thin-features, paper-l1 or paper-l2
+    /// draft, fast, default, quality, extreme, thin-features, paper-l1 or paper-l2
     #[arg(long, value_name = "PRESET", default_value_t, value_parser = |s: &str| s.parse::<Preset>())]
     pub(crate) preset: Preset,
     /// Where the remaining vertex of an edge goes [default: that of the preset]

@@ -180,7 +180,8 @@ fn page(
         ..Section::default()
     };
     let mut page = Page::new(format!("{}: levels of detail", name_of(input)), exhibits);
-    page.start.color = Some("plain".into());
+    let has_materials = page.exhibits.iter().any(|exhibit| exhibit.materials.is_some());
+    page.start.color = Some(if has_materials { "material" } else { "plain" }.into());
     page.report.push(table);
     Ok(page)
 }
@@ -225,6 +226,7 @@ fn collapses(
     let mut settings = options.policy.options(mesh, steps.limits());
     // Levels are stages of the run, which fitting would move away from.
     settings.finish = FinishOptions::default();
+    settings.collapse.record = true;
     attributes.constrain(mesh, &mut settings);
     if let Some(error) = steps.max_error() {
         settings = settings.within(error, options.policy.check());

@@ -142,6 +142,7 @@ fn reduce(
     let goals = options.targets.goals(mesh, options.job.loading.relative)?;
     let mut settings = options.policy.options(mesh, goals.limits);
     attributes.constrain(mesh, &mut settings);
+    settings.collapse.record = false;
     if let Some(error) = goals.max_error {
         settings = settings.within(error, options.policy.check());
     }
@@ -162,7 +163,7 @@ impl Results {
             vertices_out: used.count(),
             stop: result.stop.name(),
             max_cost: result.max_cost,
-            collapses: result.log.len(),
+            collapses: result.collapses,
             rejected: rejected(&result.refusals),
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,

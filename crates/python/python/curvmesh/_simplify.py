@@ -295,8 +295,8 @@ def simplify(
     relative : bool
         Whether a number for `max_error` is a share of the diagonal.
     preset : str
-        ``"fast"``, ``"default"``, ``"quality"``, ``"extreme"``, ``"thin-features"``, ``"paper-l1"`` or
-        ``"paper-l2"``. The default collapses by quadrics with a curvature factor and fits the result.
+        ``"draft"``, ``"fast"``, ``"default"``, ``"quality"``, ``"extreme"``, ``"thin-features"``,
+        ``"paper-l1"`` or ``"paper-l2"``. The default collapses by quadrics with a curvature factor and fits the result.
     placement : str, optional
         Where the remaining vertex goes: ``"optimal-volume"``, ``"optimal"``, ``"endpoint"``,
         ``"midpoint"`` or ``"butterfly"``.
