@@ -17,7 +17,7 @@ pub(crate) struct Python {
     /// Build as users get it, optimised as a whole, which takes some minutes
     #[arg(long)]
     release: bool,
-    /// Install the large packages too that tests compare with: Open3D and PyVista
+    /// Install the large packages too that tests compare with: open3d and pyvista
     #[arg(long)]
     peers: bool,
     /// The Python that the environment is made with
