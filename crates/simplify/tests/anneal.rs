@@ -9,8 +9,8 @@ use mesh_core::TriMesh;
 use mesh_core::shapes::{Diagonals, Irregular, Saddle, Sphere};
 use mesh_metric::{Surface, sample_surface};
 use simplify::{
-    AnnealOptions, FitConstraints, FitOptions, Options, Phase, Preset, StopReason, anneal, simplify,
-    simplify_observed,
+    AnnealOptions, FitConstraints, FitOptions, Options, Phase, Preset, StopReason, anneal,
+    simplify, simplify_observed,
 };
 
 fn sphere() -> TriMesh {
@@ -22,8 +22,7 @@ fn sphere() -> TriMesh {
 fn annealing(sweeps: usize) -> Options {
     let mut options = Options::preset(Preset::Extreme);
     options.finish.peaks = None;
-    options.finish.anneal =
-        Some(AnnealOptions { sweeps, rounds: 0, ..AnnealOptions::default() });
+    options.finish.anneal = Some(AnnealOptions { sweeps, rounds: 0, ..AnnealOptions::default() });
     options
 }
 
