@@ -12,6 +12,7 @@ use glam::DVec3;
 use indicatif::ProgressBar;
 use mesh_core::{TriMesh, VertexId};
 use mesh_view::{Lines, Page};
+use mesh_work::Seams;
 use serde::Serialize;
 
 use crate::args::{AreaName, parse_angle, parse_seconds};
@@ -21,7 +22,6 @@ use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::{self, Interruption, KEEP_PARTIAL};
 use crate::load::Seconds;
-use crate::seams::Seams;
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Report, Task};
 use crate::view::{self, Look, name_of};
@@ -140,7 +140,7 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
     })?;
     if task.output.is_some() {
         let corners = seams.corner_source(loaded.mesh.topology());
-        let mut model = loaded.to_model(&corners)?;
+        let mut model = loaded.to_model(&corners).map_err(Failure::model)?;
         model.vertex_normals = None;
         model.corner_normals = None;
         task.save(&model, &options.job.save, &mut seconds, console)?;
