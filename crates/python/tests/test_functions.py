@@ -95,7 +95,8 @@ def test_a_surcharge_of_nothing_changes_nothing(bumpy: cm.Mesh) -> None:
 
 
 def test_a_surcharge_and_a_guard(bumpy: cm.Mesh) -> None:
-    left = lambda mesh: int((mesh.vertices[:, 0] < 0).sum())  # noqa: E731
+    def left(mesh: cm.Mesh) -> int:
+        return int((mesh.vertices[:, 0] < 0).sum())
 
     def dearer(edges: cm.Edges) -> Any:
         return np.where(edges.midpoints[:, 0] < 0, 1e6, 0)

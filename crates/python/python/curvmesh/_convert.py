@@ -259,7 +259,9 @@ def _of_meshio(source: Any, check: bool) -> Mesh:
     points = np.asarray(source.points)
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.hstack([points, np.zeros((len(points), 1))])
-    flat, sizes, blocks = [], [], []
+    flat: list[NDArray[Any]] = []
+    sizes: list[int] = []
+    blocks: list[int] = []
     for number, block in enumerate(source.cells):
         if block.type in ("triangle", "quad", "polygon"):
             cells = [np.asarray(cell) for cell in block.data]
