@@ -44,7 +44,8 @@ def lattice(mesh: cm.Mesh, steps: int = 100) -> np.ndarray:
 
 def distance_to_torus(points: np.ndarray, major: float = 5.0, minor: float = 2.0) -> np.ndarray:
     ring = np.hypot(points[:, 0], points[:, 1]) - major
-    return np.abs(np.hypot(ring, points[:, 2]) - minor)
+    found: np.ndarray = np.abs(np.hypot(ring, points[:, 2]) - minor)
+    return found
 
 
 printed = {

@@ -123,8 +123,9 @@ pub(crate) fn run<T: Send + 'static>(
     let watch = Arc::new(Watch::default());
     let (send, receive) = sync_channel::<Outcome<T>>(1);
     let worker = Arc::clone(&watch);
+    let threads = Arc::clone(&pool);
     let job = move || {
-        let outcome = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&worker))));
+        let outcome = catch_unwind(AssertUnwindSafe(|| threads.install(|| work(&worker))));
         // Nobody waits for it any more if this fails.
         let _ = send.send(outcome);
     };
@@ -132,7 +133,7 @@ pub(crate) fn run<T: Send + 'static>(
         .name("curvmesh".into())
         .spawn(job)
         .map_err(|error| Failure::internal(format!("no thread: {error}")).raise(py))?;
-    let outcome = wait(py, call, &watch, receive)?;
+    let outcome = wait(py, call, &watch, receive).inspect_err(|_| abandon(&pool))?;
     if let Some(error) = lock(&watch.raised).take() {
         return Err(error);
     }
@@ -218,6 +219,13 @@ impl Call {
 type Pools = HashMap<(u32, Option<usize>), Arc<ThreadPool>>;
 
 static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
+
+/// No other call waits for threads that are busy with what nobody waits for.
+fn abandon(pool: &Arc<ThreadPool>) {
+    if let Some(pools) = lock(&POOLS).as_mut() {
+        pools.retain(|_, other| !Arc::ptr_eq(other, pool));
+    }
+}
 
 fn pool(threads: Option<usize>) -> Result<Arc<ThreadPool>, Failure> {
     const MOST: usize = 1024;

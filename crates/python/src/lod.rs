@@ -62,6 +62,7 @@ pub(crate) fn lod<'py>(
             Some(log) => log,
             None => {
                 let mut options = choices.options(source.mesh, steps.limits());
+                options.collapse.record = true;
                 // Levels are stages of the run, which fitting would move away from.
                 options.finish = FinishOptions::default();
                 attributes.constrain(source.mesh, &mut options);

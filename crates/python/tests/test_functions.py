@@ -57,8 +57,9 @@ def test_functions_get_many_candidates_at_a_time(bumpy: cm.Mesh) -> None:
         sizes.append(len(triangles))
         return area(triangles)
 
-    flipped = cm.flip(bumpy, cost=cm.FaceCost(counted, 2))
-    assert flipped.flips > 100
+    small = cm.simplify(bumpy, faces=2000, preset="fast").mesh
+    flipped = cm.flip(small, cost=cm.FaceCost(counted, 2))
+    assert flipped.flips > 50
     assert len(sizes) < 20 * flipped.flips and max(sizes) >= 32
 
 
@@ -94,7 +95,8 @@ def test_a_surcharge_of_nothing_changes_nothing(bumpy: cm.Mesh) -> None:
 
 
 def test_a_surcharge_and_a_guard(bumpy: cm.Mesh) -> None:
-    left = lambda mesh: int((mesh.vertices[:, 0] < 0).sum())  # noqa: E731
+    def left(mesh: cm.Mesh) -> int:
+        return int((mesh.vertices[:, 0] < 0).sum())
 
     def dearer(edges: cm.Edges) -> Any:
         return np.where(edges.midpoints[:, 0] < 0, 1e6, 0)

@@ -16,7 +16,7 @@ use crate::options::Options;
 use crate::regions::run::{self as regions, End, FEWEST, collapse_in_regions};
 
 /// The metrics that regions do not know take over at so many times the faces that are wanted.
-const REST: usize = 12;
+const REST: usize = 16;
 
 /// Collapses the edges of a mesh as the options say.
 pub(crate) fn collapse_to_level(

@@ -19,6 +19,8 @@ mod finish;
 #[cfg(feature = "finish")]
 mod limit;
 #[cfg(feature = "finish")]
+mod memory;
+#[cfg(feature = "finish")]
 mod named;
 #[cfg(feature = "finish")]
 mod options;
@@ -72,6 +74,8 @@ pub use finish::peaks::{PeakOptions, PeakReport, cut_peaks};
 pub use limit::measure::{AchievedError, ErrorCheck};
 #[cfg(feature = "finish")]
 pub use limit::within::collapses_within;
+#[cfg(feature = "finish")]
+pub use memory::memory_needed;
 #[cfg(feature = "finish")]
 pub use options::{
     AttributeOptions, CollapseOptions, FinishOptions, LimitOptions, Metric, Options, PlacementRule,

@@ -30,6 +30,7 @@ use crate::finish::peaks::{PeakOptions, PeakReport};
 use crate::finish::texture_fit::Texture;
 use crate::limit::measure::{AchievedError, Measuring};
 use crate::limit::search::Search;
+use crate::memory::check_memory;
 use crate::named::collapse_with;
 use crate::options::Options;
 
@@ -82,7 +83,7 @@ pub struct Simplified {
 /// ```
 ///
 /// # Errors
-/// An option makes no sense, or a position is not finite.
+/// An option makes no sense, a position is not finite, or there is too little memory.
 pub fn simplify(mesh: &TriMesh, options: &Options) -> Result<Simplified, SimplifyError> {
     simplify_observed(mesh, options, &mut |_| ControlFlow::Continue(()))
 }
@@ -102,6 +103,7 @@ pub fn simplify_observed(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
     check(mesh, options)?;
+    check_memory(mesh, options)?;
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
     let (level, run) = collapse_to_level(mesh, options, see);

@@ -45,12 +45,12 @@ def as_mesh(source: Any, *, check: bool = True) -> Mesh:
         return _of_meshio(source, check)
     if hasattr(source, "points") and hasattr(source, "faces"):
         return _of_pyvista(source, check)
+    if hasattr(source, "vertices") and hasattr(source, "faces"):
+        return _of_trimesh(source, check)
     if hasattr(source, "vertices") and hasattr(source, "triangles"):
         return _of_open3d(source, check)
     if hasattr(source, "vertex") and hasattr(source, "triangle"):
         return _of_open3d_tensors(source, check)
-    if hasattr(source, "vertices") and hasattr(source, "faces"):
-        return _of_trimesh(source, check)
     raise ArrayError(
         f"a {type(source).__name__} is no mesh; give a curvmesh.Mesh, (vertices, faces), a path, or a "
         "mesh of trimesh, PyVista, Open3D or meshio"
@@ -259,7 +259,9 @@ def _of_meshio(source: Any, check: bool) -> Mesh:
     points = np.asarray(source.points)
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.hstack([points, np.zeros((len(points), 1))])
-    flat, sizes, blocks = [], [], []
+    flat: list[NDArray[Any]] = []
+    sizes: list[int] = []
+    blocks: list[int] = []
     for number, block in enumerate(source.cells):
         if block.type in ("triangle", "quad", "polygon"):
             cells = [np.asarray(cell) for cell in block.data]
@@ -367,8 +369,9 @@ def to_open3d(mesh: Mesh) -> Any:
     if not mesh.is_triangular:
         mesh = mesh.triangulated()
     vector = open3d.utility.Vector3dVector
+    # What is read-only is not taken.
     made = open3d.geometry.TriangleMesh(
-        vector(mesh.vertices), open3d.utility.Vector3iVector(mesh.faces)
+        vector(mesh.vertices.copy()), open3d.utility.Vector3iVector(mesh.faces.copy())
     )
     if "colors" in mesh.vertex_data:
         made.vertex_colors = vector(mesh.vertex_data["colors"][:, :3].astype(np.float64))

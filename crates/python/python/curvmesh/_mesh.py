@@ -430,7 +430,7 @@ def read(
     Examples
     --------
     >>> import curvmesh as cm
-    >>> cm.read(b"OFF 3 1 0  0 0 0  1 0 0  0 1 0  3 0 1 2")
+    >>> cm.read(b"OFF\\n3 1 0\\n0 0 0\\n1 0 0\\n0 1 0\\n3 0 1 2\\n")
     Mesh(3 vertices, 1 face)
     """
     import os

@@ -92,9 +92,11 @@ class Page:
         return f"Page({len(self.html) / 1e6:.1f} MB)"
 
     def _repr_html_(self) -> str:
-        # The page in a frame of its own, so that nothing of it meets the notebook.
+        # The page in a frame of its own, so that nothing of it meets the notebook; in plain letters, so that
+        # it stays what its hashes are of, whatever encoding the notebook is shown in.
+        page = escape(self.html).encode("ascii", "xmlcharrefreplace").decode()
         return (
-            f'<iframe srcdoc="{escape(self.html)}" width="100%" height="{self.height}" '
+            f'<iframe srcdoc="{page}" width="100%" height="{self.height}" '
             'sandbox="allow-scripts allow-downloads" style="border:0"></iframe>'
         )
 

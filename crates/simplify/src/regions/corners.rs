@@ -92,9 +92,9 @@ impl Corners {
             } else {
                 let rest = after[other as usize];
                 if before == NONE {
-                    *head = rest
+                    *head = rest;
                 } else {
-                    after[before as usize] = rest
+                    after[before as usize] = rest;
                 }
                 let edge = self.corners[other as usize].edge;
                 self.corners[other as usize].twin = side;

@@ -24,7 +24,6 @@ pub(crate) const FEWEST: usize = 20_000;
 /// A pass leaves no fewer than one in so many faces; by then, rims stand out.
 const PASS: usize = 4;
 /// So many times the faces that are wanted are collapsed in one piece.
-/// So many times the faces that are wanted are collapsed in one piece.
 const LAST: f64 = 1.5;
 /// Regions of which one is looked at beforehand.
 const FORECAST: usize = 16;

@@ -29,7 +29,8 @@ const LARGEST: f64 = 1e6;
 pub(super) fn bucket(cost: f64) -> usize {
     let digits = |number: f64| (number.to_bits() >> SHIFT) as usize;
     // What is not a number comes first, and is refused.
-    digits(cost.max(SMALLEST).min(LARGEST)) - const { (SMALLEST.to_bits() >> SHIFT) as usize }
+    let cost = if cost.is_nan() { 0.0 } else { cost };
+    digits(cost.clamp(SMALLEST, LARGEST)) - const { (SMALLEST.to_bits() >> SHIFT) as usize }
 }
 
 /// The number of buckets.
