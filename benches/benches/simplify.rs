@@ -22,7 +22,7 @@ fn meshes() -> Vec<(String, TriMesh, usize)> {
 fn collapses(criterion: &mut Criterion) {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let meshes = meshes();
-    for preset in [Preset::Fast, Preset::Default, Preset::PaperL1] {
+    for preset in [Preset::Draft, Preset::Fast, Preset::Default, Preset::PaperL1] {
         let mut group = criterion.benchmark_group(format!("simplify {preset}"));
         group.sample_size(10);
         for (name, mesh, faces) in &meshes {

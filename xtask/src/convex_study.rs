@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use dcurv::VertexArea;
-use dtri_flip::{Anneal, CostName, FlipOptions, Quad};
+use dtri_flip::{Anneal, CostName, FlipOptions, Quad, Rebuild};
 use glam::DVec3;
 use indicatif::{ProgressBar, ProgressStyle};
 use mesh_core::shapes::{Ellipsoid, ShapeError, Sphere, SplitMix64, scramble};
@@ -50,6 +50,7 @@ pub(crate) enum Strategy {
     Anneal,
     #[value(name = "anneal-look-ahead-3")]
     AnnealLookAhead3,
+    Rebuild,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -225,14 +226,15 @@ impl std::fmt::Display for Case {
 
 impl Strategy {
     fn options(self) -> FlipOptions {
+        let rebuild = (self == Self::Rebuild).then(Rebuild::default);
         let (look_ahead, anneal) = match self {
-            Self::Greedy => (1, None),
+            Self::Greedy | Self::Rebuild => (1, None),
             Self::LookAhead2 => (2, None),
             Self::LookAhead3 => (3, None),
             Self::Anneal => (1, Some(Anneal::default())),
             Self::AnnealLookAhead3 => (3, Some(Anneal::default())),
         };
-        FlipOptions { look_ahead, anneal, ..FlipOptions::default() }
+        FlipOptions { look_ahead, anneal, rebuild, ..FlipOptions::default() }
     }
 }
 
@@ -244,6 +246,7 @@ impl std::fmt::Display for Strategy {
             Self::LookAhead3 => "look-ahead 3",
             Self::Anneal => "anneal",
             Self::AnnealLookAhead3 => "anneal + look-ahead 3",
+            Self::Rebuild => "rebuild",
         })
     }
 }
@@ -364,7 +367,7 @@ mod tests {
             out: "unused".into(),
         };
         assert_eq!(study.seeds(), 6);
-        assert_eq!(study.cases().len(), 2 * 5 * COSTS.len() * 2 * FLIPS.len());
+        assert_eq!(study.cases().len(), 2 * 6 * COSTS.len() * 2 * FLIPS.len());
         assert!(study.cases().iter().all(|case| case.points == 60));
     }
 }

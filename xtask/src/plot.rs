@@ -196,7 +196,7 @@ fn tick_text(tick: f64) -> String {
     // Steps of a linear axis gather rounding errors.
     let rounded: f64 = format!("{tick:.6e}").parse().unwrap_or(tick);
     if rounded.abs() >= 1000.0 {
-        return super::reproduce::plain_number(rounded);
+        return crate::decimals::plain(rounded);
     }
     if rounded != 0.0 && rounded.abs() < 1e-4 {
         return format!("{rounded:e}");

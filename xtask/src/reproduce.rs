@@ -10,29 +10,33 @@
 mod bar06;
 mod dhkl01;
 mod files;
+mod flips;
 mod item;
 mod kkl02;
 mod numbers;
+mod outcome;
 mod page;
 mod published;
 mod recorded;
+mod row;
 mod run;
 mod sn10;
+mod step;
 mod summary;
 mod verdict;
 
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
 use item::Item;
-pub(crate) use numbers::plain as plain_number;
 use published::Paper;
 use recorded::Recorded;
 use run::Run;
+use step::Step;
 use verdict::Judge;
 
 /// What to reproduce, and where to put it.
@@ -59,13 +63,6 @@ pub(crate) struct Reproduce {
     /// The folder for the page, the pictures, the meshes and the numbers
     #[arg(long, value_name = "DIR", default_value = "target/reproduce")]
     out: PathBuf,
-}
-
-/// One item of a paper: its name there, and what computes it.
-#[derive(Clone, Copy)]
-struct Step {
-    name: &'static str,
-    compute: fn(&Run<'_>, &mut Item) -> Result<(), Failure>,
 }
 
 /// The items of a paper, in the order of the paper.
@@ -148,16 +145,4 @@ fn reproduce(papers: &[Paper], run: &Run<'_>) -> Vec<Item> {
     let items = steps.into_par_iter().with_max_len(1).map(compute).collect();
     bar.finish_and_clear();
     items
-}
-
-impl Step {
-    fn item(&self, paper: &str, run: &Run<'_>) -> Item {
-        let mut item = Item { paper: paper.into(), name: self.name.into(), ..Item::default() };
-        let start = Instant::now();
-        if let Err(failure) = (self.compute)(run, &mut item) {
-            item.failure = Some(failure.to_string());
-        }
-        item.took = start.elapsed();
-        item
-    }
 }

@@ -10,8 +10,7 @@ use curvpatch::Params;
 use dcurv::VertexArea;
 use mesh_core::build::{Repair, Weld};
 use mesh_io::Format;
-
-use crate::length::Length;
+use mesh_work::Length;
 
 /// Options of every command.
 #[derive(Debug, Args)]

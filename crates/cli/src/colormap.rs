@@ -32,12 +32,12 @@ fn color_map() -> impl TypedValueParser<Value = ColorMap> {
 impl ColorOptions {
     /// The colours for these values.
     pub(crate) fn scale(&self, signed: bool, values: Vec<f64>) -> Scale {
-        self.scale_of(signed, false, values)
+        self.options(signed, false).fit(values)
     }
 
-    /// The same, with equal steps of colour as equal ratios if `log`.
-    pub(crate) fn scale_of(&self, signed: bool, log: bool, values: Vec<f64>) -> Scale {
-        ScaleOptions { colors: self.colormap, range: self.range, signed, log }.fit(values)
+    /// How values become colours, with equal steps of colour as equal ratios if `log`.
+    pub(crate) fn options(&self, signed: bool, log: bool) -> ScaleOptions {
+        ScaleOptions { colors: self.colormap, range: self.range, signed, log }
     }
 
     /// The ends of the colours if they were named.

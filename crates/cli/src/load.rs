@@ -6,15 +6,14 @@ use std::path::Path;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use mesh_core::TriMesh;
-use mesh_core::build::{BuildReport, Built, Provenance, Repair, Weld, build};
+use mesh_core::build::{Repair, Weld};
 use mesh_io::{External, Format, Model, ReadError, ReadErrorKind};
+use mesh_work::{Loaded, diagonal, splits_vertices};
 use serde::Serialize;
 
 use crate::args::{FormatName, RepairOptions, WeldName, is_standard};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::length::diagonal;
 use crate::text::printable;
 
 /// Wall-clock seconds of the parts of a run.
@@ -109,14 +108,6 @@ pub(crate) struct Loading {
     pub(crate) repair: RepairOptions,
 }
 
-/// A mesh with the file content that it was built from.
-pub(crate) struct Loaded {
-    pub(crate) model: Model,
-    pub(crate) mesh: TriMesh,
-    pub(crate) provenance: Provenance,
-    pub(crate) report: BuildReport,
-}
-
 /// How many bytes tell the format.
 const HEAD: usize = 4096;
 
@@ -197,10 +188,9 @@ impl Loading {
     pub(crate) fn load(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
         let (model, format) = self.read.read_with_format(path, console)?;
         let mut repair = self.repairs(&model)?;
-        let splits = matches!(format, Some(Format::Gltf | Format::Glb))
-            || model.corner_uvs.is_some()
-            || model.corner_normals.is_some();
-        let joined = splits && self.repair.weld.is_none() && repair.weld == Weld::None;
+        let joined = splits_vertices(&model, format)
+            && self.repair.weld.is_none()
+            && repair.weld == Weld::None;
         if joined {
             repair.weld = Weld::Exact;
         }
@@ -219,7 +209,7 @@ impl Loading {
         if !self.repair.any() {
             return self.read(path, console);
         }
-        self.load_as_told(path, console)?.into_model()
+        self.load_as_told(path, console)?.into_model().map_err(Failure::model)
     }
 
     /// The repairs for a file, lengths in its units.
@@ -227,7 +217,7 @@ impl Loading {
         let within = match self.repair.weld {
             Some(WeldName::Within(length)) => {
                 let size = || diagonal(model.soup.measure().bounds.map(|b| b.diagonal()));
-                Weld::Distance(length.in_units(self.relative, size)?)
+                Weld::Distance(length.in_units(self.relative, size).map_err(Failure::refused)?)
             }
             _ => Weld::None,
         };
@@ -243,42 +233,14 @@ pub(crate) fn assemble(
     joined: bool,
     console: &Console,
 ) -> Result<Loaded, Failure> {
-    let Built { mesh, report, provenance } = build(&model.soup, repair).map_err(|source| {
-        Failure::Build { path: path.to_owned(), source: Box::new(source), joined }
+    let loaded = Loaded::build(model, repair).map_err(|source| Failure::Build {
+        path: path.to_owned(),
+        source: Box::new(source),
+        joined,
     })?;
+    let report = &loaded.report;
     if !report.is_unchanged() {
         console.message(format_args!("{}: {report}", printable(path.display())));
     }
-    Ok(Loaded { model, mesh, provenance, report })
-}
-
-/// Whether everything comes from its own place among so many.
-fn is_identity(source: &[u32], count: usize) -> bool {
-    source.len() == count && source.iter().zip(0..).all(|(&found, i): (_, u32)| found == i)
-}
-
-impl Loaded {
-    /// The content for the mesh as it is now, each corner taking its data from one of the file.
-    pub(crate) fn to_model(&self, corner_source: &[[u32; 3]]) -> Result<Model, Failure> {
-        let triangles: Vec<[u32; 3]> = self.mesh.topology().triangles().collect();
-        let Provenance { vertex_source, face_source, .. } = &self.provenance;
-        self.model
-            .reindexed(self.mesh.positions(), &triangles, vertex_source, face_source, corner_source)
-            .map_err(Failure::model)
-    }
-
-    /// The content for the mesh as it was built, without a copy where the file already is that.
-    pub(crate) fn into_model(self) -> Result<Model, Failure> {
-        let Provenance { vertex_source, face_source, corner_source } = &self.provenance;
-        let soup = &self.model.soup;
-        let is_same = is_identity(vertex_source, soup.vertex_count())
-            && is_identity(face_source, soup.face_count())
-            && is_identity(corner_source.as_flattened(), soup.corners().len());
-        if is_same { Ok(self.model) } else { self.to_model(corner_source) }
-    }
-
-    /// The number of vertices and faces.
-    pub(crate) fn counts(&self) -> [usize; 2] {
-        [self.mesh.topology().vertex_count(), self.mesh.topology().face_count()]
-    }
+    Ok(loaded)
 }

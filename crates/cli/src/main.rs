@@ -9,19 +9,16 @@
 
 mod args;
 mod arguments;
-mod attributes;
 mod batch;
+mod carry;
 mod colormap;
 mod commands;
 mod console;
 mod failure;
 mod given;
 mod interrupt;
-mod length;
 mod load;
-mod normals;
 mod save;
-mod seams;
 mod session;
 mod simplify_options;
 mod task;

@@ -5,19 +5,15 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use dtri_flip::feature_edges;
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
-use simplify::{
-    Boundary, Constraints, ErrorCheck, FinishOptions, FitOptions, Limits, Options, Phase,
-    PlacementRule, Preset, Progress, Refusals,
-};
+use mesh_work::{Choices, Length, parse_length};
+use simplify::{ErrorCheck, Limits, Options, Phase, PlacementRule, Preset, Progress, Refusals};
 
 use crate::args::{parse_angle, parse_not_negative, parse_seconds};
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt;
-use crate::length::{Length, parse_length};
 
 /// When to stop.
 #[derive(Clone, Debug, Args)]
@@ -67,7 +63,11 @@ impl Targets {
             collapses: None,
             time: self.time_limit,
         };
-        let max_error = self.max_error.map(|length| length.on(mesh, relative)).transpose()?;
+        let max_error = self
+            .max_error
+            .map(|length| length.on(mesh, relative))
+            .transpose()
+            .map_err(Failure::refused)?;
         Ok(Goals { limits, max_error })
     }
 }
@@ -83,7 +83,7 @@ pub(crate) struct Goals {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Simplification")]
 pub(crate) struct Policy {
-    /// fast, default, quality, extreme, thin-features, paper-l1 or paper-l2
+    /// draft, fast, default, quality, extreme, thin-features, paper-l1 or paper-l2
     #[arg(long, value_name = "PRESET", default_value_t, value_parser = |s: &str| s.parse::<Preset>())]
     pub(crate) preset: Preset,
     /// Where the remaining vertex of an edge goes [default: that of the preset]
@@ -149,9 +149,7 @@ struct Components(Option<usize>);
 impl Policy {
     /// Refuses options that would do nothing.
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
-        let mut options = Options::preset(self.preset);
-        self.adjust_fit(&mut options);
-        if options.finish.fit.is_none() {
+        if !self.choices().fits() {
             given.refuse(&["seed"], "the result is not fitted, so there are no random numbers")?;
         }
         Ok(())
@@ -159,50 +157,26 @@ impl Policy {
 
     /// How distances from the input are found.
     pub(crate) fn check(&self) -> ErrorCheck {
-        if self.verify { ErrorCheck::Certified } else { ErrorCheck::Sampled }
+        self.choices().check()
     }
 
     /// The options of the library, without a largest error.
     pub(crate) fn options(&self, mesh: &TriMesh, limits: Limits) -> Options {
-        let mut options = Options::preset(self.preset);
-        options.limit.check = self.verify.then_some(ErrorCheck::Certified);
-        let collapse = &mut options.collapse;
-        collapse.limits = limits;
-        collapse.constraints = self.constraints(mesh);
-        collapse.min_component_vertices = self.components.0;
-        collapse.forbid_intersections = self.no_intersections;
-        if let Some(placement) = self.placement {
-            collapse.placement = placement.into();
-        }
-        if let Some(weight) = self.curvature_weight {
-            collapse.curvature_weight = weight;
-        }
-        self.adjust_fit(&mut options);
-        options
+        self.choices().options(mesh, limits)
     }
 
-    fn constraints(&self, mesh: &TriMesh) -> Constraints {
-        Constraints {
-            boundary: if self.lock_boundary { Boundary::Lock } else { Boundary::Quadrics },
-            locked: None,
-            features: self.feature_angle.map(|angle| feature_edges(mesh, angle)),
-        }
-    }
-
-    fn adjust_fit(&self, options: &mut Options) {
-        match self.fit_rounds {
-            Some(0) => options.finish = FinishOptions::default(),
-            Some(rounds) => {
-                let fit = options.finish.fit.unwrap_or_default();
-                options.finish.fit = Some(FitOptions { rounds, ..fit });
-            }
-            None => {}
-        }
-        if let Some(fit) = &mut options.finish.fit {
-            fit.seed = self.seed;
-        }
-        if let Some(anneal) = &mut options.finish.anneal {
-            anneal.fit.seed = self.seed;
+    fn choices(&self) -> Choices {
+        Choices {
+            preset: self.preset,
+            placement: self.placement.map(PlacementRule::from),
+            curvature_weight: self.curvature_weight,
+            fit_rounds: self.fit_rounds,
+            lock_boundary: self.lock_boundary,
+            feature_angle: self.feature_angle,
+            no_intersections: self.no_intersections,
+            min_component_vertices: self.components.0,
+            verify: self.verify,
+            seed: self.seed,
         }
     }
 }

@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use mesh_io::Model;
+use mesh_work::Loaded;
 use serde::Serialize;
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loaded, Loading, Seconds};
+use crate::load::{Loading, Seconds};
 use crate::save::{SaveOptions, make_folder_of, save};
 use crate::text::printable;
 

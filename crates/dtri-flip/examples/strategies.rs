@@ -1,10 +1,10 @@
-//! Greedy, look-ahead and annealing on the same scrambled sphere: how low each gets.
+//! Greedy, look-ahead, annealing and rebuilding on the same scrambled sphere: how low each gets.
 #![allow(missing_docs, clippy::print_stdout)]
 
 use std::ops::ControlFlow;
 
 use dcurv::VertexArea;
-use dtri_flip::{Anneal, CostName, FlipOptions};
+use dtri_flip::{Anneal, CostName, FlipOptions, Rebuild};
 use mesh_core::TriMesh;
 use mesh_core::shapes::{Sphere, SplitMix64, scramble};
 
@@ -17,7 +17,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let strategies = [
         ("greedy", greedy.clone()),
         ("look-ahead 2", FlipOptions { look_ahead: 2, ..greedy.clone() }),
-        ("annealing", FlipOptions { anneal: Some(Anneal::default()), ..greedy }),
+        ("annealing", FlipOptions { anneal: Some(Anneal::default()), ..greedy.clone() }),
+        ("rebuilding", FlipOptions { rebuild: Some(Rebuild::default()), ..greedy }),
     ];
     println!("{:6} {:13} {:>6} {:>12} {:>12}", "cost", "strategy", "flips", "reached", "hull");
     for cost in [CostName::F1, CostName::F2, CostName::F3] {

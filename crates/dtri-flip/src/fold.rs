@@ -16,9 +16,17 @@ pub(crate) fn folds(mesh: &TriMesh, quad: &Quad, limit: f64) -> bool {
     let now = quad.triangles().map(|t| twice_vector_area(mesh, t));
     let flipped = quad.flipped_triangles().map(|t| twice_vector_area(mesh, t));
     let direction = now[0] + now[1];
-    let turn =
-        |faces: [DVec3; 2]| faces.map(|n| turn_of(n, direction)).into_iter().fold(0.0, f64::max);
-    turn(flipped) > limit.max(turn(now))
+    larger_turn(flipped, direction) > limit.max(larger_turn(now, direction))
+}
+
+/// The larger angle by which one of the faces at an edge is turned now.
+pub(crate) fn largest_turn(mesh: &TriMesh, quad: &Quad) -> f64 {
+    let now = quad.triangles().map(|t| twice_vector_area(mesh, t));
+    larger_turn(now, now[0] + now[1])
+}
+
+fn larger_turn(faces: [DVec3; 2], direction: DVec3) -> f64 {
+    faces.map(|n| turn_of(n, direction)).into_iter().fold(0.0, f64::max)
 }
 
 pub(crate) fn twice_vector_area(mesh: &TriMesh, triangle: [VertexId; 3]) -> DVec3 {
@@ -44,7 +52,8 @@ pub(crate) fn flattens(mesh: &TriMesh, quad: &Quad, resolution: f64) -> bool {
     flipped > 0 && flipped > without_area(quad.triangles())
 }
 
-fn is_flat(mesh: &TriMesh, triangle: [VertexId; 3], resolution: f64) -> bool {
+/// Whether a triangle has no area; see [`flattens`].
+pub(crate) fn is_flat(mesh: &TriMesh, triangle: [VertexId; 3], resolution: f64) -> bool {
     let [a, b, c] = triangle.map(|v| mesh.position(v));
     let longest = (b - a).length_squared().max((c - b).length_squared());
     let longest = longest.max((a - c).length_squared());

@@ -1,4 +1,4 @@
-//! Faces that a flip would push through others.
+//! Faces that a flip would push through others, or that cross others as they are.
 
 use mesh_core::{BoundingBox, FaceId, FaceTree, TriMesh, triangles_cross};
 
@@ -19,4 +19,12 @@ pub(crate) fn crossed_by_flip(tree: &FaceTree, mesh: &TriMesh, quad: &Quad) -> O
             !own.contains(&Some(face)) && triangles_cross(triangle, other)
         })
     })
+}
+
+/// Whether a face crosses another one.
+pub(crate) fn face_crosses(tree: &FaceTree, mesh: &TriMesh, face: FaceId) -> bool {
+    let triangle = |face: FaceId| (mesh.topology().face_vertices(face), mesh.triangle(face));
+    let own = triangle(face);
+    let crosses = |other: FaceId| other != face && triangles_cross(own, triangle(other));
+    tree.find(mesh, BoundingBox::of_triangle(own.1), crosses).is_some()
 }

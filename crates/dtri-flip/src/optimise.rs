@@ -1,4 +1,5 @@
-//! From a mesh to a better one: the greedy run, look-ahead, and annealing, one after the other.
+//! From a mesh to a better one: the greedy run, look-ahead, rebuilding, and annealing, one after the
+//! other.
 
 use core::ops::ControlFlow;
 
@@ -9,6 +10,7 @@ use crate::cost::FlipCost;
 use crate::error::FlipError;
 use crate::greedy;
 use crate::options::FlipOptions;
+use crate::rebuild;
 use crate::report::{FlipReport, Stop};
 use crate::rules::Rules;
 use crate::run::Run;
@@ -48,6 +50,12 @@ pub fn optimise_with<C: FlipCost>(
     let mut run = Run::new(mesh, rules);
     let cost_before = run.running_cost;
     let mut stop = descend(&mut run, &mut watch);
+    let mut rebuilt = 0;
+    if let Some(settings) = &options.rebuild
+        && matches!(stop, Stop::LocalMinimum | Stop::CycleGuard)
+    {
+        (stop, rebuilt) = rebuild::run(&mut run, settings, stop, &mut watch);
+    }
     let mut annealed_flips = 0;
     if let Some(settings) = &options.anneal
         && matches!(stop, Stop::LocalMinimum | Stop::CycleGuard)
@@ -58,6 +66,7 @@ pub fn optimise_with<C: FlipCost>(
         cost_before,
         cost_after: cost.total(run.mesh),
         flips: run.log.len() as u64,
+        rebuilt,
         annealed_flips,
         locked_edges: run.rules.locked.as_slice().iter().filter(|&&locked| locked).count(),
         refused: run.refused,

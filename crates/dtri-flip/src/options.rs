@@ -14,7 +14,10 @@ pub struct FlipOptions {
     /// [`FlipOptions::MAX_LOOK_AHEAD`]. 1 is the plain greedy run, 2 the look-ahead of DHKL01; the
     /// effort grows about sixfold with each step.
     pub look_ahead: usize,
-    /// Simulated annealing after the greedy run; the result is never worse than without.
+    /// Rebuilding patch after patch after the greedy run; the result is never worse than without.
+    /// The best there is against deep minima.
+    pub rebuild: Option<Rebuild>,
+    /// Simulated annealing after that; the result is never worse than without.
     pub anneal: Option<Anneal>,
     /// Edges between faces whose normals differ by more than this, in radians, are feature edges
     /// and never flip.
@@ -46,6 +49,7 @@ impl Default for FlipOptions {
     fn default() -> Self {
         Self {
             look_ahead: 1,
+            rebuild: None,
             anneal: None,
             feature_angle: None,
             locked: None,
@@ -74,6 +78,9 @@ impl FlipOptions {
         }
         FlipError::check_angle("feature_angle", self.feature_angle)?;
         FlipError::check_angle("max_fold", self.max_fold)?;
+        if let Some(rebuild) = &self.rebuild {
+            rebuild.check()?;
+        }
         if let Some(anneal) = &self.anneal {
             anneal.check()?;
         }
@@ -123,6 +130,53 @@ impl Anneal {
             }
         }
         Ok(())
+    }
+}
+
+/// Ruin and recreate (Schrimpf, Schneider, Stamm-Wilbrandt and Dueck 2000).
+///
+/// Each round takes the vertices of a patch out of the triangulation, by flips, and puts them back one
+/// after the other, each where it costs least, with flips and moves of its neighbours in between.
+/// What has not lowered the cost, or breaks one of the rules that single flips obey, is undone. Patches
+/// are of all sizes from three vertices to `largest`; vertices at the boundary, at feature edges and
+/// locked ones stay in.
+///
+/// For points of a convex surface this finds the convex hull, the minimum of F2, from any
+/// triangulation; see `cargo xtask convex-study`. A closed mesh is taken to have its faces outward, and
+/// is never turned inside out. The result is never worse than that of the greedy run, and the same
+/// seed always gives the same one.
+///
+/// The effort grows with the number of vertices and with `largest`: a vertex looks at all faces of its
+/// patch when it comes back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Rebuild {
+    /// Where the random numbers start.
+    pub seed: u64,
+    /// How often a vertex is taken out, in the mean, without anything getting better before that is
+    /// the end.
+    pub effort: usize,
+    /// How many vertices are taken out at once at most.
+    pub largest: usize,
+}
+
+impl Default for Rebuild {
+    fn default() -> Self {
+        Self { seed: 0, effort: 10, largest: 1000 }
+    }
+}
+
+impl Rebuild {
+    pub(crate) fn check(&self) -> Result<(), FlipError> {
+        let range = "at least 3";
+        match self.largest {
+            0..3 => Err(FlipError::OutOfRange {
+                option: "rebuild.largest",
+                value: self.largest as f64,
+                range,
+            }),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -11,7 +11,9 @@ pub struct FlipReport {
     pub cost_after: f64,
     /// The number of flips that lead from one to the other.
     pub flips: u64,
-    /// How many of them come from the last annealing round that was kept, and the greedy run after
+    /// How many rounds of rebuilding have lowered the cost. 0: none was asked for, or none has.
+    pub rebuilt: u64,
+    /// How many flips come from the last annealing round that was kept, and the greedy run after
     /// it. 0: annealing found nothing better than the greedy run.
     pub annealed_flips: u64,
     /// The number of feature and locked edges, which were never considered.

@@ -3,11 +3,11 @@
 use std::time::Instant;
 
 use mesh_core::edit::LegalFlip;
-use mesh_core::{EdgeId, EdgeMap, FaceTree, Topology, TriMesh};
+use mesh_core::{EdgeId, EdgeMap, FaceTree, Topology, TriMesh, VertexId};
 
 use crate::cost::{Change, FlipCost};
 use crate::features::locked_edges;
-use crate::fold::{flattens, folds};
+use crate::fold::{flattens, folds, is_flat};
 use crate::intersection::crossed_by_flip;
 use crate::options::FlipOptions;
 use crate::quad::Quad;
@@ -71,6 +71,11 @@ impl<'a, C: FlipCost> Rules<'a, C> {
     #[inline]
     pub(crate) fn is_gain(&self, change: Change) -> bool {
         change.gain() > self.noise + RELATIVE_NOISE * (change.before.abs() + change.after.abs())
+    }
+
+    /// Whether a triangle has no area, as far as the coordinates tell.
+    pub(crate) fn is_flat(&self, mesh: &TriMesh, triangle: [VertexId; 3]) -> bool {
+        is_flat(mesh, triangle, self.resolution)
     }
 
     /// Whether an edge may flip: the check of the mesh, and the guards that were asked for.

@@ -16,7 +16,8 @@ pub struct Progress {
     pub flips: u64,
     /// The cost so far, added up from the gains.
     pub cost: f64,
-    /// Greedy: edges in the queue. Annealing: steps to go.
+    /// Greedy: edges in the queue. Rebuilding: vertices to take out.
+    /// Annealing: steps to go.
     pub waiting: u64,
 }
 
@@ -27,6 +28,8 @@ pub struct Progress {
 pub enum Phase {
     /// Taking the best flip while there is one.
     Greedy,
+    /// Taking vertices out and putting them back.
+    Rebuilding,
     /// Taking random flips at a falling temperature.
     Annealing,
 }

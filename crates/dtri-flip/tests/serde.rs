@@ -7,7 +7,7 @@ mod common;
 use core::fmt::Debug;
 use core::time::Duration;
 
-use dtri_flip::{AbsMean, Anneal, CostName, FlipOptions, Ties, optimise};
+use dtri_flip::{AbsMean, Anneal, CostName, FlipOptions, Rebuild, Ties, optimise};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -21,6 +21,7 @@ fn options_and_reports_survive() {
     let mut mesh = common::paper_torus();
     let options = FlipOptions {
         look_ahead: 2,
+        rebuild: Some(Rebuild { effort: 1, ..Rebuild::default() }),
         anneal: Some(Anneal { rounds: 1, ..Anneal::default() }),
         locked: Some(mesh.topology().edge_map(false)),
         ties: Ties::Seeded(7),

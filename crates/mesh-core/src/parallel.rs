@@ -26,6 +26,19 @@ pub fn fill<T: Send>(out: &mut [T], value: impl Fn(usize) -> T + Sync) {
     out.chunks_mut(BLOCK).enumerate().for_each(fill_block);
 }
 
+/// Changes every element of a slice by a function of its index.
+pub fn update<T: Send>(out: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
+    let update_block = |(block, out): (usize, &mut [T])| {
+        for (i, slot) in out.iter_mut().enumerate() {
+            change(block * BLOCK + i, slot);
+        }
+    };
+    #[cfg(feature = "rayon")]
+    out.par_chunks_mut(BLOCK).enumerate().for_each(update_block);
+    #[cfg(not(feature = "rayon"))]
+    out.chunks_mut(BLOCK).enumerate().for_each(update_block);
+}
+
 /// The values of a function of the index, from 0 to `count`.
 pub fn collect<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     #[cfg(feature = "rayon")]
@@ -92,6 +105,26 @@ pub fn collect_with<S: Send, T: Send>(
     }
 }
 
+/// The values of a function of the index, from 0 to `count`, each of which takes long enough to be
+/// handed out by itself.
+pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    #[cfg(feature = "rayon")]
+    return (0..count).into_par_iter().with_max_len(1).map(&value).collect();
+    #[cfg(not(feature = "rayon"))]
+    return (0..count).map(value).collect();
+}
+
+/// Does two things that do not wait for each other.
+pub fn both(first: impl FnOnce() + Send, second: impl FnOnce() + Send) {
+    #[cfg(feature = "rayon")]
+    rayon::join(first, second);
+    #[cfg(not(feature = "rayon"))]
+    {
+        first();
+        second();
+    }
+}
+
 /// Folds the values of a function of the index, from 0 to `count`: each block from `zero` upwards,
 /// then the blocks in order.
 pub fn fold<T: Send + Sync + Copy>(
@@ -143,7 +176,8 @@ mod tests {
         assert!(collect(count, |i| i).into_iter().eq(0..count));
         let mut out = vec![0; count];
         fill(&mut out, |i| i * 2);
-        assert!(out.into_iter().eq((0..count).map(|i| i * 2)));
+        update(&mut out, |i, value| *value += i);
+        assert!(out.into_iter().eq((0..count).map(|i| i * 3)));
         let with_scratch = collect_with(count, Vec::new, |memory: &mut Vec<usize>, i| {
             memory.clear();
             memory.push(i);

@@ -139,16 +139,31 @@ impl Bvh {
         }));
         order(&mut places);
         let original = parallel::collect(count, |slot| places[slot].triangle);
+        let (simd, leaves, heights) = (Level::new(), Vec::new(), Vec::new());
+        let mut tree = Self { simd, leaves, heights, original };
+        tree.follow(corners);
+        tree
+    }
+
+    /// Takes up the triangles from where they are now, in the order as it is.
+    pub(crate) fn follow(&mut self, corners: impl Fn(usize) -> [DVec3; 3] + Sync) {
+        let original = &self.original;
+        let last = original.len() - 1;
         let leaf = |leaf: usize| {
-            Leaf::new(|lane| corners(original[(leaf * LANES + lane).min(count - 1)] as usize))
+            Leaf::new(|lane| corners(original[(leaf * LANES + lane).min(last)] as usize))
         };
-        let leaves = parallel::collect(count.div_ceil(LANES), leaf);
+        let leaves = parallel::collect(original.len().div_ceil(LANES), leaf);
         let mut heights = vec![nodes(leaves.len(), |leaf| leaves[leaf].bounds())];
         while let Some(below) = heights.last().filter(|below| below.len() > 1) {
             let above = nodes(below.len(), |node| below[node].bounds());
             heights.push(above);
         }
-        Self { simd: Level::new(), leaves, heights, original }
+        (self.leaves, self.heights) = (leaves, heights);
+    }
+
+    /// The triangles in the order of the leaves.
+    pub(crate) fn originals(&self) -> &[u32] {
+        &self.original
     }
 
     pub(crate) fn original(&self, slot: u32) -> u32 {
@@ -182,6 +197,45 @@ impl Bvh {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);
                 if candidate.squared < best.squared {
                     best = candidate;
+                }
+            }
+        }
+        best
+    }
+
+    /// For each point the closest one of all triangles, if that is closer than a distance.
+    pub(crate) fn nearer_than_each(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<Nearest>> {
+        dispatch!(self.simd, simd => {
+            let mut tasks = Tasks::new(self.heights.len());
+            let pairs = points.iter().zip(than);
+            pairs.map(|(&point, &than)| self.nearer_than(simd, point, than, &mut tasks)).collect()
+        })
+    }
+
+    #[inline(always)]
+    fn nearer_than<S: Simd>(
+        &self,
+        simd: S,
+        point: DVec3,
+        than: f64,
+        tasks: &mut Tasks,
+    ) -> Option<Nearest> {
+        let point = Wide::splat(simd, point);
+        let mut best = None;
+        let mut enough = than * than;
+        tasks.restart(self.heights.len());
+        while let Some(task) = tasks.pop() {
+            if task.squared >= enough {
+                continue;
+            }
+            if task.height > 0 {
+                let squares = squared_gaps([point, point], self.node(task).wide(simd));
+                tasks.push_children(task, squares, enough);
+            } else {
+                let candidate = self.nearest_in_leaf(simd, point, task.index);
+                if candidate.squared < enough {
+                    enough = candidate.squared;
+                    best = Some(candidate);
                 }
             }
         }
@@ -258,6 +312,13 @@ impl Tasks {
         let mut tasks = [Task::default(); MAX_TASKS];
         tasks[0].height = height as u32;
         Self { tasks, count: 1 }
+    }
+
+    /// Only the root.
+    #[inline(always)]
+    pub(crate) fn restart(&mut self, height: usize) {
+        self.tasks[0] = Task { height: height as u32, ..Task::default() };
+        self.count = 1;
     }
 
     #[inline(always)]

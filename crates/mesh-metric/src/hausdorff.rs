@@ -26,6 +26,8 @@
 //!   upper bound that is no matter: any triangle gives one. A point that is to give a lower bound is
 //!   compared once more with every triangle that may be that close.
 
+use core::ops::Range;
+
 use glam::DVec3;
 
 use crate::blocks::in_blocks;
@@ -85,6 +87,14 @@ pub struct CertifiedBounds {
     pub pieces: usize,
 }
 
+impl CertifiedBounds {
+    /// Bounds that hold for any two surfaces.
+    fn unknown(from: &Surface) -> Self {
+        let at = Lower::nothing(from).at;
+        Self { lower: 0.0, upper: f64::INFINITY, at, converged: false, pieces: 0 }
+    }
+}
+
 /// Bounds of the Hausdorff distance of two surfaces: the larger of the two one-sided distances.
 ///
 /// The bounds hold whatever is rounded on the way and whatever the shapes of the triangles. They allow
@@ -93,17 +103,39 @@ pub struct CertifiedBounds {
 /// only between needles, whose own directions are uncertain, the lower one may stay farther below.
 #[must_use]
 pub fn hausdorff_bounds(a: &Surface, b: &Surface, options: &CertifyOptions) -> CertifiedBounds {
+    let unstopped = both_bounds(a, b, options, &mut || false);
+    unstopped.unwrap_or(CertifiedBounds::unknown(a))
+}
+
+/// As [`hausdorff_bounds`], until `stops` says so, which is asked every some ten thousand pieces;
+/// `None` then.
+#[must_use]
+pub fn hausdorff_bounds_until(
+    a: &Surface,
+    b: &Surface,
+    options: &CertifyOptions,
+    stops: &mut dyn FnMut() -> bool,
+) -> Option<CertifiedBounds> {
+    both_bounds(a, b, options, stops)
+}
+
+fn both_bounds(
+    a: &Surface,
+    b: &Surface,
+    options: &CertifyOptions,
+    stops: &mut dyn FnMut() -> bool,
+) -> Option<CertifiedBounds> {
     // A lower bound of one direction serves the other, where pieces below it need no cutting.
-    let from_b = vertex_bound(b, a);
-    let forward = refine(a, b, options, from_b);
-    let backward = refine(b, a, options, forward.lower);
-    CertifiedBounds {
+    let from_b = vertex_bound(b, a, stops)?;
+    let forward = refine(a, b, options, from_b, stops)?;
+    let backward = refine(b, a, options, forward.lower, stops)?;
+    Some(CertifiedBounds {
         lower: backward.lower.proved(),
         upper: forward.upper.max(backward.upper),
         at: backward.lower.at,
         converged: forward.converged && backward.converged,
         pieces: forward.pieces + backward.pieces,
-    }
+    })
 }
 
 /// Bounds of the one-sided Hausdorff distance: the largest distance to `to` of any point of
@@ -112,7 +144,9 @@ pub fn hausdorff_bounds(a: &Surface, b: &Surface, options: &CertifyOptions) -> C
 /// The bounds allow for rounding, as those of [`hausdorff_bounds`] do.
 #[must_use]
 pub fn one_sided_bounds(from: &Surface, to: &Surface, options: &CertifyOptions) -> CertifiedBounds {
-    let refined = refine(from, to, options, Lower::nothing(from));
+    let Some(refined) = refine(from, to, options, Lower::nothing(from), &mut || false) else {
+        return CertifiedBounds::unknown(from);
+    };
     CertifiedBounds {
         lower: refined.lower.proved(),
         upper: refined.upper,
@@ -191,15 +225,38 @@ impl Corner {
 
 type Piece = [Corner; 3];
 
-fn vertex_bound(from: &Surface, to: &Surface) -> Lower {
+fn vertex_bound(from: &Surface, to: &Surface, stops: &mut dyn FnMut() -> bool) -> Option<Lower> {
     let mut lower = Lower::nothing(from);
     let rounding = Rounding::between(from.bounding_box(), to.bounding_box());
-    lower.raise(&whole_triangles(from, to).as_flattened().iter(), to, rounding.after(0));
-    lower
+    let corners = corners(from, to, stops)?;
+    let used = from.triangles().as_flattened().iter().map(|&v| &corners[v as usize]);
+    lower.raise(&used, to, rounding.after(0));
+    Some(lower)
 }
 
-fn whole_triangles(from: &Surface, to: &Surface) -> Vec<Piece> {
-    let blocks = in_blocks(from.positions().len(), |vertices| {
+/// Pieces between which it is asked whether to stop.
+const AT_ONCE: usize = 1 << 16;
+
+/// What `make` gives for ranges of consecutive indices, until it is said to stop.
+fn in_turns<T: Send>(
+    count: usize,
+    stops: &mut dyn FnMut() -> bool,
+    make: impl Fn(Range<usize>) -> T + Sync,
+) -> Option<Vec<T>> {
+    let mut all = Vec::new();
+    for start in (0..count).step_by(AT_ONCE) {
+        if stops() {
+            return None;
+        }
+        let some = AT_ONCE.min(count - start);
+        all.extend(in_blocks(some, |range| make(start + range.start..start + range.end)));
+    }
+    Some(all)
+}
+
+/// The vertices of a surface, those that belong to no triangle included.
+fn corners(from: &Surface, to: &Surface, stops: &mut dyn FnMut() -> bool) -> Option<Vec<Corner>> {
+    let blocks = in_turns(from.positions().len(), stops, |vertices| {
         let mut guess = 0;
         let corner = |v: usize| {
             let corner = Corner::new(from.positions()[v], to, guess);
@@ -208,8 +265,7 @@ fn whole_triangles(from: &Surface, to: &Surface) -> Vec<Piece> {
         };
         vertices.map(corner).collect::<Vec<_>>()
     });
-    let corners = blocks.concat();
-    from.triangles().iter().map(|t| t.map(|v| corners[v as usize])).collect()
+    Some(blocks?.concat())
 }
 
 /// Bounds of one direction.
@@ -220,13 +276,22 @@ struct Refined {
     pieces: usize,
 }
 
-fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) -> Refined {
+fn refine(
+    from: &Surface,
+    to: &Surface,
+    options: &CertifyOptions,
+    start: Lower,
+    stops: &mut dyn FnMut() -> bool,
+) -> Option<Refined> {
     let rounding = Rounding::between(from.bounding_box(), to.bounding_box());
     let budget = options.budget(from.triangle_count());
     let mut lower = start;
     // What has been proved of the pieces that are done with.
     let mut settled = start.proved();
-    let mut pieces = whole_triangles(from, to);
+    let corners = corners(from, to, stops)?;
+    let whole = from.triangles().iter().map(|t| t.map(|v| corners[v as usize]));
+    let mut pieces: Vec<Piece> = whole.collect();
+    drop(corners);
     let mut looked_at = 0;
     let mut rounds = 0;
     loop {
@@ -235,7 +300,7 @@ fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) 
         looked_at += pieces.len();
         let bar = options.bar(lower.distance, slack);
         let bounds: Vec<_> =
-            in_blocks(pieces.len(), |range| bound_pieces(&pieces[range], to, bar)).concat();
+            in_turns(pieces.len(), stops, |range| bound_pieces(&pieces[range], to, bar))?.concat();
         lower.raise(&bounds.iter().filter_map(|(_, center)| center.as_ref()), to, slack);
         let bar = options.bar(lower.distance, slack);
         let (mut open, mut highest_open) = (Vec::new(), 0.0_f64);
@@ -252,9 +317,9 @@ fn refine(from: &Surface, to: &Surface, options: &CertifyOptions, start: Lower) 
         let done = open.is_empty() || exceeded;
         if done || looked_at + 4 * open.len() > budget {
             let upper = settled.max(highest_open).max(lower.proved());
-            return Refined { lower, upper, converged: done, pieces: looked_at };
+            return Some(Refined { lower, upper, converged: done, pieces: looked_at });
         }
-        let parts = in_blocks(open.len(), |range| divide(&open[range], to, bar));
+        let parts = in_turns(open.len(), stops, |range| divide(&open[range], to, bar))?;
         rounds += 1;
         let slack = rounding.after(rounds);
         settled = parts.iter().map(|parts| parts.settled + slack).fold(settled, f64::max);

@@ -17,7 +17,9 @@ pub use closest::{closest_on_triangle, weights_of_closest};
 pub use compare::{
     CompareOptions, Comparison, OneSided, Worst, compare, edge_points, vertex_distances,
 };
-pub use hausdorff::{CertifiedBounds, CertifyOptions, hausdorff_bounds, one_sided_bounds};
+pub use hausdorff::{
+    CertifiedBounds, CertifyOptions, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,
+};
 pub use sampling::{SurfaceSample, sample_surface};
 pub use signed::SignedDistance;
 pub use surface::{ClosestPoint, Surface, SurfaceError};

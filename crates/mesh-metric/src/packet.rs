@@ -15,13 +15,22 @@ impl Bvh {
     /// The closest points of all triangles to many points, all the quicker the closer these are
     /// to each other. What is closest to a point that is not finite is not a number.
     pub(crate) fn nearest_to_each(&self, points: &[DVec3]) -> Vec<Nearest> {
+        self.nearest_in_order(points, &along_a_curve(points))
+    }
+
+    /// The same for points that are in such an order that neighbours are close.
+    pub(crate) fn nearest_to_neighbours(&self, points: &[DVec3]) -> Vec<Nearest> {
+        let finite = (0..points.len() as u32).filter(|&index| points[index as usize].is_finite());
+        self.nearest_in_order(points, &finite.collect::<Vec<_>>())
+    }
+
+    fn nearest_in_order(&self, points: &[DVec3], order: &[u32]) -> Vec<Nearest> {
         let nowhere = Nearest { offset: DVec3::NAN, squared: f64::NAN, slot: 0 };
         let mut nearest = vec![nowhere; points.len()];
-        let order = along_a_curve(points);
         dispatch!(self.simd(), simd => {
-            let mut guess = 0;
+            let (mut guess, mut tasks) = (0, Tasks::new(self.root_height()));
             for eight in order.chunks(LANES) {
-                guess = self.nearest_to_eight(simd, points, eight, guess, &mut nearest);
+                guess = self.nearest_to_eight(simd, points, eight, guess, (&mut tasks, &mut nearest));
             }
         });
         nearest
@@ -35,7 +44,7 @@ impl Bvh {
         points: &[DVec3],
         eight: &[u32],
         guess: u32,
-        nearest: &mut [Nearest],
+        (tasks, nearest): (&mut Tasks, &mut [Nearest]),
     ) -> u32 {
         let [min, max] = bounds(eight.iter().map(|&index| points[index as usize]));
         let triangle = self.triangle(guess);
@@ -51,7 +60,7 @@ impl Bvh {
         }
         let mut packet = Packet::new(simd, points, eight, [min, max]);
         packet.measure(triangle, guess);
-        let mut tasks = Tasks::new(self.root_height());
+        tasks.restart(self.root_height());
         while let Some(task) = tasks.pop() {
             if task.squared >= packet.farthest {
                 continue;

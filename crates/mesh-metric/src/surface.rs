@@ -38,6 +38,14 @@ pub enum SurfaceError {
         /// The number of vertices.
         vertex_count: usize,
     },
+    /// The mesh that a surface is to follow has another number of faces.
+    #[error("the mesh has {found} faces, but the surface {count}; make a new surface of it")]
+    OtherFaces {
+        /// The number of faces of the surface.
+        count: usize,
+        /// That of the mesh.
+        found: usize,
+    },
     /// A coordinate of a triangle is infinite or not a number.
     #[error("vertex {vertex} is at {position}, which is not finite; remove it or give it a place")]
     NotFinite {
@@ -100,25 +108,10 @@ impl Surface {
         if triangles.is_empty() {
             return Err(SurfaceError::Empty);
         }
-        for (triangle, corners) in triangles.iter().enumerate() {
-            for &vertex in corners {
-                let Some(&position) = positions.get(vertex as usize) else {
-                    let vertex_count = positions.len();
-                    return Err(SurfaceError::IndexOutOfRange { triangle, vertex, vertex_count });
-                };
-                if !position.is_finite() {
-                    return Err(SurfaceError::NotFinite { vertex, position });
-                }
-            }
-        }
-        let corners = |t: usize| {
-            let [a, b, c] = triangles[t];
-            [positions[a as usize], positions[b as usize], positions[c as usize]]
-        };
+        check(&positions, &triangles)?;
+        let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
         let bvh = Bvh::new(corners, triangles.len());
-        let empty = BoundingBox { min: DVec3::ZERO, max: DVec3::ZERO };
-        let all = (0..triangles.len()).flat_map(corners);
-        let bounding_box = BoundingBox::of_points(all).unwrap_or(empty);
+        let bounding_box = bounding_box(&positions, &triangles);
         Ok(Self { positions, triangles, faces, bounding_box, bvh })
     }
 
@@ -194,6 +187,61 @@ impl Surface {
         self.of_each(points, |point, nearest| self.answer(point, nearest))
     }
 
+    /// As [`Surface::closest_points`], without looking for an order: for points of which eight that
+    /// follow each other are close together.
+    #[must_use]
+    pub fn closest_to_neighbours(&self, points: &[DVec3]) -> Vec<ClosestPoint> {
+        let blocks = in_blocks(points.len(), |range| {
+            let points = &points[range];
+            let nearest = self.bvh.nearest_to_neighbours(points).into_iter();
+            points.iter().zip(nearest).map(|(&p, n)| self.answer(p, n)).collect::<Vec<_>>()
+        });
+        blocks.concat()
+    }
+
+    /// For each point the closest one of the surface, if that is closer than the distance given with it;
+    /// all the quicker the smaller these are. There must be as many distances as points.
+    #[must_use]
+    pub fn closer_points(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<ClosestPoint>> {
+        let blocks = in_blocks(points.len().min(than.len()), |range| {
+            let (points, than) = (&points[range.clone()], &than[range]);
+            let nearer = self.bvh.nearer_than_each(points, than).into_iter();
+            points.iter().zip(nearer).map(|(&p, n)| Some(self.answer(p, n?))).collect::<Vec<_>>()
+        });
+        blocks.concat()
+    }
+
+    /// The indices of the triangles, in an order in which neighbours are close to each other.
+    #[must_use]
+    pub fn in_space(&self) -> &[u32] {
+        self.bvh.originals()
+    }
+
+    /// Makes this the surface of a mesh with the same faces, whose vertices have moved and whose edges
+    /// were flipped. That takes O(n), but queries take longer the farther the faces have gone.
+    ///
+    /// # Errors
+    /// The mesh has another number of faces, or a position is not finite; the surface is as before.
+    pub fn follow(&mut self, mesh: &TriMesh) -> Result<(), SurfaceError> {
+        let topology = mesh.topology();
+        let (count, found) = (self.triangles.len(), topology.face_count());
+        if count != found {
+            return Err(SurfaceError::OtherFaces { count, found });
+        }
+        let triangles: Vec<[u32; 3]> = topology.triangles().collect();
+        check(mesh.positions(), &triangles)?;
+        self.positions.clear();
+        self.positions.extend_from_slice(mesh.positions());
+        self.triangles = triangles;
+        self.faces.clear();
+        self.faces.extend(topology.faces());
+        let (positions, triangles) = (&self.positions, &self.triangles);
+        let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
+        self.bvh.follow(corners);
+        self.bounding_box = bounding_box(positions, triangles);
+        Ok(())
+    }
+
     fn of_each<T: Copy + Send>(
         &self,
         points: &[DVec3],
@@ -229,4 +277,26 @@ impl Surface {
             triangle,
         }
     }
+}
+
+/// Whether all corners are there and finite.
+fn check(positions: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), SurfaceError> {
+    for (triangle, corners) in triangles.iter().enumerate() {
+        for &vertex in corners {
+            let Some(&position) = positions.get(vertex as usize) else {
+                let vertex_count = positions.len();
+                return Err(SurfaceError::IndexOutOfRange { triangle, vertex, vertex_count });
+            };
+            if !position.is_finite() {
+                return Err(SurfaceError::NotFinite { vertex, position });
+            }
+        }
+    }
+    Ok(())
+}
+
+fn bounding_box(positions: &[DVec3], triangles: &[[u32; 3]]) -> BoundingBox {
+    let corners = triangles.as_flattened().iter().map(|&v| positions[v as usize]);
+    let empty = BoundingBox { min: DVec3::ZERO, max: DVec3::ZERO };
+    BoundingBox::of_points(corners).unwrap_or(empty)
 }

@@ -1,6 +1,7 @@
 //! Pixels.
 
-use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
 
 use crate::error::RenderError;
 
@@ -100,7 +101,9 @@ impl Picture {
     pub fn to_png(&self) -> Result<Vec<u8>, RenderError> {
         let mut bytes = Vec::new();
         let is_opaque = self.pixels.iter().all(|p| p[3] == 255);
-        let encoder = PngEncoder::new(&mut bytes);
+        // Pictures are kept and sent: smaller files are worth the time.
+        let (compression, filter) = (CompressionType::Default, FilterType::Adaptive);
+        let encoder = PngEncoder::new_with_quality(&mut bytes, compression, filter);
         let written = if is_opaque {
             let rgb: Vec<u8> = self.pixels.iter().flat_map(|&[r, g, b, _]| [r, g, b]).collect();
             encoder.write_image(&rgb, self.width, self.height, ExtendedColorType::Rgb8)

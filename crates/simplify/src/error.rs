@@ -30,6 +30,18 @@ pub enum SimplifyError {
         /// What would help.
         cure: &'static str,
     },
+    /// The system has less memory than the collapses need.
+    #[error(
+        "this takes about {} MiB beside the mesh, but there are {} MiB; ask for fewer faces, take the preset draft, or free memory",
+        needed.div_ceil(1 << 20),
+        available >> 20
+    )]
+    Memory {
+        /// The bytes that are needed, about; see [`memory_needed`](crate::memory_needed).
+        needed: u64,
+        /// The bytes that can be had.
+        available: u64,
+    },
     /// A position is infinite or not a number.
     #[error("{vertex:?} is at {position}, which is not finite; remove it or give it a place")]
     NotFinite {

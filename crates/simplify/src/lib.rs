@@ -3,13 +3,15 @@
 //!
 //! ## The source
 //!
-//! There are four rooms, each above those before it: `collapse` (the loop and its policies),
-//! `attributes`, `finish` (fit, anneal, peaks) and `limit` (the largest error).
+//! There are five rooms, each above those before it: `collapse` (the loop and its policies),
+//! `regions` (collapses on every core), `attributes`, `finish` (fit, anneal, peaks) and `limit` (the largest error).
 
 #[cfg(feature = "finish")]
 mod attributes;
 #[cfg_attr(not(feature = "finish"), allow(dead_code, reason = "rooms above use the rest"))]
 mod collapse;
+#[cfg(feature = "finish")]
+mod course;
 #[cfg(feature = "finish")]
 mod error;
 #[cfg(feature = "finish")]
@@ -17,11 +19,15 @@ mod finish;
 #[cfg(feature = "finish")]
 mod limit;
 #[cfg(feature = "finish")]
+mod memory;
+#[cfg(feature = "finish")]
 mod named;
 #[cfg(feature = "finish")]
 mod options;
 #[cfg(feature = "finish")]
 mod preset;
+#[cfg(feature = "finish")]
+pub mod regions;
 #[cfg(feature = "finish")]
 mod simplify;
 
@@ -68,6 +74,8 @@ pub use finish::peaks::{PeakOptions, PeakReport, cut_peaks};
 pub use limit::measure::{AchievedError, ErrorCheck};
 #[cfg(feature = "finish")]
 pub use limit::within::collapses_within;
+#[cfg(feature = "finish")]
+pub use memory::memory_needed;
 #[cfg(feature = "finish")]
 pub use options::{
     AttributeOptions, CollapseOptions, FinishOptions, LimitOptions, Metric, Options, PlacementRule,

@@ -5,15 +5,75 @@ use core::ops::ControlFlow;
 use mesh_core::TriMesh;
 
 use crate::attributes::attribute_deviation::AttributeDeviation;
+use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::cost::{
     Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm, Surcharge,
 };
 use crate::collapse::driver::collapse_edges_followed;
 use crate::collapse::guard::Guards;
 use crate::collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
-use crate::collapse::policies::Policies;
+use crate::collapse::policies::{Policies, Update};
+use crate::collapse::quadric::Quadric;
 use crate::collapse::run::{Progress, Run};
+use crate::collapse::stop::Limits;
 use crate::options::{Metric, Options, PlacementRule};
+use crate::regions::Rules;
+
+/// What a run in regions goes by, and how far it goes.
+pub(crate) struct Regional {
+    pub(crate) rules: Rules,
+    /// Whether something else has to follow: regions do not know the metric.
+    pub(crate) is_start: bool,
+}
+
+/// What regions can do of what the options ask for.
+pub(crate) fn regional(mesh: &TriMesh, options: &Options) -> Option<Regional> {
+    let Options { collapse, limit, attributes, .. } = options;
+    let Constraints { boundary, locked, features } = &collapse.constraints;
+    let is_start = match collapse.metric {
+        Metric::Classic | Metric::Marginal => collapse.curvature_weight > 0.0,
+        Metric::Hybrid => true,
+        _ => return None,
+    };
+    if is_start && collapse.metric != Metric::Hybrid {
+        return None;
+    }
+    let keep_volume = match collapse.placement {
+        PlacementRule::OptimalVolume => true,
+        PlacementRule::Optimal => false,
+        _ => return None,
+    };
+    let Limits { faces: _, ratio: _, time: _, vertices, cost, collapses } = collapse.limits;
+    let can = collapse.update == Update::Regions
+        && attributes.counting().is_none()
+        && limit.distance.is_none()
+        && *boundary != Boundary::Lock
+        && locked.is_none()
+        && features.is_none()
+        && collapse.min_component_vertices.is_none()
+        && !collapse.forbid_intersections
+        && (vertices, cost, collapses) == (None, None, None);
+    let rules = Rules {
+        marginal: collapse.metric != Metric::Classic,
+        keep_volume,
+        border: *boundary == Boundary::Quadrics,
+        min_cosine: collapse.min_cosine,
+        min_shape: collapse.min_shape,
+        record: collapse.record,
+        ..Rules::new(mesh)
+    };
+    can.then_some(Regional { rules, is_start })
+}
+
+/// Runs the driver on what a run in regions has left, with what its vertices remember.
+pub(crate) fn collapse_rest(
+    mesh: &mut TriMesh,
+    quadrics: Vec<Quadric>,
+    options: &Options,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Run {
+    with_cost(Hybrid::default().remembering(quadrics), mesh, options, observe)
+}
 
 /// Runs the driver with the policies that the options name.
 pub(crate) fn collapse(

@@ -43,6 +43,9 @@ pub struct CollapseOptions {
     pub placement: PlacementRule,
     /// When costs are brought up to date.
     pub update: Update,
+    /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60
+    /// bytes for each.
+    pub record: bool,
     /// When to stop.
     pub limits: Limits,
     /// What must stay.

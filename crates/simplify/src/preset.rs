@@ -19,7 +19,9 @@ use crate::options::{
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Preset {
-    /// Accumulated quadrics with marginal cost and kept volume: the quickest.
+    /// Accumulated quadrics with marginal cost, and nothing recorded: for when only speed counts.
+    Draft,
+    /// Accumulated quadrics with marginal cost and kept volume: quick.
     Fast,
     /// The hybrid metric with a little curvature, and two rounds of fitting.
     #[default]
@@ -40,6 +42,7 @@ pub enum Preset {
 impl Preset {
     /// All presets.
     pub const ALL: &'static [Self] = &[
+        Self::Draft,
         Self::Fast,
         Self::Default,
         Self::Quality,
@@ -53,6 +56,7 @@ impl Preset {
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Draft => "draft",
             Self::Fast => "fast",
             Self::Default => "default",
             Self::Quality => "quality",
@@ -73,7 +77,7 @@ impl fmt::Display for Preset {
 /// A name that is no preset.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no preset {0:?}; there are fast, default, quality, extreme, thin-features, paper-l1, paper-l2"
+    "there is no preset {0:?}; there are draft, fast, default, quality, extreme, thin-features, paper-l1, paper-l2"
 )]
 pub struct UnknownPreset(pub String);
 
@@ -103,9 +107,19 @@ impl Options {
             fit: FitOptions { rounds: 24, ..peaks.fit },
             ..peaks
         };
-        let long_fit = FitOptions { rounds: 8, ..FitOptions::default() };
+        let long_fit = FitOptions { rounds: 8, samples_per_face: 30, ..FitOptions::default() };
         let quality = FinishOptions { fit: Some(long_fit), anneal: None, peaks: Some(low_peaks) };
         let (collapse, finish) = match preset {
+            Preset::Draft => (
+                CollapseOptions {
+                    metric: Metric::Marginal,
+                    curvature_weight: 0.0,
+                    placement: PlacementRule::Optimal,
+                    record: false,
+                    ..CollapseOptions::default()
+                },
+                FinishOptions::default(),
+            ),
             Preset::Fast => (
                 CollapseOptions {
                     metric: Metric::Marginal,
@@ -144,7 +158,8 @@ impl Default for CollapseOptions {
             metric: Metric::Hybrid,
             curvature_weight: 0.1,
             placement: PlacementRule::OptimalVolume,
-            update: Update::Lazy,
+            update: Update::Regions,
+            record: true,
             limits: Limits::default(),
             constraints: Constraints::default(),
             min_cosine: Some(NormalGuard::default().min_cosine),

@@ -15,8 +15,9 @@ use crate::collapse::placement::Placement;
 use crate::collapse::policies::Policies;
 use crate::collapse::policy::Policy;
 use crate::collapse::refusal::Refusals;
-use crate::collapse::run::{Phase, Progress, Run};
+use crate::collapse::run::{Progress, Run};
 use crate::collapse::stop::StopReason;
+use crate::course::collapse_to_level;
 use crate::error::SimplifyError;
 use crate::finish::anneal::{AnnealOptions, AnnealReport};
 use crate::finish::collapse_back::CollapseBack;
@@ -29,7 +30,8 @@ use crate::finish::peaks::{PeakOptions, PeakReport};
 use crate::finish::texture_fit::Texture;
 use crate::limit::measure::{AchievedError, Measuring};
 use crate::limit::search::Search;
-use crate::named::{collapse, collapse_with};
+use crate::memory::check_memory;
+use crate::named::collapse_with;
 use crate::options::Options;
 
 /// A simplified mesh and how it came about.
@@ -41,7 +43,10 @@ pub struct Simplified {
     /// For each vertex of the original, the vertex of the result that it has become; `None` where
     /// the original had a removed vertex.
     pub vertex_map: VertexMap<Option<VertexId>>,
-    /// Every collapse, before fitting and before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze).
+    /// The number of collapses, before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze).
+    pub collapses: usize,
+    /// Every collapse, before fitting and before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze);
+    /// empty unless [`CollapseOptions::record`](crate::CollapseOptions::record) is set.
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,
@@ -78,7 +83,7 @@ pub struct Simplified {
 /// ```
 ///
 /// # Errors
-/// An option makes no sense, or a position is not finite.
+/// An option makes no sense, a position is not finite, or there is too little memory.
 pub fn simplify(mesh: &TriMesh, options: &Options) -> Result<Simplified, SimplifyError> {
     simplify_observed(mesh, options, &mut |_| ControlFlow::Continue(()))
 }
@@ -98,10 +103,11 @@ pub fn simplify_observed(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
     check(mesh, options)?;
-    let mut working = mesh.clone();
+    check_memory(mesh, options)?;
     let mut observer = observer(mesh, options, observe);
-    let run = collapse(&mut working, options, &mut |now| observer.observe(now));
-    finish(mesh, working, run, &Guards::default(), options, observer)
+    let see = &mut |now: &_| observer.observe(now);
+    let (level, run) = collapse_to_level(mesh, options, see);
+    finish(mesh, level, run, &Guards::default(), options, observer)
 }
 
 /// Simplifies a mesh with a cost, a placement, surcharges and guards of one's own: these, not those
@@ -124,7 +130,7 @@ pub fn simplify_with(
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
     let run = collapse_with(&mut working, policies, followers, options, see);
-    finish(mesh, working, run, &guards, options, observer)
+    finish(mesh, Level::at_end(working, &run), run, &guards, options, observer)
 }
 
 fn observer<'a>(
@@ -136,21 +142,20 @@ fn observer<'a>(
     Observer::new(faces_before, options.collapse.limits.face_target(faces_before), observe)
 }
 
-/// What comes after the collapses, which have left `working`; the guards are as they were before.
+/// What comes after the collapses, which have left `level`; the guards are as they were before.
 fn finish(
     mesh: &TriMesh,
-    working: TriMesh,
+    mut level: Level,
     mut run: Run,
     guards: &Guards,
     options: &Options,
     mut observer: Observer<'_>,
 ) -> Result<Simplified, SimplifyError> {
     let Options { collapse, finish, limit, .. } = options;
-    let is_changed = !observer.is_stopped() && !run.log.is_empty();
+    let is_changed = !observer.is_stopped() && run.collapses > 0;
     let wants_finish = is_changed && (finish.fit.is_some() || finish.peaks.is_some());
     let has_faces = mesh.topology().face_count() > 0;
     let target = collapse.limits.face_target(mesh.topology().face_count());
-    let mut level = Level::at_end(working, &run);
     let mut error = None;
     let finished = if has_faces && (wants_finish || limit.check.is_some()) {
         let original = Surface::new(mesh)?;
@@ -191,10 +196,8 @@ fn finish(
             }
         } else {
             let finished = finishing.finish(&level, &mut observer)?;
-            if let Some(measuring) = measuring
-                && !observer.stops(Phase::Measure, &finished.mesh)
-            {
-                error = Some(measuring.measure(&finished.mesh)?.0);
+            if let Some(measuring) = measuring {
+                error = measuring.measure(&finished.mesh, &mut observer)?;
             }
             finished
         }
@@ -212,7 +215,8 @@ fn finish(
         vertex_map: VertexMap::from_vec(level.became.as_slice().iter().map(follow).collect()),
         boundary_shift: boundary_shift(mesh, &finished.mesh),
         mesh: finished.mesh,
-        log: run.log,
+        collapses: run.collapses,
+        log: if collapse.record { run.log } else { CollapseLog::default() },
         stop: run.stop,
         refusals: run.refusals,
         max_cost: run.max_cost,

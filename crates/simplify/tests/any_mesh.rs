@@ -45,6 +45,7 @@ proptest! {
         prop_assume!(mesh.is_some());
         let mesh = mesh.unwrap();
         let mut options = Options::preset(Preset::ALL[preset]).to_faces(floor);
+        options.collapse.record = true;
         options.collapse.constraints.boundary =
             [Boundary::Quadrics, Boundary::Lock, Boundary::Free][boundary];
         let result = simplify(&mesh, &options).unwrap();

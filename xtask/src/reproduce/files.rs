@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use super::item::Item;
-use super::verdict::Content;
+use super::row::Content;
 use crate::failure::Failure;
 
 /// Writes `results.json` and `results.csv`, and the same for every item.

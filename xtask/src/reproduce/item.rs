@@ -1,14 +1,15 @@
 //! What a reproduction yields: items with numbers, claims, tables, plots and pictures.
 //!
 //! An item only says what was computed. What the papers print is not known here: the comparison
-//! comes later, in [`super::verdict`].
+//! comes later, in `verdict`.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use serde::Serialize;
 
-use super::verdict::Row;
+use super::outcome::Outcome;
+use super::row::Row;
 use crate::plot::Plot;
 
 /// A table or figure of a paper, reproduced.
@@ -36,7 +37,7 @@ pub(crate) struct Item {
     pub(crate) plots: Vec<PlotFigure>,
     /// Rows of pictures to be seen side by side.
     pub(crate) figures: Vec<Vec<Figure>>,
-    /// The numbers and claims with their verdicts; filled by [`super::verdict`].
+    /// The numbers and claims with their verdicts; filled by `verdict`.
     pub(crate) rows: Vec<Row>,
     /// What went wrong, if the item could not be finished.
     pub(crate) failure: Option<String>,
@@ -61,15 +62,6 @@ pub(crate) struct ClaimResult {
     pub(crate) outcome: Outcome,
     /// By how much, in plain words with numbers.
     pub(crate) how: String,
-}
-
-/// Whether a claim holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Outcome {
-    Holds,
-    InPart,
-    Fails,
 }
 
 /// Numbers to be read beside each other. They are shown only: what is to be checked is given as
@@ -154,12 +146,5 @@ impl Item {
     /// Adds pictures that belong side by side.
     pub(crate) fn side_by_side(&mut self, figures: impl IntoIterator<Item = Figure>) {
         self.figures.push(figures.into_iter().collect());
-    }
-}
-
-impl Outcome {
-    /// [`Outcome::Holds`] or [`Outcome::Fails`].
-    pub(crate) fn of(holds: bool) -> Self {
-        if holds { Self::Holds } else { Self::Fails }
     }
 }

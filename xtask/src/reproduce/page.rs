@@ -12,7 +12,6 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::item::Item;
 use super::published::Paper;
 use super::summary::Counts;
-use super::verdict::Row;
 use crate::failure::Failure;
 
 const STYLE: &str = include_str!("page/style.css");
@@ -126,11 +125,6 @@ fn worst_class(item: &Item) -> &'static str {
         _ if counts.needs_model > 0 => "needs-a-model",
         _ => "not-published",
     }
-}
-
-/// The class of a row's verdict.
-fn class(row: &Row) -> String {
-    row.verdict.label().replace(' ', "-")
 }
 
 fn summary(papers: &[Paper], items: &[Item]) -> Markup {

@@ -4,7 +4,7 @@
 
 use serde::Deserialize;
 
-use super::item::Outcome;
+use super::outcome::Outcome;
 use crate::failure::Failure;
 
 const FILES: [&str; 4] = [

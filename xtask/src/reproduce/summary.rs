@@ -5,7 +5,7 @@ use comfy_table::{ContentArrangement, Table, presets};
 use super::item::Item;
 use super::numbers::{difference, pair, reference};
 use super::published::Paper;
-use super::verdict::{Content, Row, Verdict};
+use super::row::{Content, Row, Verdict};
 
 /// How many rows have which verdict.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,56 +1,10 @@
 //! How what was computed compares with what is printed, and with what was computed before.
 
-use serde::Serialize;
-
-use super::item::{Item, Number, Outcome};
+use super::item::{Item, Number};
+use super::outcome::Outcome;
 use super::published::{Claim, Paper, Value};
 use super::recorded::Recorded;
-
-/// A number or claim, beside what the paper prints.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Row {
-    pub(crate) quantity: String,
-    /// Where the paper prints it.
-    pub(crate) place: Option<String>,
-    pub(crate) content: Content,
-    pub(crate) verdict: Verdict,
-}
-
-#[derive(Clone, Debug, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Content {
-    Number {
-        printed: Option<f64>,
-        ours: Option<f64>,
-        /// What an independent program gave.
-        reference: Option<f64>,
-    },
-    Claim {
-        says: String,
-        outcome: Option<Outcome>,
-        how: String,
-    },
-}
-
-/// How something compares.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Verdict {
-    /// The same quantity of the same data, within the tolerance of the printed number.
-    Exact,
-    /// As near as can be expected of other data or of a number read off a plot; or the claim holds.
-    Agrees,
-    /// Neither, and why.
-    Differs(String),
-    /// The paper prints no such number.
-    NotPublished,
-    /// Cannot be computed without this.
-    NeedsModel(String),
-    /// Left out of a quick run.
-    Skipped,
-    /// Not what this program computed when it was checked: the code has changed its result.
-    Drifted(String),
-}
+use super::row::{Content, Row, Verdict};
 
 /// What makes a comparison complete.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +41,7 @@ impl Judge<'_> {
                 ours: Some(number.value),
                 reference: value.and_then(Value::reference_value),
             },
-            verdict: Verdict::of(value, recorded, number),
+            verdict: verdict_of(value, recorded, number),
         }
     }
 
@@ -148,114 +102,35 @@ fn unknown_claim(name: &str) -> Row {
     }
 }
 
-impl Row {
-    /// How far ours is from the printed number.
-    pub(crate) fn difference(&self) -> Option<f64> {
-        match self.content {
-            Content::Number { printed: Some(printed), ours: Some(ours), .. } => {
-                Some(ours - printed)
-            }
-            _ => None,
-        }
+/// The verdict on a number. Whatever is printed, a result that has changed is a drift; so is
+/// one that differs from the printed number, or else from that of an independent program,
+/// without a reason on record.
+fn verdict_of(value: Option<&Value>, recorded: Option<f64>, number: &Number) -> Verdict {
+    let ours = number.value;
+    let near = |target: f64, tolerance: f64| (ours - target).abs() <= tolerance;
+    let missed = value
+        .and_then(|v| Some((v, v.reference?)))
+        .filter(|(_, reference)| !near(reference.value, reference.tolerance));
+    let why_missed = missed.and_then(|(v, _)| v.differs_from_reference());
+    if let (Some((_, reference)), None) = (missed, why_missed) {
+        return Verdict::Drifted(format!("an independent program gave {}", reference.value));
     }
-
-    /// What an independent program gave.
-    pub(crate) fn reference(&self) -> Option<f64> {
-        match self.content {
-            Content::Number { reference, .. } => reference,
-            Content::Claim { .. } => None,
+    match recorded {
+        None => return Verdict::Drifted("not recorded yet: run with --record".into()),
+        Some(recorded) if !near(recorded, number.leeway * recorded.abs()) => {
+            return Verdict::Drifted(format!("{recorded} is recorded"));
         }
+        Some(_) => {}
     }
-
-    /// Whether there is something to compare it with besides what is on record.
-    pub(crate) fn is_compared(&self) -> bool {
-        self.is_published() || self.reference().is_some()
-    }
-
-    pub(crate) fn is_published(&self) -> bool {
-        match self.content {
-            Content::Number { printed, .. } => printed.is_some(),
-            Content::Claim { .. } => true,
-        }
-    }
-}
-
-impl Verdict {
-    /// The verdict on a number. Whatever is printed, a result that has changed is a drift; so is
-    /// one that differs from the printed number, or else from that of an independent program,
-    /// without a reason on record.
-    fn of(value: Option<&Value>, recorded: Option<f64>, number: &Number) -> Self {
-        let ours = number.value;
-        let near = |target: f64, tolerance: f64| (ours - target).abs() <= tolerance;
-        let missed = value
-            .and_then(|v| Some((v, v.reference?)))
-            .filter(|(_, reference)| !near(reference.value, reference.tolerance));
-        let why_missed = missed.and_then(|(v, _)| v.differs_from_reference());
-        if let (Some((_, reference)), None) = (missed, why_missed) {
-            return Self::Drifted(format!("an independent program gave {}", reference.value));
-        }
-        match recorded {
-            None => return Self::Drifted("not recorded yet: run with --record".into()),
-            Some(recorded) if !near(recorded, number.leeway * recorded.abs()) => {
-                return Self::Drifted(format!("{recorded} is recorded"));
-            }
-            Some(_) => {}
-        }
-        let Some((value, printed)) = value.and_then(|v| Some((v, v.printed?))) else {
-            return why_missed.map_or(Self::NotPublished, |why| Self::Differs(why.to_owned()));
-        };
-        match (&value.differs, value.agrees) {
-            _ if near(printed, value.tolerance) && value.other_data => Self::Agrees,
-            _ if near(printed, value.tolerance) => Self::Exact,
-            (_, Some(agrees)) if near(printed, agrees) => Self::Agrees,
-            (Some(why), _) => Self::Differs(why.clone()),
-            (None, _) => Self::Drifted("differs from the printed number".into()),
-        }
-    }
-
-    /// Whether nothing is to be done about it.
-    pub(crate) fn is_expected(&self) -> bool {
-        !matches!(self, Self::Drifted(_))
-    }
-
-    /// The verdict in a word or two.
-    pub(crate) fn label(&self) -> &'static str {
-        match self {
-            Self::Exact => "exact",
-            Self::Agrees => "agrees",
-            Self::Differs(_) => "differs",
-            Self::NotPublished => "not published",
-            Self::NeedsModel(_) => "needs a model",
-            Self::Skipped => "skipped",
-            Self::Drifted(_) => "drifted",
-        }
-    }
-
-    /// What is to be said besides: why, or which.
-    pub(crate) fn remark(&self) -> &str {
-        match self {
-            Self::Differs(text) | Self::NeedsModel(text) | Self::Drifted(text) => text,
-            _ => "",
-        }
-    }
-}
-
-impl std::fmt::Display for Verdict {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.remark() {
-            "" => f.write_str(self.label()),
-            remark => write!(f, "{}: {remark}", self.label()),
-        }
-    }
-}
-
-impl std::fmt::Display for Outcome {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Holds => "holds",
-            Self::InPart => "holds in part",
-            Self::Fails => "does not hold",
-        })
+    let Some((value, printed)) = value.and_then(|v| Some((v, v.printed?))) else {
+        return why_missed.map_or(Verdict::NotPublished, |why| Verdict::Differs(why.to_owned()));
+    };
+    match (&value.differs, value.agrees) {
+        _ if near(printed, value.tolerance) && value.other_data => Verdict::Agrees,
+        _ if near(printed, value.tolerance) => Verdict::Exact,
+        (_, Some(agrees)) if near(printed, agrees) => Verdict::Agrees,
+        (Some(why), _) => Verdict::Differs(why.clone()),
+        (None, _) => Verdict::Drifted("differs from the printed number".into()),
     }
 }
 
@@ -264,11 +139,12 @@ mod tests {
     use super::super::item::Number;
     use super::super::published::{Reference, Value, papers};
     use super::super::recorded::Recorded;
-    use super::Verdict;
+    use super::super::row::Verdict;
+    use super::verdict_of;
 
     fn verdict(value: &Value, recorded: Option<f64>, ours: f64) -> Verdict {
         let number = Number { quantity: String::new(), value: ours, leeway: 1e-6 };
-        Verdict::of(Some(value), recorded, &number)
+        verdict_of(Some(value), recorded, &number)
     }
 
     fn is_drift(verdict: &Verdict) -> bool {

@@ -1,5 +1,8 @@
 //! What a file holds, as far as it is checked.
 
+/// Why a file is not what it should be.
+pub(super) type Complaint = Box<dyn std::error::Error + Send + Sync>;
+
 /// Positions and polygons of a file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Content {

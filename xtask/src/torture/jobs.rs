@@ -242,7 +242,7 @@ fn simplify() -> Vec<Job> {
         Job::new("simplify", what, &options).builds(file, faces())
     };
     let mut jobs = Vec::new();
-    for preset in ["fast", "default", "quality", "thin-features", "paper-l1", "paper-l2"] {
+    for preset in ["draft", "fast", "default", "quality", "thin-features", "paper-l1", "paper-l2"] {
         jobs.push(job(preset, "m.ply", &format!("--ratio 0.3 --preset {preset}")));
     }
     for placement in ["optimal-volume", "optimal", "endpoint", "midpoint", "butterfly"] {

@@ -11,10 +11,7 @@ mod stl;
 
 use std::path::Path;
 
-use super::content::Content;
-
-/// Why a file is not what it should be.
-pub(super) type Complaint = Box<dyn std::error::Error + Send + Sync>;
+use super::content::{Complaint, Content};
 
 /// Reads a file in the format of its extension.
 pub(super) fn read(path: &Path) -> Result<Content, Complaint> {

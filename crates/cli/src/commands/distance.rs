@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use mesh_core::build::Triangulator;
 use mesh_io::{Model, Scalars};
 use mesh_metric::{
     CertifiedBounds, CertifyOptions, CompareOptions, Comparison, OneSided, Surface, compare,
@@ -16,12 +15,12 @@ use crate::args::is_standard;
 use crate::colormap::{COLOR_OPTIONS, ColorOptions, opaque};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::length::{Length, diagonal, parse_length};
 use crate::load::{Loading, Seconds};
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, save};
 use crate::session::{Outcome, Session};
 use crate::task::Report;
 use crate::view::{self, Look, name_of};
+use mesh_work::{Length, diagonal, parse_length};
 
 /// Measure the distance between two surfaces, from each to the other
 ///
@@ -138,7 +137,8 @@ pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Fail
     let ((mut model, a), (other, b)) = (a?, b?);
     let size = || diagonal(Some(a.bounding_box().diagonal()));
     let relative = options.loading.relative;
-    let exact = options.exact.map(|length| length.in_units(relative, size)).transpose()?;
+    let exact = options.exact.map(|length| length.in_units(relative, size));
+    let exact = exact.transpose().map_err(Failure::refused)?;
     let spinner = console.spinner("measuring");
     let results = Seconds::time(&mut seconds.compute, || measure(options, exact, [&a, &b], &other));
     spinner.finish_and_clear();
@@ -185,28 +185,9 @@ fn page(
     Ok(page)
 }
 
-/// The surface of a file, its polygons cut into triangles.
+/// The surface of a file.
 fn surface(path: &Path, model: &Model) -> Result<Surface, Failure> {
-    let soup = &model.soup;
-    let mut triangulator = Triangulator::default();
-    let (mut triangles, mut local, mut positions) = (Vec::new(), Vec::new(), Vec::new());
-    for face in soup.faces() {
-        if let &[a, b, c] = face {
-            triangles.push([a, b, c]);
-            continue;
-        }
-        // A corner without a vertex is reported below.
-        positions.clear();
-        positions.extend(face.iter().filter_map(|&v| soup.positions().get(v as usize).copied()));
-        if positions.len() < face.len() {
-            triangles.extend(face.first_chunk::<3>());
-            continue;
-        }
-        local.clear();
-        triangulator.triangulate(&positions, face, &mut local);
-        triangles.extend(local.iter().map(|t| t.map(|corner| face[corner as usize])));
-    }
-    Surface::from_triangles(soup.positions(), &triangles)
+    mesh_work::surface(&model.soup)
         .map_err(|source| Failure::Surface { path: path.to_owned(), source: Box::new(source) })
 }
 

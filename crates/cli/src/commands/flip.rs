@@ -5,11 +5,14 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use dcurv::{CurvatureOptions, Curvatures};
-use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Refused, Ties};
+use dtri_flip::{
+    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Refused, Ties,
+};
 use glam::DVec3;
 use indicatif::ProgressBar;
 use mesh_core::{TriMesh, VertexId};
 use mesh_view::{Lines, Page};
+use mesh_work::Seams;
 use serde::Serialize;
 
 use crate::args::{AreaName, parse_angle, parse_seconds};
@@ -19,7 +22,6 @@ use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::{self, Interruption, KEEP_PARTIAL};
 use crate::load::Seconds;
-use crate::seams::Seams;
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Report, Task};
 use crate::view::{self, Look, name_of};
@@ -34,6 +36,7 @@ use crate::view::{self, Look, name_of};
 ///     curvmesh flip rocker-arm.obj -o better.ply --cost f2
 ///     curvmesh flip part.stl -o part.obj --cost f2 --feature-angle 40 --lenient
 ///     curvmesh flip scan.ply -o scan.glb --cost f1 --look-ahead 2 --no-intersections
+///     curvmesh flip scan.ply -o lowest.ply --cost f2 --rebuild-effort 10 --time-limit 60
 ///     curvmesh flip scans/ -o flipped/ --cost f2 --seed 7 --anneal-steps 50
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
@@ -61,6 +64,16 @@ struct Optimise {
     /// times as long
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = parse_look_ahead)]
     look_ahead: usize,
+    /// Leave the local minimum by rebuilding patches: vertices are taken out and put back where they cost
+    /// least, until each was taken out N times without anything getting better; 10 is usual
+    #[arg(long, value_name = "N")]
+    rebuild_effort: Option<usize>,
+    /// The most vertices that --rebuild-effort takes out at once
+    #[arg(
+        long, value_name = "N", default_value_t = Rebuild::default().largest,
+        value_parser = parse_largest,
+    )]
+    rebuild_largest: usize,
     /// Leave the local minimum by simulated annealing, with so many tries per edge and round; 50
     /// is usual
     #[arg(long, value_name = "N")]
@@ -81,7 +94,7 @@ struct Optimise {
     random_ties: bool,
     #[arg(long, hide = true, conflicts_with_all = ["random_ties", "seed"])]
     tie_seed: Option<u64>,
-    /// Where the random numbers of --anneal-steps and --random-ties start
+    /// Where the random numbers of --rebuild-effort, --anneal-steps and --random-ties start
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
     /// Stop after so many flips
@@ -100,6 +113,7 @@ struct Results {
     flips: u64,
     stop: String,
     locked_edges: usize,
+    rebuilt: u64,
     rejected: BTreeMap<&'static str, u64>,
 }
 
@@ -126,7 +140,7 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
     })?;
     if task.output.is_some() {
         let corners = seams.corner_source(loaded.mesh.topology());
-        let mut model = loaded.to_model(&corners)?;
+        let mut model = loaded.to_model(&corners).map_err(Failure::model)?;
         model.vertex_normals = None;
         model.corner_normals = None;
         task.save(&model, &options.job.save, &mut seconds, console)?;
@@ -176,13 +190,22 @@ fn page(input: &Path, before: &TriMesh, after: &TriMesh) -> Page {
 impl Optimise {
     /// Refuses options that would do nothing.
     fn check_given(&self, given: &Given) -> Result<(), Failure> {
-        if self.anneal_steps.is_none() && !self.random_ties {
-            given.refuse(&["seed"], "it is for --anneal-steps and --random-ties")?;
+        if self.rebuild_effort.is_none() {
+            given.refuse(&["rebuild_largest"], "it is for --rebuild-effort")?;
+            if self.anneal_steps.is_none() && !self.random_ties {
+                let cure = "it is for --rebuild-effort, --anneal-steps and --random-ties";
+                given.refuse(&["seed"], cure)?;
+            }
         }
         if !matches!(self.cost, CostName::F1 | CostName::F3) {
             given.refuse(&["area"], "it is for the costs f1 and f3")?;
         }
         Ok(())
+    }
+
+    fn rebuilding(&self) -> Option<Rebuild> {
+        let (seed, largest) = (self.seed, self.rebuild_largest);
+        self.rebuild_effort.map(|effort| Rebuild { seed, effort, largest })
     }
 
     fn annealing(&self) -> Option<Anneal> {
@@ -205,6 +228,7 @@ fn optimise(
 ) -> Result<FlipReport, Failure> {
     let flip_options = FlipOptions {
         look_ahead: options.look_ahead,
+        rebuild: options.rebuilding(),
         anneal: options.annealing(),
         feature_angle: options.feature_angle,
         locked: Some(seams.edges.clone()),
@@ -226,6 +250,7 @@ fn optimise(
 fn show(bar: &ProgressBar, now: Progress) -> ControlFlow<()> {
     bar.set_message(match now.phase {
         Phase::Greedy => "flipping",
+        Phase::Rebuilding => "rebuilding",
         _ => "annealing",
     });
     let most = bar.length().unwrap_or(0).max(now.waiting);
@@ -243,6 +268,7 @@ impl Results {
             flips: flipped.flips,
             stop: flipped.stop.to_string(),
             locked_edges: flipped.locked_edges,
+            rebuilt: flipped.rebuilt,
             rejected: rejected(&flipped.refused),
         }
     }
@@ -288,6 +314,16 @@ fn parse_look_ahead(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count @ 1..=MOST_AHEAD) => Ok(count),
         _ => Err(format!("expected a number from 1 to {MOST_AHEAD}")),
+    }
+}
+
+/// Fewer vertices are no patch.
+const LEAST: usize = 3;
+
+fn parse_largest(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ LEAST..) => Ok(count),
+        _ => Err(format!("expected a number from {LEAST}")),
     }
 }
 

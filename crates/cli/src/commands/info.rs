@@ -88,7 +88,8 @@ fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
     only_weld.weld = repair.weld;
     if repair != only_weld {
         let loaded = assemble(&options.input, model, &repair, false, console)?;
-        return Ok(loaded.to_model(&loaded.provenance.corner_source)?.soup);
+        let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
+        return Ok(model.soup);
     }
     let soup = model.soup;
     Ok(match repair.weld {

@@ -8,23 +8,21 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use mesh_core::TriMesh;
 use mesh_io::{Format, Model};
-use mesh_metric::{CompareOptions, Surface, compare};
+use mesh_metric::Surface;
 use mesh_view::{Exhibit, Page, Section};
+use mesh_work::{Attributes, Length, LevelError, LevelOfDetail, LevelSteps, Loaded, parse_length};
 use serde::Serialize;
-use simplify::{
-    CollapseLog, ErrorCheck, FinishOptions, Limits, collapses_within, simplify_observed,
-};
+use simplify::{CollapseLog, FinishOptions, simplify_observed};
 
 use crate::args::is_standard;
-use crate::attributes::{Attributes, Carry};
+use crate::carry::Carry;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::length::{Length, parse_length};
-use crate::load::{Loaded, Seconds};
+use crate::load::Seconds;
 use crate::save::{Outputs, SaveOptions, check_target, make_folder_of, save};
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{Goals, Policy, parse_ratio, rejected, show};
+use crate::simplify_options::{Policy, parse_ratio, rejected, show};
 use crate::task::{Report, Source};
 use crate::view::{self, Look, name_of};
 
@@ -117,17 +115,18 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let console = aside.as_ref().unwrap_or(&session.console);
     let mut seconds = Seconds::default();
     let Source { input, loading } = &options.source;
-    let mut loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
-    let errors = options.steps.errors.iter().map(|error| error.on(&loaded.mesh, loading.relative));
-    let errors: Vec<f64> = errors.collect::<Result<_, Failure>>()?;
-    let attributes = options.carry.find(&mut loaded, console)?;
+    let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
+    let steps = options.steps.of(&loaded.mesh, loading.relative)?;
+    let attributes = options.carry.find(&loaded, console)?;
     let (log, rejected) = Seconds::time(&mut seconds.compute, || {
-        collapses(options, &errors, &loaded.mesh, &attributes, console)
+        collapses(options, &steps, &loaded.mesh, &attributes, console)
     })?;
     let spinner = console.spinner("measuring");
     let (mut levels, models) = Seconds::time(&mut seconds.compute, || {
-        options.steps.levels(&log, &errors, &loaded, &attributes, options.policy.check())
-    })?;
+        steps.levels(&log, loaded.source(), &attributes, options.policy.check())
+    })
+    .map(told)
+    .map_err(failed)?;
     spinner.finish_and_clear();
     Seconds::time(&mut seconds.save, || {
         place.write(&loaded, &mut levels, &models, &log, options, console)
@@ -150,7 +149,7 @@ fn page(
     levels: &[Level],
     models: &[Model],
 ) -> Result<Page, Failure> {
-    let identity = loaded.to_model(&loaded.provenance.corner_source)?;
+    let identity = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let original = Surface::new(&loaded.mesh).map_err(Failure::refused)?;
     let names = levels.iter().map(|level| format!("{} faces", level.faces));
     let names: Vec<String> = std::iter::once("input".to_owned()).chain(names).collect();
@@ -181,7 +180,8 @@ fn page(
         ..Section::default()
     };
     let mut page = Page::new(format!("{}: levels of detail", name_of(input)), exhibits);
-    page.start.color = Some("plain".into());
+    let has_materials = page.exhibits.iter().any(|exhibit| exhibit.materials.is_some());
+    page.start.color = Some(if has_materials { "material" } else { "plain" }.into());
     page.report.push(table);
     Ok(page)
 }
@@ -212,7 +212,7 @@ fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
 /// The collapses, recorded or found.
 fn collapses(
     options: &Lod,
-    errors: &[f64],
+    steps: &LevelSteps,
     mesh: &TriMesh,
     attributes: &Attributes,
     console: &Console,
@@ -223,12 +223,12 @@ fn collapses(
         let log = CollapseLog::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
         return Ok((log, BTreeMap::new()));
     }
-    let goals = options.steps.goals(errors);
-    let mut settings = options.policy.options(mesh, goals.limits);
+    let mut settings = options.policy.options(mesh, steps.limits());
     // Levels are stages of the run, which fitting would move away from.
     settings.finish = FinishOptions::default();
+    settings.collapse.record = true;
     attributes.constrain(mesh, &mut settings);
-    if let Some(error) = goals.max_error {
+    if let Some(error) = steps.max_error() {
         settings = settings.within(error, options.policy.check());
     }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
@@ -239,65 +239,43 @@ fn collapses(
 }
 
 impl Steps {
-    /// How far the run has to go; `errors` are in model units.
-    fn goals(&self, errors: &[f64]) -> Goals {
-        let limits = Limits {
-            ratio: self.levels.iter().copied().reduce(f64::min),
-            faces: self.faces.iter().copied().min(),
-            ..Limits::default()
+    /// The levels of a mesh, lengths in its units.
+    fn of(&self, mesh: &TriMesh, relative: bool) -> Result<LevelSteps, Failure> {
+        let errors = self.errors.iter().map(|e| e.on(mesh, relative).map_err(Failure::refused));
+        Ok(LevelSteps {
+            ratios: self.levels.clone(),
+            faces: self.faces.clone(),
+            errors: errors.collect::<Result<_, Failure>>()?,
+        })
+    }
+}
+
+fn failed(error: LevelError) -> Failure {
+    match error {
+        LevelError::Simplify(error) => Failure::simplify(error),
+        LevelError::Replay(error) => Failure::Replay(Box::new(error)),
+        LevelError::Surface(error) => Failure::simplify(error.into()),
+        LevelError::Model(error) => Failure::model(error),
+        other => Failure::refused(other),
+    }
+}
+
+/// What is said of the levels, and their content.
+fn told(levels: Vec<LevelOfDetail>) -> (Vec<Level>, Vec<Model>) {
+    let tell = |level: LevelOfDetail| {
+        let LevelOfDetail { model, mesh, collapses, distance } = level;
+        let level = Level {
+            output: None,
+            faces: mesh.topology().face_count(),
+            vertices: mesh.topology().vertex_count(),
+            collapses,
+            mean: distance.mean(),
+            rms: distance.rms(),
+            max: distance.hausdorff(),
         };
-        Goals { limits, max_error: errors.iter().copied().reduce(f64::max) }
-    }
-
-    /// The number of collapses of each level, ascending.
-    fn stages(
-        &self,
-        log: &CollapseLog,
-        errors: &[f64],
-        mesh: &TriMesh,
-        check: ErrorCheck,
-    ) -> Result<Vec<usize>, Failure> {
-        let faces = mesh.topology().face_count() as f64;
-        let of_ratios = self.levels.iter().map(|ratio| (ratio * faces).ceil() as usize);
-        let counts = of_ratios.chain(self.faces.iter().copied());
-        let mut stages: Vec<usize> = counts.map(|count| log.count_for_faces(count)).collect();
-        for &error in errors {
-            stages.push(collapses_within(mesh, log, error, check).map_err(Failure::simplify)?);
-        }
-        stages.sort_unstable();
-        Ok(stages)
-    }
-
-    /// The levels and their content, from fine to coarse.
-    fn levels(
-        &self,
-        log: &CollapseLog,
-        errors: &[f64],
-        loaded: &Loaded,
-        attributes: &Attributes,
-        check: ErrorCheck,
-    ) -> Result<(Vec<Level>, Vec<Model>), Failure> {
-        let original = Surface::new(&loaded.mesh).map_err(|e| Failure::simplify(e.into()))?;
-        let sampling = CompareOptions { samples: 200_000, ..CompareOptions::default() };
-        let (mut levels, mut models) = (Vec::new(), Vec::new());
-        for collapses in self.stages(log, errors, &loaded.mesh, check)? {
-            let level = log.level(&loaded.mesh, collapses);
-            let (mesh, became) = level.map_err(|error| Failure::Replay(Box::new(error)))?;
-            models.push(attributes.carry(loaded, &mesh, &became)?);
-            let surface = Surface::new(&mesh).map_err(|e| Failure::simplify(e.into()))?;
-            let found = compare(&original, &surface, &sampling);
-            levels.push(Level {
-                output: None,
-                faces: mesh.topology().face_count(),
-                vertices: mesh.topology().vertex_count(),
-                collapses,
-                mean: found.mean(),
-                rms: found.rms(),
-                max: found.hausdorff(),
-            });
-        }
-        Ok((levels, models))
-    }
+        (level, model)
+    };
+    levels.into_iter().map(tell).unzip()
 }
 
 /// Where the levels go.
@@ -367,7 +345,8 @@ impl Place {
         let mut outputs = Outputs::default();
         match self {
             Self::Together(path) => {
-                let identity = loaded.to_model(&loaded.provenance.corner_source)?;
+                let identity =
+                    loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
                 all = [&identity].into_iter().chain(models).cloned().collect::<Vec<Model>>();
                 coverage = shown_from(loaded, levels);
                 outputs.add_levels(path, &all, &coverage, &options.save);

@@ -6,22 +6,23 @@ use std::path::Path;
 
 use clap::ValueEnum;
 use curvpatch::{
-    Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CurvatureEstimator, PatchProbe,
-    PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, patch_color,
+    Cover, CoverCandidates, CoverMethod, CoverOptions, CurvatureEstimator, Shape, SizeOptions,
+    patch_color,
 };
 use glam::DVec3;
-use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
-use mesh_io::{Format, Model, Scalars};
+use mesh_core::{FaceId, Handle, TriMesh};
+use mesh_io::Format;
 use mesh_view::{Exhibit, Field, Layout, Lines, On, Page, Section};
+use mesh_work::{
+    Length, PatchWorkError, cover_model, parse_length, patch_of_radius, patch_within, splat_model,
+};
 use serde::Serialize;
 
 use crate::args::{EstimatorPreset, FormatName};
 use crate::batch::{Job, check_output};
-use crate::colormap::opaque;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::length::{Length, parse_length};
 use crate::load::Seconds;
 use crate::save::{SAVE_OPTIONS, SaveOptions, make_folder_of, save_bytes};
 use crate::session::{Outcome, Session};
@@ -204,7 +205,7 @@ const MOST_ALONE: usize = 60;
 /// The cover, the mesh under it, and the patches one by one with frame and arcs.
 fn page(input: &Path, mesh: &TriMesh, made: &Made) -> Result<Page, Failure> {
     let Made { cover, cut } = made;
-    let whole = mesh_model(mesh, cover, *cut)?;
+    let whole = cover_model(mesh, cover, *cut).map_err(failed)?;
     let mut together = view::content("cover", input, &whole)?;
     let mut under = view::mesh("mesh", mesh);
     let number = |patch: &Option<u32>| patch.map_or(f64::NAN, f64::from);
@@ -316,62 +317,28 @@ impl What {
     fn make(&self, mesh: &TriMesh, relative: bool, console: &Console) -> Result<Made, Failure> {
         let estimator = CurvatureEstimator::new(mesh, self.preset.params())
             .map_err(|error| Failure::Usage(error.to_string()))?;
-        let units = |length: Option<Length>| length.map(|l| l.on(mesh, relative)).transpose();
+        let units = |length: Option<Length>| {
+            length.map(|l| l.on(mesh, relative)).transpose().map_err(Failure::refused)
+        };
         match (self.face, units(self.radius)?, units(self.tolerance)?) {
             (Some(face), Some(radius), _) => {
-                self.of_radius(&estimator, face_of(mesh, face)?, radius)
+                let shapes = self.shape.shapes();
+                let cover = patch_of_radius(&estimator, face_of(mesh, face)?, radius, &shapes)
+                    .map_err(failed)?;
+                Ok(Made { cover, cut: 2e-3 * radius })
             }
             (Some(face), None, Some(tolerance)) => {
-                self.within(&estimator, face_of(mesh, face)?, tolerance)
+                let face = face_of(mesh, face)?;
+                let overhang = !self.no_overhang;
+                let options = SizeOptions { overhang, ..SizeOptions::new(tolerance) };
+                let cover = patch_within(&estimator, face, options, &self.shape.shapes())
+                    .map_err(failed)?;
+                Ok(Made { cover, cut: 0.5 * tolerance })
             }
             (None, _, Some(tolerance)) => self.cover(&estimator, tolerance, console),
             // The arguments are such that this does not happen.
             (_, _, None) => Err(Failure::Usage("give --tolerance, or --face and --radius".into())),
         }
-    }
-
-    /// The one patch of given radius; of several shapes the one that covers more.
-    fn of_radius(
-        &self,
-        estimator: &CurvatureEstimator<'_>,
-        face: FaceId,
-        radius: f64,
-    ) -> Result<Made, Failure> {
-        let mesh = estimator.mesh();
-        let mut probe = PatchProbe::new(mesh);
-        let mut best: Option<(f64, CoverPatch)> = None;
-        for shape in self.shape.shapes() {
-            let fit = estimator.patch(face, radius, shape).map_err(Failure::refused)?;
-            let faces = probe.faces_under(&fit);
-            let area = faces.iter().map(|&face| mesh.face_area(face)).sum();
-            if best.as_ref().is_none_or(|(largest, _)| area > *largest) {
-                let [l1, l2] = fit.patch.arcs();
-                let errors = probe.full_error(&fit, 0.25 * l1.max(l2), true);
-                let patch = CoverPatch { fit, stop: StopReason::MaxRadius, errors, faces };
-                best = Some((area, patch));
-            }
-        }
-        let patch = best.map(|(_, patch)| patch);
-        let tolerance = patch.as_ref().map_or(0.0, |patch| patch.errors.max());
-        Ok(Made { cover: single(mesh, patch, tolerance), cut: 2e-3 * radius })
-    }
-
-    /// The largest patch within the tolerance.
-    fn within(
-        &self,
-        estimator: &CurvatureEstimator<'_>,
-        face: FaceId,
-        tolerance: f64,
-    ) -> Result<Made, Failure> {
-        let mesh = estimator.mesh();
-        let options = SizeOptions { overhang: !self.no_overhang, ..SizeOptions::new(tolerance) };
-        let mut sizer = PatchSizer::new(estimator, options)
-            .map_err(|error| Failure::Usage(error.to_string()))?;
-        let SizedPatch { fit, stop, faces } =
-            sizer.fit_best(face, &self.shape.shapes()).map_err(Failure::refused)?;
-        let errors = PatchProbe::new(mesh).full_error(&fit, tolerance, options.overhang);
-        let patch = CoverPatch { fit, stop, errors, faces };
-        Ok(Made { cover: single(mesh, Some(patch), tolerance), cut: 0.5 * tolerance })
     }
 
     fn cover(
@@ -407,31 +374,19 @@ impl What {
     }
 }
 
+fn failed(error: PatchWorkError) -> Failure {
+    match error {
+        PatchWorkError::Option(error) => Failure::Usage(error.to_string()),
+        other => Failure::refused(other),
+    }
+}
+
 fn face_of(mesh: &TriMesh, index: usize) -> Result<FaceId, Failure> {
     let count = mesh.topology().face_count();
     if index < count {
         return Ok(FaceId::from_index(index));
     }
     Err(Failure::Usage(format!("there is no face {index}; the mesh has {count}, counted from 0")))
-}
-
-/// The cover that consists of one patch; all other faces stay triangles.
-fn single(mesh: &TriMesh, patch: Option<CoverPatch>, tolerance: f64) -> Cover {
-    let mut patch_of_face = mesh.topology().face_map(None);
-    for &face in patch.iter().flat_map(|patch| &patch.faces) {
-        patch_of_face[face] = Some(0);
-    }
-    let residual = mesh.topology().faces().filter(|&f| patch_of_face[f].is_none()).collect();
-    Cover {
-        patches: patch.into_iter().collect(),
-        residual,
-        patch_of_face,
-        tolerance,
-        method: CoverMethod::Greedy,
-        seeds: 1,
-        candidates: 1,
-        cancelled: false,
-    }
 }
 
 fn write(
@@ -446,7 +401,9 @@ fn write(
     let Some(output) = &task.output else { return Ok(()) };
     let save = &options.job.save;
     match options.content(Some(output)) {
-        Content::Mesh => task.save(&mesh_model(mesh, cover, *cut)?, save, seconds, console),
+        Content::Mesh => {
+            task.save(&cover_model(mesh, cover, *cut).map_err(failed)?, save, seconds, console)
+        }
         Content::Record => Seconds::time(&mut seconds.save, || {
             if task.makes_folder {
                 make_folder_of(output)?;
@@ -459,42 +416,6 @@ fn write(
             let save = SaveOptions { to: format, ..*save };
             task.save(&splat_model(&cover.splats()), &save, seconds, console)
         }
-    }
-}
-
-/// The patches as triangles: coloured by patch, with normals, and the number of the patch (-1 for
-/// triangles that stay) as a number per face.
-fn mesh_model(mesh: &TriMesh, cover: &Cover, cut: f64) -> Result<Model, Failure> {
-    let parts = cover.to_mesh(mesh, cut).map_err(Failure::refused)?;
-    let soup = PolygonSoup::from_triangles(&parts.positions, &parts.triangles)
-        .map_err(Failure::refused)?;
-    let number = |patch: &Option<u32>| patch.map_or(-1.0, f64::from);
-    let patches = parts.patch_of_triangle.iter().map(number).collect();
-    Ok(Model {
-        vertex_normals: Some(parts.normals.iter().map(|n| n.as_vec3().to_array()).collect()),
-        vertex_colors: Some(parts.colors.iter().map(|&color| opaque(color)).collect()),
-        face_scalars: vec![Scalars { name: "patch".into(), values: patches }],
-        ..Model::from(soup)
-    })
-}
-
-/// One point per splat with its normal, its colour, and the half axes `u` and `v` of its ellipse.
-fn splat_model(splats: &[Splat]) -> Model {
-    let mut soup = PolygonSoup::new();
-    for splat in splats {
-        soup.push_vertex(splat.center);
-    }
-    let names = [["u_x", "u_y", "u_z"], ["v_x", "v_y", "v_z"]];
-    let component = |axis: usize, i: usize| Scalars {
-        name: names[axis][i].into(),
-        values: splats.iter().map(|splat| splat.axes[axis][i]).collect(),
-    };
-    let colors = (0_u32..).take(splats.len()).map(patch_color);
-    Model {
-        vertex_normals: Some(splats.iter().map(|s| s.normal.map(|x| x as f32)).collect()),
-        vertex_colors: Some(colors.map(opaque).collect()),
-        vertex_scalars: (0..6).map(|i| component(i / 3, i % 3)).collect(),
-        ..Model::from(soup)
     }
 }
 

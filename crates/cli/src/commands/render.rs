@@ -4,18 +4,17 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use glam::DVec3;
-use mesh_core::{FaceMap, VertexMap};
 use mesh_render::{
-    ColorBar, Paint, Picture, RenderError, Scale, Scene, SheetOptions, Side, Style, Texture, View,
-    render, sheet,
+    ColorBar, Picture, RenderError, Scene, SheetOptions, Side, Style, View, render, sheet,
 };
+use mesh_work::{Loaded, Painting};
 use serde::Serialize;
 
 use crate::args::{is_standard, parse_angle, parse_not_negative};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::load::{Loaded, Seconds};
+use crate::load::Seconds;
 use crate::save::save_bytes;
 use crate::session::{Outcome, Session};
 use crate::task::{Report, Source};
@@ -101,14 +100,6 @@ enum Directions {
     Sides(Vec<Side>),
 }
 
-/// Colours that are made before they are borrowed.
-enum Made {
-    Nothing,
-    Vertices(VertexMap<[u8; 3]>, Option<Scale>),
-    Faces(FaceMap<[u8; 3]>, Option<Scale>),
-    Texture(Texture),
-}
-
 #[derive(Serialize)]
 struct Results {
     width: u32,
@@ -172,68 +163,35 @@ impl Render {
         Ok(())
     }
 
-    fn made(&self, loaded: &Loaded) -> Result<Made, Failure> {
-        let Loaded { model, provenance, .. } = loaded;
-        let eight_bits =
-            |c: [f32; 4]| [c[0], c[1], c[2]].map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
+    fn made(&self, loaded: &Loaded) -> Result<Painting, Failure> {
+        let source = loaded.source();
         if let Some(squares) = self.chessboard {
-            let Some(uvs) = &model.corner_uvs else {
-                return Err(Failure::refused("the file has no texture coordinates"));
-            };
-            let corners = provenance.corner_source.iter().map(|c| c.map(|c| uvs[c as usize]));
-            return Ok(Made::Texture(Texture::chessboard(squares, corners)));
+            return Painting::chessboard(source, squares)
+                .ok_or_else(|| Failure::refused("the file has no texture coordinates"));
         }
         if let Some(name) = &self.property {
             return self.property_colors(name, loaded);
         }
-        let wants = |paint| self.paint == paint || self.paint == PaintName::Auto;
-        if wants(PaintName::Colors) {
-            if let Some(colors) = &model.vertex_colors {
-                let of = |&v: &u32| eight_bits(colors[v as usize]);
-                let colors = provenance.vertex_source.iter().map(of).collect();
-                return Ok(Made::Vertices(VertexMap::from_vec(colors), None));
-            }
-            if let Some(colors) = &model.face_colors {
-                let of = |&f: &u32| eight_bits(colors[f as usize]);
-                let colors = provenance.face_source.iter().map(of).collect();
-                return Ok(Made::Faces(FaceMap::from_vec(colors), None));
-            }
-        }
-        if wants(PaintName::Materials) {
-            let load = picture_beside(&self.source.input);
-            let (faces, corners) = (&provenance.face_source, &provenance.corner_source);
-            let texture = Texture::of_model(model, faces, corners, load).map_err(failed)?;
-            if let Some(texture) = texture {
-                return Ok(Made::Texture(texture));
-            }
-        }
+        let load = picture_beside(&self.source.input);
         match self.paint {
-            PaintName::Colors => Err(Failure::refused("the file has no colours")),
-            PaintName::Materials => Err(Failure::refused("the file has no materials")),
-            _ => Ok(Made::Nothing),
+            PaintName::Auto => Painting::of_content(source, load).map_err(failed),
+            PaintName::Colors => Painting::of_colors(source)
+                .ok_or_else(|| Failure::refused("the file has no colours")),
+            PaintName::Materials => Painting::of_materials(source, load)
+                .map_err(failed)?
+                .ok_or_else(|| Failure::refused("the file has no materials")),
+            PaintName::Plain => Ok(Painting::Plain),
         }
     }
 
-    fn property_colors(&self, name: &str, loaded: &Loaded) -> Result<Made, Failure> {
-        let Loaded { model, provenance, .. } = loaded;
-        let scale = |values: &[f64]| {
-            let signed = values.iter().any(|&x| x < 0.0) && values.iter().any(|&x| x > 0.0);
-            self.colors.scale_of(signed, self.log, values.to_vec())
-        };
-        let gather = |values: &[f64], sources: &[u32]| -> Vec<f64> {
-            sources.iter().map(|&source| values[source as usize]).collect()
-        };
+    fn property_colors(&self, name: &str, loaded: &Loaded) -> Result<Painting, Failure> {
+        let (model, source) = (&loaded.model, loaded.source());
+        let options = self.colors.options(false, self.log);
         if let Some(found) = model.vertex_scalars.iter().find(|s| s.name == name) {
-            let values = gather(&found.values, &provenance.vertex_source);
-            let scale = scale(&values);
-            let colors = values.iter().map(|&x| scale.color(x)).collect();
-            return Ok(Made::Vertices(VertexMap::from_vec(colors), Some(scale)));
+            return Ok(Painting::of_vertex_values(source, &found.values, options));
         }
         if let Some(found) = model.face_scalars.iter().find(|s| s.name == name) {
-            let values = gather(&found.values, &provenance.face_source);
-            let scale = scale(&values);
-            let colors = values.iter().map(|&x| scale.color(x)).collect();
-            return Ok(Made::Faces(FaceMap::from_vec(colors), Some(scale)));
+            return Ok(Painting::of_face_values(source, &found.values, options));
         }
         let names = model.vertex_scalars.iter().chain(&model.face_scalars).map(|s| &*s.name);
         let names = names.collect::<Vec<_>>().join(", ");
@@ -241,7 +199,7 @@ impl Render {
         Err(Failure::usage(format!("there is no property {name}; there are: {names}")))
     }
 
-    fn draw(&self, loaded: &Loaded, made: &Made) -> Result<Picture, Failure> {
+    fn draw(&self, loaded: &Loaded, made: &Painting) -> Result<Picture, Failure> {
         let mesh = &loaded.mesh;
         let background = (!self.transparent).then_some([255; 3]);
         let style = Style {
@@ -274,24 +232,6 @@ impl Render {
                 ColorBar::new(scale, name.clone()).beside(&picture, background).map_err(failed)
             }
             _ => Ok(picture),
-        }
-    }
-}
-
-impl Made {
-    fn paint(&self) -> Paint<'_> {
-        match self {
-            Self::Nothing => Paint::Clay,
-            Self::Vertices(colors, _) => Paint::Vertices(colors),
-            Self::Faces(colors, _) => Paint::Faces(colors),
-            Self::Texture(texture) => Paint::Texture(texture),
-        }
-    }
-
-    fn scale(&self) -> Option<Scale> {
-        match self {
-            Self::Vertices(_, scale) | Self::Faces(_, scale) => *scale,
-            _ => None,
         }
     }
 }

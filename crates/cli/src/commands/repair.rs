@@ -3,16 +3,15 @@
 use std::fmt;
 
 use clap::Arg;
-use mesh_core::FaceId;
 use mesh_core::build::{BuildReport, Repair as Repairs};
-use mesh_core::fill::FillOptions;
+use mesh_core::fill::{FillOptions, FillReport};
 use serde::Serialize;
 
 use crate::args::REPAIRS;
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loaded, Seconds, assemble};
+use crate::load::{Seconds, assemble};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Task};
 
@@ -85,6 +84,17 @@ struct Holes {
     left: usize,
 }
 
+impl From<&FillReport> for Holes {
+    fn from(report: &FillReport) -> Self {
+        Self {
+            filled: report.filled.len(),
+            new_faces: report.new_faces(),
+            new_vertices: report.new_vertices(),
+            left: report.left.len(),
+        }
+    }
+}
+
 pub(crate) fn run(options: &Repair, session: &Session) -> Result<Outcome, Failure> {
     check_output(&options.job, &session.given)?;
     options.job.run(session, &|task, console| one(options, task, console))
@@ -108,52 +118,16 @@ fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure
     let holes = options
         .fill_holes
         .as_ref()
-        .map(|holes| Seconds::time(&mut seconds.compute, || fill(&mut loaded, holes)));
+        .map(|holes| Seconds::time(&mut seconds.compute, || loaded.fill_holes(holes)))
+        .map(|report| Holes::from(&report));
     let found = &loaded.report;
-    let model = loaded.to_model(&loaded.provenance.corner_source)?;
+    let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let [vertices_out, faces_out] = loaded.counts();
     let results = Results::new(found, [vertices_out, faces_out], holes);
     let report = task.report(console, [found.vertices_in, found.faces_in], results, seconds);
     let brief = report.results.to_string();
     report.done(console, format!("{}: {brief}", report.subject()), brief)
-}
-
-/// Fills holes. New corners take the data of others at their vertices, new faces that of a face beside
-/// the hole, and new vertices that of a vertex of its outline.
-fn fill(loaded: &mut Loaded, options: &FillOptions) -> Holes {
-    let (mesh, sources) = (&mut loaded.mesh, &mut loaded.provenance);
-    let mut any_corner = vec![0; mesh.topology().vertex_capacity()];
-    for (face, corners) in mesh.topology().faces().zip(&sources.corner_source) {
-        for (v, &corner) in mesh.topology().face_vertices(face).into_iter().zip(corners) {
-            any_corner[v.index()] = corner;
-        }
-    }
-    let report = mesh.fill_holes(options);
-    let topology = mesh.topology();
-    any_corner.resize(topology.vertex_capacity(), 0);
-    sources.vertex_source.resize(topology.vertex_capacity(), 0);
-    sources.face_source.resize(topology.face_capacity(), 0);
-    sources.corner_source.resize(topology.face_capacity(), [0; 3]);
-    for hole in &report.filled {
-        let beside = topology.face(hole.half_edge.twin()).map_or(0, FaceId::index);
-        let on_outline = topology.origin(hole.half_edge).index();
-        if let Some(vertex) = hole.new_vertex {
-            sources.vertex_source[vertex.index()] = sources.vertex_source[on_outline];
-            any_corner[vertex.index()] = any_corner[on_outline];
-        }
-        for &face in &hole.faces {
-            sources.face_source[face.index()] = sources.face_source[beside];
-            sources.corner_source[face.index()] =
-                topology.face_vertices(face).map(|v| any_corner[v.index()]);
-        }
-    }
-    Holes {
-        filled: report.filled.len(),
-        new_faces: report.new_faces(),
-        new_vertices: report.new_vertices(),
-        left: report.left.len(),
-    }
 }
 
 impl Results {

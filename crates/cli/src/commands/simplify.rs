@@ -6,15 +6,16 @@ use mesh_core::TriMesh;
 use mesh_io::Model;
 use mesh_metric::Surface;
 use mesh_view::Page;
+use mesh_work::{Attributes, Loaded};
 use serde::Serialize;
 use simplify::{FitReport, Simplified, simplify_observed};
 
-use crate::attributes::{Attributes, Carry};
 use crate::batch::{Job, check_output};
+use crate::carry::Carry;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::Interruption;
-use crate::load::{Loaded, Seconds};
+use crate::load::Seconds;
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Policy, Targets, rejected, show};
 use crate::task::{Done, Report, Task};
@@ -96,12 +97,14 @@ pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Fail
 
 fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
-    let mut loaded = task.load(&options.job.loading, &mut seconds, console)?;
-    let attributes = options.carry.find(&mut loaded, console)?;
+    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let attributes = options.carry.find(&loaded, console)?;
     let simplified = Seconds::time(&mut seconds.compute, || {
         reduce(&loaded.mesh, options, &attributes, console)
     })?;
-    let model = attributes.carry(&loaded, &simplified.mesh, &simplified.vertex_map)?;
+    let model = attributes
+        .carry(loaded.source(), &simplified.mesh, &simplified.vertex_map)
+        .map_err(Failure::model)?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let results = Results::new(options, loaded.mesh.topology().face_count(), &simplified);
     let report = task.report(console, loaded.counts(), results, seconds);
@@ -115,7 +118,7 @@ fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failu
 
 /// The original and the result, each with its distance from the other.
 fn page(task: &Task, loaded: &Loaded, result: &TriMesh, model: &Model) -> Result<Page, Failure> {
-    let original = loaded.to_model(&loaded.provenance.corner_source)?;
+    let original = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let surface = |mesh: &TriMesh| Surface::new(mesh).map_err(Failure::refused);
     let mut exhibits = Vec::new();
     for (name, model, other) in [("original", &original, result), ("result", model, &loaded.mesh)] {
@@ -139,6 +142,7 @@ fn reduce(
     let goals = options.targets.goals(mesh, options.job.loading.relative)?;
     let mut settings = options.policy.options(mesh, goals.limits);
     attributes.constrain(mesh, &mut settings);
+    settings.collapse.record = false;
     if let Some(error) = goals.max_error {
         settings = settings.within(error, options.policy.check());
     }
@@ -159,7 +163,7 @@ impl Results {
             vertices_out: used.count(),
             stop: result.stop.name(),
             max_cost: result.max_cost,
-            collapses: result.log.len(),
+            collapses: result.collapses,
             rejected: rejected(&result.refusals),
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,

@@ -2,9 +2,7 @@
 
 use clap::Args;
 use mesh_core::butterfly::{ButterflyOptions, IrregularRule};
-use mesh_core::quadrisect::{Quadrisection, VertexOrigin};
-use mesh_core::{HalfEdgeId, Topology, TriMesh};
-use mesh_io::{Blend, Model};
+use mesh_work::{SubdivisionError, subdivide_step};
 use serde::Serialize;
 
 use crate::batch::{Job, check_output};
@@ -55,7 +53,7 @@ fn one(options: &Subdivide, task: &Task, console: &Console) -> Result<Done, Fail
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let counts = loaded.counts();
-    let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
+    let mut model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     (model.vertex_normals, model.corner_normals) = (None, None);
     let rules = ButterflyOptions {
         tension: options.tension,
@@ -68,7 +66,9 @@ fn one(options: &Subdivide, task: &Task, console: &Console) -> Result<Done, Fail
     let bar = console.progress(u64::from(options.steps), "subdividing");
     let mut mesh = loaded.mesh;
     for _ in 0..options.steps {
-        (mesh, model) = Seconds::time(&mut seconds.compute, || step(&mesh, &model, &rules))?;
+        (mesh, model) =
+            Seconds::time(&mut seconds.compute, || subdivide_step(&mesh, &model, &rules))
+                .map_err(failed)?;
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -83,63 +83,11 @@ fn one(options: &Subdivide, task: &Task, console: &Console) -> Result<Done, Fail
     report.done(console, text, brief)
 }
 
-/// One step, with the data of the new vertices and corners between those of the old ones.
-fn step(
-    mesh: &TriMesh,
-    model: &Model,
-    rules: &ButterflyOptions,
-) -> Result<(TriMesh, Model), Failure> {
-    let coarse = mesh.topology();
-    let (fine, origins) = coarse
-        .quadrisect()
-        .map_err(|error| Failure::refused(format_args!("{error}; ask for fewer steps")))?;
-    let positions = rules.refine(coarse, mesh.positions());
-    let mesh = TriMesh::new(fine, positions).map_err(Failure::refused)?;
-    let fine = mesh.topology();
-    let vertices: Vec<Blend> = fine
-        .vertices()
-        .map(|v| match origins.vertex_origin(v) {
-            VertexOrigin::Vertex(v) => Blend::one(v.index() as u32),
-            VertexOrigin::Edge(edge) => {
-                let h = edge.half_edge();
-                middle([h, h.twin()].map(|h| coarse.origin(h).index() as u32))
-            }
-        })
-        .collect();
-    let parents = fine.faces().map(|f| origins.parent_face(f).index() as u32).collect::<Vec<_>>();
-    let corners: Vec<[Blend; 3]> = fine
-        .faces()
-        .map(|f| fine.face_half_edges(f).map(|h| corner(coarse, fine, &origins, h)))
-        .collect();
-    let triangles: Vec<[u32; 3]> = fine.triangles().collect();
-    let model = model
-        .blended(mesh.positions(), &triangles, &vertices, &parents, &corners)
-        .map_err(Failure::model)?;
-    Ok((mesh, model))
-}
-
-/// The corners of the parent face that the corner at the origin of a half-edge is between.
-fn corner(coarse: &Topology, fine: &Topology, origins: &Quadrisection, h: HalfEdgeId) -> Blend {
-    let Some(face) = fine.face(h) else { return Blend::one(0) };
-    let parent = origins.parent_face(face);
-    let at = |h: HalfEdgeId| {
-        let vertices = coarse.face_vertices(parent);
-        let k = vertices.into_iter().position(|v| v == coarse.origin(h)).unwrap_or(0);
-        (3 * parent.index() + k) as u32
-    };
-    match origins.vertex_origin(fine.origin(h)) {
-        VertexOrigin::Vertex(v) => {
-            let vertices = coarse.face_vertices(parent);
-            let k = vertices.into_iter().position(|other| other == v).unwrap_or(0);
-            Blend::one((3 * parent.index() + k) as u32)
-        }
-        VertexOrigin::Edge(edge) => middle([edge.half_edge(), edge.half_edge().twin()].map(at)),
+fn failed(error: SubdivisionError) -> Failure {
+    match error {
+        SubdivisionError::Model(error) => Failure::model(error),
+        other => Failure::refused(other),
     }
-}
-
-/// Halfway between two.
-fn middle([a, b]: [u32; 2]) -> Blend {
-    Blend { sources: [a, b, a], weights: [0.5, 0.5, 0.0] }
 }
 
 /// At most so many steps: a triangle becomes sixteen million.

@@ -122,7 +122,7 @@ impl View {
             return view::content(&name, path, &model);
         }
         let loaded = self.loading.load(path, console)?;
-        let model = loaded.to_model(&loaded.provenance.corner_source)?;
+        let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
         let mut exhibit = view::content(&name, path, &model)?;
         let curvatures = Curvatures::of(&loaded.mesh, &CurvatureOptions::default());
         let quantities: [(&str, Quantity); 6] = [

@@ -221,26 +221,32 @@ function resetCamera() {
   state.turn = normalized(page.start.turn ?? times(around([1, 0, 0], 0.35), around([0, 1, 0], -0.6)));
   fit();
 }
-// As near as leaves everything in sight from here.
+// As near as leaves everything in sight from here. The nearer the camera, the more the perspective
+// spreads what is in front, so that a few rounds are needed.
 function fit() {
-  const turned = rows(state.turn), away = radius() / Math.tan(FOV / 2), { width, height } = canvas.getBoundingClientRect();
+  const turned = rows(state.turn), { width, height } = canvas.getBoundingClientRect();
   const cell = cells(Math.max(1, width), Math.max(1, height))[0], aspect = cell.width / cell.height;
-  const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
-  for (const mesh of meshes) {
-    const scale = state.together ? 1 : largest / mesh.radius, step = Math.max(1, Math.floor(mesh.faces / 4000));
-    const offset = mesh.source.center.map((c, i) => state.together ? c - sceneCenter[i] : 0);
-    for (let f = 0; f < 3 * mesh.faces; f += step) {
-      const p = [0, 1, 2].map(i => mesh.local[3 * mesh.corners[f] + i] * scale + offset[i]);
-      const nearer = 1 / (1 - Math.min(dot(turned[2], p) / away, 0.8));
-      for (const i of [0, 1]) {
-        const x = dot(turned[i], p) * nearer;
-        low[i] = Math.min(low[i], x); high[i] = Math.max(high[i], x);
+  state.target = [0, 0, 0]; state.half = radius();
+  for (let round = 0; round < 6; round++) {
+    const away = state.half / Math.tan(FOV / 2), middle = turned.map(row => dot(row, state.target));
+    const low = [Infinity, Infinity], high = [-Infinity, -Infinity];
+    for (const mesh of meshes) {
+      const scale = state.together ? 1 : largest / mesh.radius, step = Math.max(1, Math.floor(mesh.faces / 4000));
+      const offset = mesh.source.center.map((c, i) => state.together ? c - sceneCenter[i] : 0);
+      for (let f = 0; f < 3 * mesh.faces; f += step) {
+        const p = [0, 1, 2].map(i => mesh.local[3 * mesh.corners[f] + i] * scale + offset[i]);
+        const nearer = state.perspective ? 1 / (1 - Math.min((dot(turned[2], p) - middle[2]) / away, 0.8)) : 1;
+        for (const i of [0, 1]) {
+          const x = (dot(turned[i], p) - middle[i]) * nearer;
+          low[i] = Math.min(low[i], x); high[i] = Math.max(high[i], x);
+        }
       }
     }
+    if (!(low[0] <= high[0])) return;
+    const shift = [0, 1].map(i => 0.5 * (low[i] + high[i])), half = [0, 1].map(i => 0.5 * (high[i] - low[i]));
+    state.target = state.target.map((t, i) => t + shift[0] * turned[0][i] + shift[1] * turned[1][i]);
+    state.half = 1.1 * Math.max(half[1], half[0] / aspect, 1e-5 * radius()) * Math.min(1, aspect);
   }
-  const middle = [0, 1].map(i => 0.5 * (low[i] + high[i])), half = [0, 1].map(i => 0.5 * (high[i] - low[i]));
-  state.target = [0, 1, 2].map(i => middle[0] * turned[0][i] + middle[1] * turned[1][i]);
-  state.half = 1.1 * Math.max(half[1], half[0] / aspect, 1e-5 * radius()) * Math.min(1, aspect);
 }
 
 const times = (a, b) => [
@@ -295,6 +301,8 @@ function autoRange() {
   const at = share => values[Math.round(share * (values.length - 1))];
   const cut = { auto: 0.02, five: 0.05, full: 0 }[state.range] ?? 0;
   let [low, high] = [at(cut), at(1 - cut)];
+  // Where nearly all are alike, the others are what there is to see.
+  if (low === high) [low, high] = [at(0), at(1)];
   if (state.symmetric && !state.log) { high = Math.max(Math.abs(low), Math.abs(high)); low = -high; }
   return [low, high];
 }
@@ -1272,7 +1280,7 @@ try {
   showLayout();
   const first = COLORS.find(([key]) => key === page.start.color) ?? COLORS.find(([key]) => key === 'material') ?? COLORS[1] ?? COLORS[0];
   setColor(page.start.color === 'plain' ? 'plain' : first[0]);
-  if (page.start.range && isField(state.color)) { state.range = 'given'; state.symmetric = controls.symmetric.checked = false; [state.low, state.high] = page.start.range; setRange(); }
+  if (page.start.range && isField(state.color)) { state.range = 'given'; [state.low, state.high] = page.start.range; state.symmetric = controls.symmetric.checked &&= state.low === -state.high; setRange(); }
   showTheme();
 } catch (error) {
   viewer.error = String(error);

@@ -2,7 +2,7 @@
 //!
 //! How edges wait for their turn is what [`Update`] chooses:
 //!
-//! - [`Update::Lazy`] takes the cheapest few percent of them at a time, by keys that may be out of
+//! - [`Update::Lazy`], and [`Update::Regions`] where these will not do, takes the cheapest few percent of them at a time, by keys that may be out of
 //!   date, and visits them in the order in which they are stored ([`Rounds`]). Neighbours are then
 //!   in the cache, and no edge is evaluated that is not about to be collapsed.
 //! - [`Update::Eager`] keeps all keys up to date in a heap ([`Heap`]), and is exact.
@@ -58,7 +58,7 @@ pub(crate) fn collapse_edges_followed<C: Cost, P: Placement>(
     let entries = stepper.entries();
     let mut watch = Watch::new(limits, stepper.mesh().topology().face_count(), observe);
     let stop = match update {
-        Update::Lazy => run_in_rounds(&mut stepper, &entries, &mut watch),
+        Update::Lazy | Update::Regions => run_in_rounds(&mut stepper, &entries, &mut watch),
         Update::Eager => run_in_order(&mut stepper, entries, &mut watch),
     };
     stepper.finish(stop)

@@ -69,3 +69,15 @@ pub(super) fn assess<C: Cost, P: Placement>(
     let cost = raise(base, x, scratch);
     if cost.is_nan() { Err(Refusal::NotFinite) } else { Ok(Assessment::Exact(place, cost)) }
 }
+
+/// What it costs to collapse an edge to a place, relative to its midpoint.
+pub(super) fn cost_at<C: Cost, P>(
+    Policies { cost, surcharges, .. }: &Policies<C, P>,
+    patch: &EdgePatch<'_>,
+    x: DVec3,
+    scratch: &mut Scratch,
+) -> f64 {
+    let quadric = cost.quadric(patch);
+    let base = cost.cost(patch, quadric.as_ref(), x, scratch);
+    surcharges.iter().fold(base, |cost, surcharge| surcharge.raise(cost, patch, x, scratch))
+}

@@ -43,5 +43,5 @@ pub(crate) mod schedule;
 mod step;
 pub(crate) mod stop;
 pub(crate) mod symmetric;
-mod valence;
+pub(crate) mod valence;
 mod watch;

@@ -13,6 +13,7 @@ use crate::collapse::symmetric::Symmetric3;
 /// interest, so that no digits are lost far from the origin of the model.
 /// [`Quadric::moved_by`] changes the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Quadric {
     /// `A`.
     pub matrix: Symmetric3,
@@ -54,6 +55,22 @@ impl Quadric {
             linear: self.linear + self.matrix.times(shift),
             constant: self.value(shift),
             ..*self
+        }
+    }
+
+    /// The sum of this and another quadric about the point half way between their origins, of which that
+    /// of the other lies twice `half` away.
+    #[inline]
+    pub(crate) fn joined(&self, other: &Self, half: DVec3) -> Self {
+        let mut matrix = self.matrix;
+        matrix += other.matrix;
+        let mut difference = self.matrix;
+        difference += -1.0 * other.matrix;
+        let slope = 2.0 * (self.linear - other.linear);
+        Self {
+            matrix,
+            linear: self.linear + other.linear + difference.times(half),
+            constant: self.constant + other.constant + half.dot(matrix.times(half) + slope),
         }
     }
 
@@ -145,5 +162,9 @@ mod tests {
         let (shift, x) = (DVec3::new(0.2, 0.7, -3.0), DVec3::new(5.0, 1.0, 2.0));
         let moved = corner().moved_by(shift);
         assert!((moved.value(x - shift) - corner().value(x)).abs() < 1e-10);
+        let other = Quadric::plane(DVec3::new(0.4, 2.0, -1.0), 0.3, 0.7);
+        let joined = corner().joined(&other, shift);
+        let apart = corner().value(x + shift) + other.value(x - shift);
+        assert!((joined.value(x) - apart).abs() < 1e-10);
     }
 }

@@ -104,6 +104,10 @@ impl Refusals {
         self.0[refusal as usize] += 1;
     }
 
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.0.iter_mut().zip(other.0).for_each(|(count, more)| *count += more);
+    }
+
     /// How often for this reason.
     #[must_use]
     pub fn of(&self, refusal: Refusal) -> usize {

@@ -9,6 +9,7 @@ use crate::collapse::stop::StopReason;
 
 /// What is being done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Phase {
     /// Edges are collapsed.
@@ -64,7 +65,9 @@ pub struct Progress {
 pub struct Run {
     /// Why it stopped.
     pub stop: StopReason,
-    /// Every collapse.
+    /// The number of collapses.
+    pub collapses: usize,
+    /// Every collapse, if they are recorded.
     pub log: CollapseLog,
     /// How often edges were refused, by reason.
     pub refusals: Refusals,
@@ -78,14 +81,15 @@ pub struct Run {
     pub(crate) followers: Guards,
     /// Every refusal, in order, with the number of collapses that a run must be allowed to come to
     /// it.
-    refused: Vec<(u32, Refusal)>,
+    pub(crate) refused: Vec<(u32, Refusal)>,
 }
 
 impl Run {
     /// A run that has not begun.
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             stop: StopReason::NothingLeft,
+            collapses: 0,
             log: CollapseLog::default(),
             refusals: Refusals::default(),
             max_cost: 0.0,
@@ -97,6 +101,7 @@ impl Run {
     }
 
     pub(super) fn push(&mut self, entry: LogEntry) {
+        self.collapses += 1;
         self.log.push(entry);
         self.max_cost = self.max_cost.max(entry.cost);
     }
@@ -111,6 +116,7 @@ impl Run {
     /// then for the caller to say, and `locked` and `features` are still those of the end.
     pub(crate) fn truncate(&mut self, collapses: usize) {
         self.log.truncate(collapses);
+        self.collapses = self.log.len();
         self.max_cost = self.log.entries().iter().map(|entry| entry.cost).fold(0.0, f64::max);
         let kept = self.refused.partition_point(|&(needed, _)| needed as usize <= collapses);
         self.refused.truncate(kept);

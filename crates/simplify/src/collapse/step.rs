@@ -1,10 +1,11 @@
 //! One edge's turn: its cost, the guards, the collapse, and who is told of it.
 
+use glam::DVec3;
 use mesh_core::{EdgeId, TriMesh, VertexId};
 
 use crate::collapse::constraint::Constraints;
 use crate::collapse::cost::{Cost, Reach};
-use crate::collapse::evaluate::{Assessment, assess, early_bound};
+use crate::collapse::evaluate::{Assessment, assess, cost_at, early_bound};
 use crate::collapse::fixed::Fixed;
 use crate::collapse::guard::Guards;
 use crate::collapse::log::LogEntry;
@@ -195,18 +196,27 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             Assessment::Exact(_, cost) if cost > ceiling => return Ok(Turn::Above(cost)),
             Assessment::Exact(place, cost) => (place, cost),
         };
-        // The vertex that stays is the one whose position does, if any.
-        let (patch, place) = match place {
-            Place::Removed => (patch.reversed(), Place::Kept),
-            place => (patch, place),
+        let is_forced = fixed.place(&patch)?.is_some();
+        let (mut next, mut refused) = (place, 0);
+        let (patch, place, offset) = loop {
+            // The vertex that stays is the one whose position does, if any.
+            let (patch, place) = match next {
+                Place::Removed => (patch.reversed(), Place::Kept),
+                place => (patch, place),
+            };
+            let offset = patch.offset(place);
+            match check(policies, fixed, &patch, offset, scratch) {
+                Ok(()) => break (patch, place, offset),
+                Err(refusal) if is_forced => return Err(refusal),
+                Err(refusal) => next = policies.placement.instead(refused).ok_or(refusal)?,
+            }
+            refused += 1;
         };
-        let offset = patch.offset(place);
-        policies.guards.check(&patch, offset, scratch)?;
-        fixed.guards().check(&patch, offset, scratch)?;
-        for surcharge in &policies.surcharges {
-            surcharge.check(&patch, offset)?;
-        }
-        policies.placement.check(&patch, offset)?;
+        // It may cost more at another place than at the best one.
+        let cost = match refused {
+            0 => cost,
+            _ => cost_at(policies, &patch, offset, scratch),
+        };
         let half_edge = patch.half_edge();
         let legal = mesh.topology().check_collapse(half_edge)?;
         let (removed, kept) = (legal.removed(), legal.kept());
@@ -312,4 +322,20 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             }
         }
     }
+}
+
+/// Whether guards, surcharges and the placement let a collapse pass.
+fn check<C: Cost, P: Placement>(
+    policies: &Policies<C, P>,
+    fixed: &Fixed,
+    patch: &EdgePatch<'_>,
+    offset: DVec3,
+    scratch: &mut Scratch,
+) -> Result<(), Refusal> {
+    policies.guards.check(patch, offset, scratch)?;
+    fixed.guards().check(patch, offset, scratch)?;
+    for surcharge in &policies.surcharges {
+        surcharge.check(patch, offset)?;
+    }
+    policies.placement.check(patch, offset)
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 /// A symmetric matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Symmetric3 {
     /// The entries xx, yy, zz.
     pub diagonal: DVec3,

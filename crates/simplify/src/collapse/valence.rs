@@ -8,7 +8,7 @@
 use mesh_core::{EdgeId, Topology, VertexId};
 
 /// The most edges of a vertex whose edges have their turn.
-const MOST_EDGES: u32 = 512;
+pub(crate) const MOST_EDGES: u32 = 512;
 
 /// The number of edges of each vertex, by index.
 #[derive(Clone, Debug)]

@@ -39,7 +39,8 @@ impl<'a> Watch<'a> {
             faces_before,
             face_target,
             observed: 0,
-            turns: 0,
+            // The first look is at once: the time may be up before anything is done.
+            turns: OBSERVED_TURNS,
         }
     }
 

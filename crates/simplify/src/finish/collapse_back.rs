@@ -1,6 +1,6 @@
 //! After splits: the cheapest collapses, until there are as many faces as before.
 
-use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::cost::Memoryless;
@@ -29,6 +29,8 @@ pub(crate) struct Back {
     pub(crate) constraints: FitConstraints,
     /// For each vertex, the one that it has become.
     pub(crate) vertex_map: VertexMap<Option<VertexId>>,
+    /// Where the elements went that are left.
+    pub(crate) remap: Remap,
 }
 
 /// Collapses edges by the memoryless metric and closes the gaps. There are more faces left than
@@ -94,5 +96,6 @@ pub(crate) fn collapse_back_placed(
     Back {
         constraints: FitConstraints { fixed, features, boundary_curve, feature_curve, guards },
         vertex_map: VertexMap::from_vec(vertex_map),
+        remap,
     }
 }

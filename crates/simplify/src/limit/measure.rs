@@ -1,10 +1,13 @@
 //! The distance of a mesh from the original.
 
-use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_metric::{
-    CertifyOptions, CompareOptions, Comparison, Surface, SurfaceError, compare, hausdorff_bounds,
+    CertifiedBounds, CertifyOptions, CompareOptions, Surface, SurfaceError, compare,
+    hausdorff_bounds_until,
 };
+
+use crate::collapse::run::Phase;
+use crate::finish::observer::Observer;
 
 /// How the distance of the result from the original is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,8 +54,15 @@ const MAX_PIECES: usize = 4_000_000;
 const SAMPLES: usize = 200_000;
 
 impl Measuring<'_> {
-    /// The distance, and a point of one surface that is farthest from the other or nearly so.
-    pub(crate) fn measure(&self, mesh: &TriMesh) -> Result<(AchievedError, DVec3), SurfaceError> {
+    /// The distance; `None` when the observer says to stop before it is known.
+    pub(crate) fn measure(
+        &self,
+        mesh: &TriMesh,
+        observer: &mut Observer<'_>,
+    ) -> Result<Option<AchievedError>, SurfaceError> {
+        if observer.stops(Phase::Measure, mesh) {
+            return Ok(None);
+        }
         let surface = Surface::new(mesh)?;
         if self.check == ErrorCheck::Certified {
             let size = self.original.bounding_box().diagonal();
@@ -69,14 +79,17 @@ impl Measuring<'_> {
                     ..CertifyOptions::default()
                 },
             };
-            let bounds = hausdorff_bounds(self.original, &surface, &certify);
-            let error = AchievedError { lower: bounds.lower, upper: Some(bounds.upper) };
-            Ok((error, bounds.at))
+            let stops = &mut || observer.stops(Phase::Measure, mesh);
+            let bounds = hausdorff_bounds_until(self.original, &surface, &certify, stops);
+            let error = |bounds: CertifiedBounds| AchievedError {
+                lower: bounds.lower,
+                upper: Some(bounds.upper),
+            };
+            Ok(bounds.map(error))
         } else {
             let samples = CompareOptions { samples: SAMPLES, ..CompareOptions::default() };
-            let Comparison { forward, backward } = compare(self.original, &surface, &samples);
-            let worse = if backward.max > forward.max { backward } else { forward };
-            Ok((AchievedError { lower: worse.max, upper: None }, worse.worst.from))
+            let lower = compare(self.original, &surface, &samples).hausdorff();
+            Ok(Some(AchievedError { lower, upper: None }))
         }
     }
 }

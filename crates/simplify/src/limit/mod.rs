@@ -13,8 +13,9 @@
 //! Uses the rooms `collapse` and `finish`, and `mesh-metric` for distances. It knows no options: what
 //! is finished, measured and squeezed, and how, is handed in.
 //!
-//! From the bottom: `measure`; `within` and `tether`; `squeeze`; `search`.
+//! From the bottom: `measure` and `covers`; `within` and `tether`; `squeeze`; `search`.
 
+mod covers;
 pub(crate) mod measure;
 pub(crate) mod search;
 mod squeeze;

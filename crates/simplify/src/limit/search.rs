@@ -69,6 +69,8 @@ impl Search<'_> {
                 (Some(_), _) if self.squeeze.is_some() => None,
                 (Some(good), Some(bad)) => self.between(good.collapses, bad),
                 (Some(good), None) => Some(self.scaled(good.collapses, 0.8).min(total)),
+                // Collapsing further makes up for what is gone back too far.
+                (None, _) if self.squeeze.is_some() => Some(self.scaled(collapses, 1.7)),
                 (None, _) => Some(self.scaled(collapses, 1.3)),
             };
             match (next, good.take_if(|_| next.is_none())) {
@@ -95,11 +97,8 @@ impl Search<'_> {
         } else {
             self.finishing.finish(&level, observer)?
         };
-        if observer.stops(Phase::Measure, &finished.mesh) {
-            return Ok(None);
-        }
-        let (error, _) = self.measuring.measure(&finished.mesh)?;
-        Ok(Some(Found { collapses, level, finished, error }))
+        let error = self.measuring.measure(&finished.mesh, observer)?;
+        Ok(error.map(|error| Found { collapses, level, finished, error }))
     }
 
     fn squeezed(

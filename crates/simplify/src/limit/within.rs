@@ -5,6 +5,7 @@ use mesh_metric::Surface;
 
 use crate::collapse::log::CollapseLog;
 use crate::error::SimplifyError;
+use crate::finish::observer::Observer;
 use crate::limit::measure::{ErrorCheck, Measuring};
 
 /// How many of the collapses of a run may be carried out for the level to be within a distance of
@@ -25,7 +26,8 @@ pub fn collapses_within(
     let measuring = Measuring { original: &original, check, limit: Some(limit) };
     let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
         let (level, _) = log.level(mesh, collapses)?;
-        Ok(measuring.measure(&level)?.0.is_within(limit))
+        let error = measuring.measure(&level, &mut Observer::none())?;
+        Ok(error.is_some_and(|error| error.is_within(limit)))
     };
     let (mut good, mut bad) = (0, log.len());
     if is_within(bad)? {

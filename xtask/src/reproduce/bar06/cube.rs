@@ -1,13 +1,16 @@
 //! Fig. 4: a cube with a vertex a little inside each face.
 
+use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions, Ties};
 use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::inset_cube;
 
-use super::super::item::{Item, Outcome};
+use super::super::flips::optimise;
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
-use super::{Measures, optimise};
+use super::measures::Measures;
 use crate::failure::Failure;
 use crate::plot::{Axis, Plot, Series};
 use mesh_render::Style;
@@ -35,17 +38,25 @@ impl Case {
     fn new(inset: f64) -> Result<Self, Failure> {
         let initial = mesh_of(&inset_cube(inset).map_err(Failure::mesh)?)?;
         let mut result = initial.clone();
-        let flips = optimise(&mut result, CostName::Willmore, &FlipOptions::default())?.flips;
+        let flips = optimise(
+            &mut result,
+            CostName::Willmore,
+            VertexArea::Voronoi,
+            &FlipOptions::default(),
+        )?
+        .flips;
         let mut flips_by_order = [flips; 2];
         for seed in 0..ORDERS {
             let options = FlipOptions { ties: Ties::Seeded(seed), ..FlipOptions::default() };
-            let flips = optimise(&mut initial.clone(), CostName::Willmore, &options)?.flips;
+            let flips =
+                optimise(&mut initial.clone(), CostName::Willmore, VertexArea::Voronoi, &options)?
+                    .flips;
             flips_by_order = [flips_by_order[0].min(flips), flips_by_order[1].max(flips)];
         }
         let mut smallest = initial.clone();
         let options =
             FlipOptions { look_ahead: 3, forbid_intersections: true, ..FlipOptions::default() };
-        optimise(&mut smallest, CostName::Area, &options)?;
+        optimise(&mut smallest, CostName::Area, VertexArea::Voronoi, &options)?;
         Ok(Self { inset, initial, result, flips, flips_by_order, smallest })
     }
 
@@ -145,7 +156,7 @@ fn add_claims(item: &mut Item, cases: &[Case]) -> Result<(), Failure> {
     let (mut back, mut changed) = (0, 0);
     for case in moved() {
         let mut mesh = case.result.clone();
-        optimise(&mut mesh, CostName::Gauss, &FlipOptions::default())?;
+        optimise(&mut mesh, CostName::Gauss, VertexArea::Voronoi, &FlipOptions::default())?;
         let same =
             mesh.topology().canonical_triangles() == case.initial.topology().canonical_triangles();
         back += usize::from(same);

@@ -1,14 +1,15 @@
 //! Sec. 2 and 3: the properties of the Willmore energy that the paper builds on.
 
-use dcurv::{intersection_angle, total_willmore_energy, willmore_energies};
+use dcurv::{VertexArea, intersection_angle, total_willmore_energy, willmore_energies};
 use dtri_flip::{CostName, FlipOptions};
 use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::{Irregular, Sphere, SplitMix64, Torus, scramble};
 
-use super::super::item::{Item, Outcome};
+use super::super::flips::optimise;
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of};
-use super::optimise;
 use crate::failure::Failure;
 
 const QUADRILATERALS: usize = 1000;
@@ -78,7 +79,12 @@ fn add_invariance(item: &mut Item) -> Result<(), Failure> {
     let torus = Torus { major: 5.0, minor: 2.0 };
     let mut mesh = mesh_of(&torus.shifted_mesh(12, 6).map_err(Failure::mesh)?)?;
     let before = total_willmore_energy(&mesh);
-    let report = optimise(&mut mesh, CostName::WillmorePotential, &FlipOptions::default())?;
+    let report = optimise(
+        &mut mesh,
+        CostName::WillmorePotential,
+        VertexArea::Voronoi,
+        &FlipOptions::default(),
+    )?;
     let after = total_willmore_energy(&mesh);
     item.number("torus 12 x 6, W before", before);
     item.number("torus 12 x 6, W after flips by W itself", after);

@@ -4,9 +4,12 @@ use dtri_flip::lattice_error;
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexId};
 
-use super::super::item::{Figure, Item, Outcome};
+use super::super::item::{Figure, Item};
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
-use super::{Measures, RULES, face_shape};
+use super::face_shape;
+use super::measures::Measures;
+use super::rules::RULES;
 use crate::failure::Failure;
 use mesh_render::Style;
 

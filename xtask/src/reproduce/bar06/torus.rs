@@ -1,13 +1,17 @@
 //! Fig. 5: points on a torus, by the rule as printed and by better founded ones.
 
+use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions, LatticeError, Stop, Ties, lattice_error};
 use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::{SignedDistance, SplitMix64, Torus, scramble};
 
-use super::super::item::{Figure, Item, Outcome};
+use super::super::flips::optimise;
+use super::super::item::{Figure, Item};
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
-use super::{Measures, RULES, optimise};
+use super::measures::Measures;
+use super::rules::RULES;
 use crate::failure::Failure;
 use mesh_render::Style;
 
@@ -127,7 +131,7 @@ impl ByOrder {
         for ties in orders {
             let mut mesh = initial.clone();
             let options = FlipOptions { ties, ..FlipOptions::default() };
-            optimise(&mut mesh, CostName::Willmore, &options)?;
+            optimise(&mut mesh, CostName::Willmore, VertexArea::Voronoi, &options)?;
             let values = measure(&mesh);
             least = core::array::from_fn(|i| values[i].min(least[i]));
             most = core::array::from_fn(|i| values[i].max(most[i]));
@@ -193,7 +197,8 @@ fn add_circles(item: &mut Item) -> Result<(), Failure> {
     for seed in 0..STARTS {
         let mut mesh = mesh_of(&TORUS.mesh(18, 9).map_err(Failure::mesh)?)?;
         scramble(&mut mesh, SCRAMBLES, &mut SplitMix64::new(seed), |_, _| true);
-        let report = optimise(&mut mesh, CostName::Willmore, &FlipOptions::default())?;
+        let report =
+            optimise(&mut mesh, CostName::Willmore, VertexArea::Voronoi, &FlipOptions::default())?;
         circles += u32::from(report.stop == Stop::CycleGuard);
     }
     item.number(format!("runs of {STARTS} that go in circles"), f64::from(circles));

@@ -2,7 +2,8 @@
 
 use dtri_flip::CostName;
 
-use super::super::item::{Item, Outcome};
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::Run;
 use crate::convex_study::{COSTS, Case, FLIPS, Scramble, Shape, Strategy};
 use crate::failure::Failure;

@@ -3,9 +3,10 @@
 use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions};
 
+use super::super::flips::optimise;
 use super::super::item::Item;
 use super::super::run::Run;
-use super::{SUBDIVISIONS, TORUS, distance_to_torus, norms, optimise, paper_mesh};
+use super::torus::{SUBDIVISIONS, TORUS, distance_to_torus, norms, paper_mesh};
 use crate::failure::Failure;
 
 /// The costs and errors where single flips end, and where pairs of flips end.

@@ -9,9 +9,11 @@ use mesh_core::TriMesh;
 use rayon::prelude::*;
 
 use super::super::bar06::face_shape;
-use super::super::item::{Figure, Item, Outcome};
+use super::super::flips::optimise;
+use super::super::item::{Figure, Item};
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
-use super::{optimise, part};
+use super::part;
 use crate::failure::Failure;
 use mesh_render::Style;
 

@@ -5,9 +5,10 @@ use dtri_flip::{Anneal, CostName, FlipOptions};
 use glam::DVec3;
 use mesh_core::shapes::seven_points;
 
-use super::super::item::{Item, Outcome};
+use super::super::flips::optimise;
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
-use super::optimise;
 use crate::failure::Failure;
 use mesh_render::Style;
 

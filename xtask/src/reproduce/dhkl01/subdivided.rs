@@ -2,9 +2,10 @@
 
 use mesh_core::butterfly::{ButterflyOptions, subdivide};
 
-use super::super::item::{Item, Outcome};
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::Run;
-use super::{SETTINGS, TORUS, distance_to_torus, norms, optimised, torus_view};
+use super::torus::{SETTINGS, TORUS, distance_to_torus, norms, optimised, torus_view};
 use crate::failure::Failure;
 use mesh_render::Style;
 

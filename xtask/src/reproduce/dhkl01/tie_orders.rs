@@ -4,7 +4,7 @@ use dtri_flip::{CostName, Ties};
 
 use super::super::item::Item;
 use super::super::run::Run;
-use super::{SETTINGS, SUBDIVISIONS, Setting, TORUS, distance_to_torus, norms, optimised};
+use super::torus::{SETTINGS, SUBDIVISIONS, Setting, TORUS, distance_to_torus, norms, optimised};
 use crate::failure::Failure;
 
 /// How many orders are tried, from the seeds 0, 1, ...

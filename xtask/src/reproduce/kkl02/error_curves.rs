@@ -4,12 +4,13 @@ use mesh_core::TriMesh;
 use rayon::prelude::*;
 use simplify::{Options, Preset};
 
-use super::super::item::{Item, Outcome};
-use super::super::numbers::plain;
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of};
-use super::{
-    CHAINS, IGEA, Original, butterfly, distance_only, head, levels, simplified, with_curvature,
-};
+use super::distances::{NOISE, Original};
+use super::head;
+use super::runs::{CHAINS, IGEA, butterfly, distance_only, levels, simplified, with_curvature};
+use crate::decimals::plain;
 use crate::failure::Failure;
 use crate::plot::{Axis, Plot, Series};
 
@@ -21,9 +22,6 @@ const IGEA_WEIGHED: [usize; 3] = [30_000, 3_000, 1_000];
 const MADE_WEIGHED: [usize; 3] = [5_000, 1_000, 500];
 /// Weights of the curvature that are tried.
 const WEIGHTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
-/// Means over all face counts that differ less are the same but for chance.
-pub(super) const NOISE: f64 = 0.02;
-
 /// Other programs on Igea: mean distances measured the same way on results that the programs wrote.
 const PEERS: [(&str, [(f64, f64); 3]); 3] = [
     ("CGAL, Lindstrom-Turk", [(30_000.0, 0.00401), (3_000.0, 0.02772), (1_000.0, 0.06749)]),

@@ -5,10 +5,14 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use simplify::{Options, Preset};
 
-use super::super::item::{Item, Outcome};
-use super::super::numbers::plain;
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
-use super::{CHAINS, IGEA, Original, add_similarity_claim, head, levels};
+use super::distances::Original;
+use super::head;
+use super::runs::{CHAINS, IGEA, levels};
+use super::similarity::add_similarity_claim;
+use crate::decimals::plain;
 use crate::failure::Failure;
 use mesh_render::Style;
 

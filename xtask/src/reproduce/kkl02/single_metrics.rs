@@ -6,12 +6,14 @@ use mesh_core::shapes::SplitMix64;
 use rayon::prelude::*;
 use simplify::{Options, PlacementRule, Preset};
 
-use super::super::item::{Item, Outcome};
-use super::super::numbers::plain;
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of};
-use super::{
-    CHAINS, IGEA, Original, add_similarity_claim, distance_only, head, levels, list, simplified,
-};
+use super::distances::Original;
+use super::head;
+use super::runs::{CHAINS, IGEA, distance_only, levels, simplified};
+use super::similarity::{add_similarity_claim, list};
+use crate::decimals::plain;
 use crate::failure::Failure;
 
 /// The faces of Igea, and those that it is brought to: by 30 percent, to a ninth, and to the

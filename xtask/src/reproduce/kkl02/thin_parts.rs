@@ -6,12 +6,13 @@ use mesh_metric::Surface;
 use rayon::prelude::*;
 use simplify::{Options, Preset};
 
-use super::super::item::{Figure, Item, Outcome};
-use super::super::numbers::plain;
+use super::super::item::{Figure, Item};
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
-use super::{
-    CHAINS, Original, butterfly, distance_only, levels, rotorcraft, simplified, with_curvature,
-};
+use super::distances::Original;
+use super::rotorcraft;
+use super::runs::{CHAINS, butterfly, distance_only, levels, simplified, with_curvature};
+use crate::decimals::plain;
 use crate::failure::Failure;
 use crate::plot::{Axis, Plot, Series};
 use mesh_render::Style;

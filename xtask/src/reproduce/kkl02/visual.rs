@@ -3,11 +3,13 @@
 use glam::DVec3;
 use mesh_core::TriMesh;
 
-use super::super::item::{Item, Outcome};
-use super::super::numbers::plain;
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
-use super::error_curves::NOISE;
-use super::{CHAINS, IGEA, Original, distance_only, head, simplified, with_curvature};
+use super::distances::{NOISE, Original};
+use super::head;
+use super::runs::{CHAINS, IGEA, distance_only, simplified, with_curvature};
+use crate::decimals::plain;
 use crate::failure::Failure;
 use mesh_render::Style;
 

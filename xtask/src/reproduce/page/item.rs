@@ -8,8 +8,8 @@ use maud::{Markup, PreEscaped, html};
 
 use super::super::item::{Figure, Item, Table};
 use super::super::numbers::{difference, pair, reference};
-use super::super::verdict::{Content, Row};
-use super::{class, source};
+use super::super::row::{Content, Row};
+use super::source;
 use crate::failure::Failure;
 
 /// So many numbers that the paper does not print are shown at once; more, only when asked for.
@@ -65,6 +65,11 @@ fn claim(row: &Row) -> Markup {
             span.how { span class={ "v " (class(row)) } { (label) } @if !how.is_empty() { ": " (how) } }
         }
     }
+}
+
+/// The class of a row's verdict.
+fn class(row: &Row) -> String {
+    row.verdict.label().replace(' ', "-")
 }
 
 fn number_table(rows: &[&Row]) -> Markup {

@@ -4,10 +4,11 @@ use curvpatch::{Params, PatchProbe, Shape};
 use glam::DVec3;
 use mesh_core::shapes::{AnalyticSurface, Diagonals, Saddle};
 
-use super::super::item::{Item, Outcome};
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, BLUE_LINE, DARK, Drawing, RED_LINE, arc};
-use super::{STYLE, estimator, face_at, patch};
+use super::patches::{STYLE, estimator, face_at, patch};
 use crate::failure::Failure;
 
 const SADDLE: Saddle = Saddle { coefficient: 0.5, half_width: 1.0 };

@@ -8,10 +8,11 @@ use glam::DVec3;
 use mesh_core::shapes::{Ellipsoid, Irregular, Torus};
 use mesh_core::{FaceId, TriMesh};
 
-use super::super::item::{Item, Outcome};
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{Drawing, ORANGE, cover, patches};
-use super::{STYLE, estimator};
+use super::patches::{STYLE, estimator};
 use crate::failure::Failure;
 use mesh_render::Style;
 

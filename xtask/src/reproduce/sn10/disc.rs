@@ -7,10 +7,12 @@ use glam::DVec3;
 use mesh_core::shapes::{AnalyticSurface, Diagonals, Ellipsoid, Irregular, Saddle};
 use mesh_core::{FaceId, TriMesh};
 
-use super::super::item::{Item, Outcome};
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE_LINE, DARK, Drawing, GREEN, ORANGE, RED_LINE};
-use super::{PRESETS, STYLE, estimator, face_at, mean_edge, median};
+use super::patches::{PRESETS, STYLE, estimator, face_at};
+use super::statistics::median;
 use crate::failure::Failure;
 
 const ELLIPSOID: Ellipsoid = Ellipsoid { semi_axes: DVec3::new(1.5, 1.1, 0.8) };
@@ -138,7 +140,7 @@ fn osculating_circle(disc: &DiscCurvature, axis: usize) -> Vec<DVec3> {
 /// What the longest and the shortest chord say on a saddle, beside the signed extremes.
 fn literal_diameters(item: &mut Item) -> Result<(), Failure> {
     let mesh = mesh_of(&SADDLE.mesh(32, Diagonals::Alternating).map_err(Failure::mesh)?)?;
-    let radius = 2.5 * mean_edge(&mesh);
+    let radius = 2.5 * mesh.mean_edge_length().unwrap_or(0.0);
     let estimator = estimator(&mesh, Params::paper())?;
     let (mut literal, mut turned, mut signed) = (Vec::new(), Vec::new(), Vec::new());
     for face in mesh.topology().faces().step_by(6) {

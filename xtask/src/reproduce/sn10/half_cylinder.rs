@@ -5,10 +5,11 @@ use glam::DVec3;
 use mesh_core::shapes::{Cylinder, RowPhase};
 use mesh_core::{FaceId, TriMesh};
 
-use super::super::item::{Figure, Item, Outcome};
+use super::super::item::{Figure, Item};
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, ORANGE};
-use super::{PRESETS, STYLE, estimator, patch};
+use super::patches::{PRESETS, STYLE, estimator, patch};
 use crate::failure::Failure;
 use mesh_render::Style;
 

@@ -8,7 +8,7 @@ use mesh_core::{FaceId, TriMesh};
 use super::super::item::{Figure, Item};
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, GREEN, ORANGE};
-use super::{STYLE, estimator, face_at, patch};
+use super::patches::{STYLE, estimator, face_at, patch};
 use crate::failure::Failure;
 
 /// A surface with the places where patches are put.

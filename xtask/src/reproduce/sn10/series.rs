@@ -4,10 +4,11 @@ use curvpatch::{Params, PatchProbe, Shape, StripOptions};
 use glam::DVec3;
 use mesh_core::shapes::{Cylinder, RowPhase};
 
-use super::super::item::{Item, Outcome};
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, GREEN, ORANGE};
-use super::{STYLE, estimator, face_at};
+use super::patches::{STYLE, estimator, face_at};
 use crate::failure::Failure;
 use mesh_render::Style;
 

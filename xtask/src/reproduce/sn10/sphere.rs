@@ -5,10 +5,12 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::Sphere;
 
-use super::super::item::{Figure, Item, Outcome};
+use super::super::item::{Figure, Item};
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, ORANGE, RED_LINE};
-use super::{PRESETS, STYLE, estimator, face_at, median, patch, percent};
+use super::patches::{PRESETS, STYLE, estimator, face_at, patch};
+use super::statistics::{median, percent};
 use crate::failure::Failure;
 use crate::plot::{Axis, Plot, Series};
 

@@ -5,10 +5,12 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::{SignedDistance, Sphere, Torus};
 
-use super::super::item::{Item, Outcome};
+use super::super::item::Item;
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of};
 use super::drawing::arc;
-use super::{estimator, median, patch, percent};
+use super::patches::{estimator, patch};
+use super::statistics::{median, percent};
 use crate::failure::Failure;
 use crate::plot::{Axis, Plot, Series};
 
@@ -37,7 +39,7 @@ pub(super) fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         Outcome::of(after < 0.1 * before),
         format!("on a sphere the centre is {before:.2} % of r_g off before and {after:.3} % after"),
     );
-    for (name, params) in super::PRESETS {
+    for (name, params) in super::patches::PRESETS {
         let [before, after] = center_errors(&donut, params, |p| torus.signed_distance(p))?;
         item.number(format!("torus, {name} preset, centre off before (% of r_g)"), before);
         item.number(format!("torus, {name} preset, centre off after (% of r_g)"), after);
@@ -72,7 +74,7 @@ fn untranslated(fit: &PatchFit) -> Patch {
 fn profile(item: &mut Item) -> Result<(), Failure> {
     let mesh = mesh_of(&Sphere::UNIT.icosphere(2).map_err(Failure::mesh)?)?;
     let estimator = estimator(&mesh, Params::paper())?;
-    let face = super::face_at(&mesh, DVec3::new(0.3, 0.2, 1.0), DVec3::Z);
+    let face = super::patches::face_at(&mesh, DVec3::new(0.3, 0.2, 1.0), DVec3::Z);
     let fit = patch(&estimator, face, 0.5, Shape::Circle)?;
     let flat = |points: &mut dyn Iterator<Item = DVec3>| -> Vec<[f64; 2]> {
         points.map(|p| fit.patch.to_local(p)).map(|p| [p.x, p.z]).collect()

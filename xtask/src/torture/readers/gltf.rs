@@ -5,7 +5,7 @@ use std::path::Path;
 use base64::Engine;
 use gltf::mesh::Mode;
 
-use super::{Complaint, Content};
+use super::super::content::{Complaint, Content};
 
 pub(super) fn read(path: &Path) -> Result<Content, Complaint> {
     let gltf::Gltf { document, mut blob } = gltf::Gltf::from_slice(&std::fs::read(path)?)?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Complaint, Content};
+use super::super::content::{Complaint, Content};
 
 pub(super) fn read(path: &Path) -> Result<Content, Complaint> {
     let text = String::from_utf8(std::fs::read(path)?)?;

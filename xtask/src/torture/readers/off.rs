@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::{Complaint, Content};
+use super::super::content::{Complaint, Content};
 
 pub(super) fn read(path: &Path) -> Result<Content, Complaint> {
     let bytes = std::fs::read(path)?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 
-use super::{Complaint, Content};
+use super::super::content::{Complaint, Content};
 
 /// A vertex or face.
 struct Element {

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-use super::{Complaint, Content};
+use super::super::content::{Complaint, Content};
 
 pub(super) fn read(path: &Path) -> Result<Content, Complaint> {
     let mut file = BufReader::new(File::open(path)?);

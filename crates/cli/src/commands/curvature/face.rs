@@ -1,19 +1,18 @@
 //! `curvmesh curvature --estimator face`: the curvature of every face from normal sections.
 
-use clap::ValueEnum;
-use curvpatch::{CurvatureEstimator, DiscCurvature};
-use mesh_core::{FaceMap, TriMesh, VertexMap};
+use curvpatch::DiscCurvature;
+use mesh_core::{TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
 use mesh_view::Lines;
+use mesh_work::{FaceValues, Integrals, Loaded, Quantity, disc_quantity};
 use serde::Serialize;
 
-use crate::args::EstimatorPreset;
 use crate::colormap::opaque;
-use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
+use crate::commands::curvature::options::Curvature;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loaded, Seconds};
+use crate::load::Seconds;
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
@@ -39,24 +38,23 @@ struct Results {
     range: [f64; 2],
 }
 
-/// What is known of every face; nothing of those that have no curvature.
-struct Values {
-    discs: FaceMap<Option<DiscCurvature>>,
-    radius: f64,
-}
-
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let quantity = options.quantity;
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let radius = options.estimate.radius;
-    let radius = radius.map(|r| r.on(&loaded.mesh, options.job.loading.relative)).transpose()?;
+    let radius = radius
+        .map(|r| r.on(&loaded.mesh, options.job.loading.relative))
+        .transpose()
+        .map_err(Failure::refused)?;
     let values = Seconds::time(&mut seconds.compute, || {
-        Values::of(&loaded.mesh, options.estimate.preset, radius)
-    })?;
+        FaceValues::of(&loaded.mesh, options.estimate.preset.params(), radius)
+    })
+    .map_err(Failure::refused)?;
     let known = values.discs.as_slice().iter().flatten();
-    let scale =
-        options.colors.scale(quantity.is_signed(), known.map(|d| value(d, quantity)).collect());
+    let scale = options
+        .colors
+        .scale(quantity.is_signed(), known.map(|d| disc_quantity(d, quantity)).collect());
     if let Some(output) = &task.output {
         let in_faces =
             matches!(options.job.save.format_of(output), Some(Format::Ply | Format::Off));
@@ -80,7 +78,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
 }
 
 /// Both principal directions at the faces, a tenth of the reach of the sections long.
-fn directions(values: &Values) -> Vec<Lines> {
+fn directions(values: &FaceValues) -> Vec<Lines> {
     let half = 0.05 * values.radius;
     let line = |axis: usize| {
         let discs = values.discs.as_slice().iter().flatten();
@@ -99,58 +97,6 @@ fn directions(values: &Values) -> Vec<Lines> {
     ]
 }
 
-impl Values {
-    fn of(mesh: &TriMesh, preset: EstimatorPreset, radius: Option<f64>) -> Result<Self, Failure> {
-        let estimator = CurvatureEstimator::new(mesh, preset.params()).map_err(Failure::refused)?;
-        let radius = radius.unwrap_or_else(|| estimator.suggested_radius());
-        // Without faces there is no mean edge, and no curvature either.
-        if mesh.topology().face_count() == 0 {
-            return Ok(Self { discs: FaceMap::from_vec(Vec::new()), radius });
-        }
-        let discs = estimator.all_faces(radius).map_err(Failure::refused)?;
-        let discs = discs.into_vec().into_iter().map(Result::ok).collect();
-        Ok(Self { discs: FaceMap::from_vec(discs), radius })
-    }
-
-    fn count(&self, is: impl Fn(&DiscCurvature) -> bool) -> usize {
-        self.discs.as_slice().iter().flatten().filter(|&disc| is(disc)).count()
-    }
-
-    /// Curvatures of faces times their areas.
-    fn integrals(&self, mesh: &TriMesh) -> Integrals {
-        let mut sums = Integrals::default();
-        for face in mesh.topology().faces() {
-            let Some(disc) = &self.discs[face] else { continue };
-            let area = mesh.face_area(face);
-            let [k1, k2] = disc.curvatures;
-            sums.integral_gaussian += area * disc.gaussian();
-            sums.integral_abs_gaussian += area * disc.gaussian().abs();
-            sums.integral_mean += area * disc.mean();
-            sums.integral_abs_mean += area * disc.mean().abs();
-            sums.f1 += area * disc.mean() * disc.mean();
-            sums.f3 += area * (k1.abs() + k2.abs());
-        }
-        Integrals { f2: sums.integral_abs_mean, willmore: sums.f1 - sums.integral_gaussian, ..sums }
-    }
-}
-
-/// A quantity of a face, pointwise.
-fn value(disc: &DiscCurvature, quantity: Quantity) -> f64 {
-    let [k1, k2] = disc.curvatures;
-    match quantity {
-        Quantity::Gaussian => disc.gaussian(),
-        Quantity::Mean => disc.mean(),
-        Quantity::AbsMean => disc.mean().abs(),
-        Quantity::K1 => k1.max(k2),
-        Quantity::K2 => k1.min(k2),
-        Quantity::AbsSum => k1.abs() + k2.abs(),
-        Quantity::ShapeIndex => (k1 + k2).atan2((k1 - k2).abs()) * core::f64::consts::FRAC_2_PI,
-        Quantity::Curvedness => (0.5 * (k1 * k1 + k2 * k2)).sqrt(),
-        // Refused before anything is computed.
-        Quantity::Willmore => 0.0,
-    }
-}
-
 /// The mesh with every quantity as a number per face, 0 where there is none. Colours go to the
 /// faces where the format has them (PLY, OFF), and otherwise to the vertices, by the mean of the
 /// faces round each weighted by their areas, so that the mesh stays connected.
@@ -158,17 +104,17 @@ fn colored(
     quantity: Quantity,
     in_faces: bool,
     loaded: &Loaded,
-    values: &Values,
+    values: &FaceValues,
     scale: &Scale,
 ) -> Result<Model, Failure> {
-    let mut model = loaded.to_model(&loaded.provenance.corner_source)?;
+    let mut model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let discs = values.discs.as_slice();
-    let of_faces = Quantity::value_variants().iter().filter(|&&q| q != Quantity::Willmore);
+    let of_faces = Quantity::ALL.iter().filter(|&&q| q != Quantity::Willmore);
     for &quantity in of_faces {
         let name = quantity.property();
         model.face_scalars.retain(|scalars| scalars.name != name);
         let of_face =
-            |disc: &Option<DiscCurvature>| disc.map_or(0.0, |disc| value(&disc, quantity));
+            |disc: &Option<DiscCurvature>| disc.map_or(0.0, |disc| disc_quantity(&disc, quantity));
         let values = discs.iter().map(of_face).collect();
         model.face_scalars.push(Scalars { name: name.to_owned(), values });
     }
@@ -179,7 +125,7 @@ fn colored(
     model.face_colors = None;
     if in_faces {
         let color = |disc: &Option<DiscCurvature>| {
-            disc.map_or(UNKNOWN, |d| opaque(scale.color(value(&d, quantity))))
+            disc.map_or(UNKNOWN, |d| opaque(scale.color(disc_quantity(&d, quantity))))
         };
         model.face_colors = Some(discs.iter().map(color).collect());
     } else {
@@ -194,7 +140,7 @@ fn colored(
 const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 
 /// The mean over the faces round each vertex, weighted by area; nothing without any.
-fn vertex_means(mesh: &TriMesh, values: &Values, quantity: Quantity) -> VertexMap<Option<f64>> {
+fn vertex_means(mesh: &TriMesh, values: &FaceValues, quantity: Quantity) -> VertexMap<Option<f64>> {
     let topology = mesh.topology();
     let mut sums = topology.vertex_map(0.0);
     let mut areas = topology.vertex_map(0.0);
@@ -202,7 +148,7 @@ fn vertex_means(mesh: &TriMesh, values: &Values, quantity: Quantity) -> VertexMa
         let Some(disc) = &values.discs[face] else { continue };
         let area = mesh.face_area(face);
         for vertex in topology.face_vertices(face) {
-            sums[vertex] += area * value(disc, quantity);
+            sums[vertex] += area * disc_quantity(disc, quantity);
             areas[vertex] += area;
         }
     }
@@ -211,9 +157,8 @@ fn vertex_means(mesh: &TriMesh, values: &Values, quantity: Quantity) -> VertexMa
     VertexMap::from_vec(means.collect())
 }
 
-fn results(options: &Curvature, loaded: &Loaded, values: &Values, scale: &Scale) -> Results {
+fn results(options: &Curvature, loaded: &Loaded, values: &FaceValues, scale: &Scale) -> Results {
     let topology = loaded.mesh.topology();
-    let quantity = options.quantity.to_possible_value();
     Results {
         integrals: values.integrals(&loaded.mesh),
         estimator: "face",
@@ -221,7 +166,7 @@ fn results(options: &Curvature, loaded: &Loaded, values: &Values, scale: &Scale)
         truncated_faces: values.count(|disc| disc.truncated),
         wrapped_faces: values.count(|disc| disc.wrapped),
         faces_without_curvature: topology.face_count() - values.count(|_| true),
-        quantity: quantity.map(|value| value.get_name().to_owned()).unwrap_or_default(),
+        quantity: options.quantity.to_string(),
         range: [scale.low, scale.high],
     }
 }

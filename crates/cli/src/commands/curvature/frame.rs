@@ -1,16 +1,15 @@
 //! `curvmesh curvature --estimator fit` and `ball`: principal curvatures and directions of every
 //! vertex, from fitted quadratic surfaces or averaged over balls.
 
-use clap::ValueEnum;
-use dcurv::{BallCurvature, FitOptions, PrincipalFrame, ball_curvatures, fitted_frames};
 use mesh_core::glam::DVec3;
-use mesh_core::{PolygonSoup, TriMesh, VertexMap};
+use mesh_core::{PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
+use mesh_work::{FrameValue, FrameValues, Integrals, Quantity};
 use serde::Serialize;
 
 use crate::colormap::opaque;
-use crate::commands::curvature::options::{Curvature, EstimatorName, Integrals, Quantity, Shown};
+use crate::commands::curvature::options::{Curvature, EstimatorName, Shown};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Seconds;
@@ -37,28 +36,19 @@ struct Results {
     range: [f64; 2],
 }
 
-/// What is known of a vertex.
-#[derive(Clone, Copy)]
-struct Value {
-    frame: PrincipalFrame,
-    gaussian: f64,
-    mean: f64,
-    abs_mean: f64,
-}
-
-struct Values {
-    of_vertex: VertexMap<Option<Value>>,
-    radius: Option<f64>,
-    rings: Option<usize>,
-}
-
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let quantity = options.quantity;
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let radius = options.estimate.radius;
-    let radius = radius.map(|r| r.on(&loaded.mesh, options.job.loading.relative)).transpose()?;
-    let values = Seconds::time(&mut seconds.compute, || Values::of(&loaded.mesh, options, radius))?;
+    let radius = radius
+        .map(|r| r.on(&loaded.mesh, options.job.loading.relative))
+        .transpose()
+        .map_err(Failure::refused)?;
+    let values = Seconds::time(&mut seconds.compute, || match options.estimate.estimator {
+        EstimatorName::Fit => Ok(FrameValues::fitted(&loaded.mesh, options.estimate.rings)),
+        _ => FrameValues::averaged(&loaded.mesh, radius).map_err(Failure::refused),
+    })?;
     let known = values.of_vertex.as_slice().iter().flatten();
     let scale =
         options.colors.scale(quantity.is_signed(), known.map(|v| v.quantity(quantity)).collect());
@@ -66,7 +56,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         let model = match options.estimate.shown {
             Shown::Mesh => {
                 let format = options.job.save.format_of(output);
-                let model = loaded.to_model(&loaded.provenance.corner_source)?;
+                let model =
+                    loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
                 colored(model, format, &values, quantity, &scale)
             }
             Shown::Arrows => arrows(&loaded.mesh, &values)?,
@@ -76,7 +67,6 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
             console.message(options.colors.explain(&scale));
         }
     }
-    let name = quantity.to_possible_value();
     let results = Results {
         integrals: values.integrals(&loaded.mesh),
         estimator: if values.radius.is_some() { "ball" } else { "fit" },
@@ -88,12 +78,12 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
             .vertices()
             .filter(|&v| values.of_vertex[v].is_none())
             .count(),
-        quantity: name.map(|value| value.get_name().to_owned()).unwrap_or_default(),
+        quantity: quantity.to_string(),
         range: [scale.low, scale.high],
     };
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
-        let model = loaded.to_model(&loaded.provenance.corner_source)?;
+        let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
         let model = colored(model, Some(Format::Ply), &values, quantity, &scale);
         let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
         exhibit.vertex_colors = None;
@@ -107,98 +97,28 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     report.done(console, summary(&report), brief)
 }
 
-impl Values {
-    fn of(mesh: &TriMesh, options: &Curvature, radius: Option<f64>) -> Result<Self, Failure> {
-        if options.estimate.estimator == EstimatorName::Fit {
-            let rings = options.estimate.rings;
-            let frames = fitted_frames(mesh, &FitOptions { rings, ..FitOptions::default() });
-            let of_vertex = frames.map(|frame| frame.map(Value::of_fit));
-            return Ok(Self { of_vertex, radius: None, rings: Some(rings) });
-        }
-        let mean_edge = mesh.mean_edge_length().filter(|&length| length > 0.0);
-        let radius = radius.or_else(|| Some(SPAN * mean_edge?)).unwrap_or(1.0);
-        let balls = ball_curvatures(mesh, radius).map_err(Failure::refused)?;
-        let of_vertex = balls.map(|ball| Some(Value::of_ball(ball, ball.principal()?)));
-        Ok(Self { of_vertex, radius: Some(radius), rings: None })
-    }
-
-    /// Curvatures of vertices times a third of the areas of their faces.
-    fn integrals(&self, mesh: &TriMesh) -> Integrals {
-        let mut sums = Integrals::default();
-        for face in mesh.topology().faces() {
-            let third = mesh.face_area(face) / 3.0;
-            for vertex in mesh.topology().face_vertices(face) {
-                let Some(value) = &self.of_vertex[vertex] else { continue };
-                let [k1, k2] = value.principal();
-                sums.integral_gaussian += third * value.gaussian;
-                sums.integral_abs_gaussian += third * value.gaussian.abs();
-                sums.integral_mean += third * value.mean;
-                sums.integral_abs_mean += third * value.abs_mean;
-                sums.f1 += third * value.mean * value.mean;
-                sums.f3 += third * (k1.abs() + k2.abs());
-            }
-        }
-        Integrals { f2: sums.integral_abs_mean, willmore: sums.f1 - sums.integral_gaussian, ..sums }
-    }
-}
-
-/// The radius of balls, unless it is given: in mean edges.
-const SPAN: f64 = 4.0;
-
-impl Value {
-    fn of_fit(frame: PrincipalFrame) -> Self {
-        let (gaussian, mean) = (frame.gaussian().value(), frame.mean().value());
-        Self { frame, gaussian, mean, abs_mean: mean.abs() }
-    }
-
-    fn of_ball(ball: &BallCurvature, frame: PrincipalFrame) -> Self {
-        let (gaussian, mean) = (ball.gaussian().value(), ball.mean().value());
-        Self { frame, gaussian, mean, abs_mean: ball.abs_mean().value() }
-    }
-
-    fn principal(&self) -> [f64; 2] {
-        [self.frame.k_max.value(), self.frame.k_min.value()]
-    }
-
-    fn quantity(&self, quantity: Quantity) -> f64 {
-        let [k1, k2] = self.principal();
-        match quantity {
-            Quantity::Gaussian => self.gaussian,
-            Quantity::Mean => self.mean,
-            Quantity::AbsMean => self.abs_mean,
-            Quantity::K1 => k1,
-            Quantity::K2 => k2,
-            Quantity::AbsSum => k1.abs() + k2.abs(),
-            Quantity::ShapeIndex => (k1 + k2).atan2(k1 - k2) * core::f64::consts::FRAC_2_PI,
-            Quantity::Curvedness => (0.5 * (k1 * k1 + k2 * k2)).sqrt(),
-            // Refused before anything is computed.
-            Quantity::Willmore => 0.0,
-        }
-    }
-}
-
 /// The mesh with its colours, and every quantity and the directions as named numbers where the format
 /// has a place for them.
 fn colored(
     mut model: Model,
     format: Option<Format>,
-    values: &Values,
+    values: &FrameValues,
     quantity: Quantity,
     scale: &Scale,
 ) -> Model {
     let known = values.of_vertex.as_slice();
     let color =
-        |v: &Option<Value>| v.map_or(UNKNOWN, |v| opaque(scale.color(v.quantity(quantity))));
+        |v: &Option<FrameValue>| v.map_or(UNKNOWN, |v| opaque(scale.color(v.quantity(quantity))));
     model.vertex_colors = Some(known.iter().map(color).collect());
     if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
         return model;
     }
-    let mut add = |name: &str, of: &dyn Fn(&Value) -> f64| {
+    let mut add = |name: &str, of: &dyn Fn(&FrameValue) -> f64| {
         model.vertex_scalars.retain(|scalars| scalars.name != name);
         let values = known.iter().map(|v| v.as_ref().map_or(0.0, of)).collect();
         model.vertex_scalars.push(Scalars { name: name.to_owned(), values });
     };
-    let pointwise = Quantity::value_variants().iter().filter(|&&q| q != Quantity::Willmore);
+    let pointwise = Quantity::ALL.iter().filter(|&&q| q != Quantity::Willmore);
     for &quantity in pointwise {
         add(quantity.property(), &|v| v.quantity(quantity));
     }
@@ -218,12 +138,12 @@ const DIRECTION_COLORS: [[f32; 4]; 2] = [[0.8, 0.15, 0.1, 1.0], [0.1, 0.25, 0.8,
 
 /// A mesh of thin diamonds along the principal directions of every vertex, a third of a mean edge to
 /// either side, just above the surface.
-fn arrows(mesh: &TriMesh, values: &Values) -> Result<Model, Failure> {
+fn arrows(mesh: &TriMesh, values: &FrameValues) -> Result<Model, Failure> {
     let length = mesh.mean_edge_length().unwrap_or(0.0) / 3.0;
     let mut soup = PolygonSoup::default();
     let mut colors = Vec::new();
     for v in mesh.topology().vertices() {
-        let Some(Value { frame, .. }) = &values.of_vertex[v] else { continue };
+        let Some(FrameValue { frame, .. }) = &values.of_vertex[v] else { continue };
         let center = mesh.position(v) + 0.05 * length * frame.normal;
         let [max, min] = [frame.direction_max, frame.direction_min];
         for ([along, across], color) in [[max, min], [min, max]].into_iter().zip(DIRECTION_COLORS) {

@@ -1,16 +1,16 @@
 //! What `curvature` takes from the command line, whatever estimates it.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use mesh_render::Scale;
 use mesh_view::{Exhibit, Page};
-use serde::Serialize;
+use mesh_work::{Length, Quantity, parse_length};
 
 use crate::args::{AreaName, EstimatorPreset};
 use crate::batch::Job;
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::length::{Length, parse_length};
 use crate::view::Look;
 
 /// Compute the curvature of every vertex or face, and colour the mesh by it
@@ -34,7 +34,7 @@ pub(crate) struct Curvature {
     #[command(flatten)]
     pub(crate) job: Job,
     /// What the colours show
-    #[arg(long, value_enum, default_value_t, help_heading = "Curvature")]
+    #[arg(long, default_value_t, value_parser = quantity(), help_heading = "Curvature")]
     pub(crate) quantity: Quantity,
     /// The area that belongs to a vertex, by which integrals are divided
     #[arg(long, value_enum, default_value_t, help_heading = "Curvature")]
@@ -45,63 +45,6 @@ pub(crate) struct Curvature {
     pub(crate) estimate: Estimate,
     #[command(flatten)]
     pub(crate) look: Look,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Quantity {
-    /// K, per area
-    Gaussian,
-    /// H, per length, signed
-    #[default]
-    Mean,
-    /// |H|, per length
-    AbsMean,
-    /// The larger principal curvature, per length
-    K1,
-    /// The smaller principal curvature, per length
-    K2,
-    /// |k1| + |k2|, per length
-    AbsSum,
-    /// Bobenko's Willmore energy of the vertex, without unit
-    Willmore,
-    /// Koenderink's shape index, from -1 (cup) to 1 (cap)
-    ShapeIndex,
-    /// sqrt((k1² + k2²) / 2), per length
-    Curvedness,
-}
-
-/// Integrals over the mesh, which every estimator has.
-#[derive(Default, Serialize)]
-pub(crate) struct Integrals {
-    pub(crate) integral_gaussian: f64,
-    pub(crate) integral_abs_gaussian: f64,
-    pub(crate) integral_mean: f64,
-    pub(crate) integral_abs_mean: f64,
-    pub(crate) f1: f64,
-    pub(crate) f2: f64,
-    pub(crate) f3: f64,
-    pub(crate) willmore: f64,
-}
-
-impl Quantity {
-    /// The name of the property in a PLY file.
-    pub(crate) fn property(self) -> &'static str {
-        match self {
-            Self::Gaussian => "gaussian_curvature",
-            Self::Mean => "mean_curvature",
-            Self::AbsMean => "abs_mean_curvature",
-            Self::K1 => "k1",
-            Self::K2 => "k2",
-            Self::AbsSum => "abs_principal_sum",
-            Self::Willmore => "willmore_energy",
-            Self::ShapeIndex => "shape_index",
-            Self::Curvedness => "curvedness",
-        }
-    }
-
-    pub(crate) fn is_signed(self) -> bool {
-        matches!(self, Self::Gaussian | Self::Mean | Self::K1 | Self::K2 | Self::ShapeIndex)
-    }
 }
 
 /// Where curvature is estimated, and how.
@@ -143,6 +86,12 @@ pub(crate) enum Shown {
     #[default]
     Mesh,
     Arrows,
+}
+
+fn quantity() -> impl TypedValueParser<Value = Quantity> {
+    let value = |q: &Quantity| PossibleValue::new(q.name()).help(q.meaning());
+    PossibleValuesParser::new(Quantity::ALL.iter().map(value))
+        .try_map(|name| name.parse::<Quantity>())
 }
 
 fn parse_rings(text: &str) -> Result<usize, String> {

@@ -1,18 +1,18 @@
 //! `curvmesh curvature --estimator vertex`: discrete curvature of every vertex.
 
-use clap::ValueEnum;
-use dcurv::{CurvatureOptions, Curvatures, Totals, VertexArea, VertexCurvature};
+use dcurv::Totals;
 use mesh_core::{Topology, VertexMap, parallel};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
 use mesh_view::Page;
+use mesh_work::{Integrals, Loaded, Quantity, VertexValues};
 use serde::Serialize;
 
 use crate::colormap::opaque;
-use crate::commands::curvature::options::{Curvature, Integrals, Quantity};
+use crate::commands::curvature::options::Curvature;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loaded, Seconds};
+use crate::load::Seconds;
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
@@ -28,16 +28,11 @@ struct Results {
     range: [f64; 2],
 }
 
-/// What is computed of a mesh.
-struct Values {
-    curvatures: Curvatures,
-    willmore: VertexMap<f64>,
-}
-
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
-    let values = Seconds::time(&mut seconds.compute, || Values::of(&loaded, options.area.into()));
+    let values =
+        Seconds::time(&mut seconds.compute, || VertexValues::of(&loaded.mesh, options.area.into()));
     let shown = values.of_quantity(options.quantity);
     let scale = scale(options, loaded.mesh.topology(), &shown);
     let counts = loaded.counts();
@@ -48,7 +43,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     };
     if let Some(output) = &task.output {
         let format = options.job.save.format_of(output);
-        let model = colored(loaded.into_model()?, format, &values, &shown, &scale);
+        let model =
+            colored(loaded.into_model().map_err(Failure::model)?, format, &values, &shown, &scale);
         task.save(&model, &options.job.save, &mut seconds, console)?;
         console.message(options.colors.explain(&scale));
     }
@@ -67,40 +63,16 @@ fn page(
     options: &Curvature,
     task: &Task,
     loaded: &Loaded,
-    values: &Values,
+    values: &VertexValues,
     shown: &VertexMap<f64>,
     scale: &Scale,
 ) -> Result<Page, Failure> {
-    let model = loaded.to_model(&loaded.provenance.corner_source)?;
+    let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let model = colored(model, Some(Format::Ply), values, shown, scale);
     let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
     exhibit.vertex_colors = None;
     exhibit.directions = view::principal_directions(&loaded.mesh);
     Ok(options.page("curvature", "vertex", exhibit, scale))
-}
-
-impl Values {
-    fn of(loaded: &Loaded, area: VertexArea) -> Self {
-        Self {
-            curvatures: Curvatures::of(&loaded.mesh, &CurvatureOptions { area }),
-            willmore: dcurv::willmore_energies(&loaded.mesh),
-        }
-    }
-
-    fn of_quantity(&self, quantity: Quantity) -> VertexMap<f64> {
-        let map = |value: fn(&VertexCurvature) -> f64| self.curvatures.map(value);
-        match quantity {
-            Quantity::Gaussian => map(|c| c.gaussian().value()),
-            Quantity::Mean => map(|c| c.mean().value()),
-            Quantity::AbsMean => map(|c| c.abs_mean().value()),
-            Quantity::K1 => map(|c| c.principal()[0].value()),
-            Quantity::K2 => map(|c| c.principal()[1].value()),
-            Quantity::AbsSum => map(|c| c.abs_principal_sum().value()),
-            Quantity::Willmore => self.willmore.clone(),
-            Quantity::ShapeIndex => map(VertexCurvature::shape_index),
-            Quantity::Curvedness => map(|c| c.curvedness().value()),
-        }
-    }
 }
 
 /// The colours and their range; vertices without faces have no say in it.
@@ -114,7 +86,7 @@ fn scale(options: &Curvature, topology: &Topology, shown: &VertexMap<f64>) -> Sc
 fn colored(
     mut model: Model,
     format: Option<Format>,
-    values: &Values,
+    values: &VertexValues,
     shown: &VertexMap<f64>,
     scale: &Scale,
 ) -> Model {
@@ -123,7 +95,7 @@ fn colored(
     if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
         return model;
     }
-    for &quantity in Quantity::value_variants() {
+    for &quantity in Quantity::ALL {
         let name = quantity.property();
         model.vertex_scalars.retain(|scalars| scalars.name != name);
         model.vertex_scalars.push(Scalars {
@@ -134,25 +106,15 @@ fn colored(
     model
 }
 
-fn results(quantity: Quantity, values: &Values, scale: &Scale) -> Results {
+fn results(quantity: Quantity, values: &VertexValues, scale: &Scale) -> Results {
     let totals: Totals = values.curvatures.totals();
-    let name = quantity.to_possible_value().map(|value| value.get_name().to_owned());
     Results {
-        integrals: Integrals {
-            integral_gaussian: totals.gaussian.value(),
-            integral_abs_gaussian: totals.abs_gaussian.value(),
-            integral_mean: totals.mean.value(),
-            integral_abs_mean: totals.abs_mean.value(),
-            f1: totals.f1,
-            f2: totals.f2(),
-            f3: totals.f3,
-            willmore: values.willmore.as_slice().iter().sum(),
-        },
+        integrals: values.integrals(),
         norm_l1: totals.norm_l1,
         norm_l2_squared: totals.norm_l2_squared,
         clamped_vertices: totals.clamped,
         boundary_vertices: totals.boundary,
-        quantity: name.unwrap_or_default(),
+        quantity: quantity.to_string(),
         range: [scale.low, scale.high],
     }
 }

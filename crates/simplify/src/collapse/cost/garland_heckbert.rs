@@ -113,6 +113,10 @@ impl AccumulatedQuadrics {
         Self(quadrics)
     }
 
+    pub(crate) fn from_vec(quadrics: Vec<Quadric>) -> Self {
+        Self(quadrics)
+    }
+
     /// The sum of the quadrics of both ends, about the midpoint of the edge.
     #[inline]
     pub(crate) fn of_edge(&self, patch: &EdgePatch<'_>) -> Quadric {

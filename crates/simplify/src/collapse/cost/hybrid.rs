@@ -18,13 +18,20 @@ pub struct Hybrid {
     /// The weight of the accumulated quadrics.
     pub memory: f64,
     quadrics: AccumulatedQuadrics,
+    /// Whether the quadrics are those of a run before.
+    goes_on: bool,
 }
 
 impl Hybrid {
     /// With this weight of the accumulated quadrics.
     #[must_use]
     pub fn new(memory: f64) -> Self {
-        Self { memory, quadrics: AccumulatedQuadrics::default() }
+        Self { memory, quadrics: AccumulatedQuadrics::default(), goes_on: false }
+    }
+
+    /// With what the vertices remember of a run before, each about its position.
+    pub(crate) fn remembering(self, quadrics: Vec<Quadric>) -> Self {
+        Self { quadrics: AccumulatedQuadrics::from_vec(quadrics), goes_on: true, ..self }
     }
 }
 
@@ -36,7 +43,9 @@ impl Default for Hybrid {
 
 impl Policy for Hybrid {
     fn prepare(&mut self, mesh: &TriMesh) {
-        self.quadrics = AccumulatedQuadrics::new(mesh);
+        if !self.goes_on {
+            self.quadrics = AccumulatedQuadrics::new(mesh);
+        }
     }
 
     fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {

@@ -50,6 +50,14 @@ pub struct ReplayError {
 }
 
 impl CollapseLog {
+    pub(crate) fn from_entries(entries: Vec<LogEntry>) -> Self {
+        Self { entries }
+    }
+
+    pub(crate) fn into_entries(self) -> Vec<LogEntry> {
+        self.entries
+    }
+
     pub(crate) fn push(&mut self, entry: LogEntry) {
         self.entries.push(entry);
     }

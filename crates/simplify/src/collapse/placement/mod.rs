@@ -38,6 +38,14 @@ pub trait Placement: Policy {
         Ok(())
     }
 
+    /// Another place to be tried, after so many were refused by [`Placement::check`] or a guard; with
+    /// the first one refused it is asked for with 0. `None` when there is none, which then is the end
+    /// of it.
+    fn instead(&self, refused: usize) -> Option<Place> {
+        let _ = refused;
+        None
+    }
+
     /// Called before each collapse, which is certain by then.
     fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
         let _ = (patch, x, scratch);

@@ -1,8 +1,11 @@
 //! Edge flips that bring the mesh closer to the samples of the original.
+//!
+//! Which flips help is found out for all edges at the same time; edges next to a flip are looked at
+//! again when their turn comes, so that the result is that of one after the other.
 
 use glam::DVec3;
 use mesh_core::edit::LegalFlip;
-use mesh_core::{EdgeId, Handle, TriMesh};
+use mesh_core::{EdgeId, Handle, TriMesh, parallel};
 use mesh_metric::closest_on_triangle;
 
 use crate::collapse::intersection::{ChangedFace, Intersections};
@@ -13,15 +16,28 @@ use crate::finish::fit::pairs::Pairs;
 /// Flips every edge whose flip lowers the squared distance of the targets of its two faces.
 pub(super) fn flip_edges(
     mesh: &mut TriMesh,
-    paired: &mut Pairs,
+    paired: &mut Pairs<'_>,
     constraints: &FitConstraints,
     mut found: Option<&mut Intersections>,
 ) -> usize {
+    let helps: Vec<bool> = parallel::collect(mesh.topology().edge_capacity(), |index| {
+        let edge = EdgeId::from_index(index);
+        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, edge)
+    });
+    let mut is_new = vec![false; mesh.topology().face_capacity()];
     let mut scratch = Vec::new();
     let mut flips = 0;
-    for index in 0..mesh.topology().edge_capacity() {
+    for (index, helped) in helps.into_iter().enumerate() {
         let edge = EdgeId::from_index(index);
-        if constraints.is_feature(edge) || !flip_is_closer(mesh, paired, edge) {
+        if !mesh.topology().contains_edge(edge) {
+            continue;
+        }
+        let mut faces = mesh.topology().edge_faces(edge).into_iter().flatten();
+        let helps = match faces.any(|face| is_new[face.index()]) {
+            true => !constraints.is_feature(edge) && flip_is_closer(mesh, paired, edge),
+            false => helped,
+        };
+        if !helps {
             continue;
         }
         let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
@@ -35,12 +51,13 @@ pub(super) fn flip_edges(
         }
         if let [Some(left), Some(right)] = mesh.topology().edge_faces(edge) {
             paired.redistribute(mesh, [left, right], &mut scratch);
+            [left, right].iter().for_each(|face| is_new[face.index()] = true);
         }
     }
     flips
 }
 
-fn flip_is_closer(mesh: &TriMesh, paired: &Pairs, edge: EdgeId) -> bool {
+fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, edge: EdgeId) -> bool {
     let topology = mesh.topology();
     if !topology.contains_edge(edge) {
         return false;

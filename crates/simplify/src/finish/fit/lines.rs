@@ -8,6 +8,7 @@ use mesh_metric::Surface;
 
 use crate::finish::curve::Curve;
 use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::element::USUAL_SAMPLES;
 use crate::finish::fit::system::System;
 
 /// Points of the lines of the original, and the edges of the mesh that stand for these lines.
@@ -22,14 +23,10 @@ struct Line {
 }
 
 impl Lines {
-    /// As densely sampled as the surface.
-    pub(super) fn new(
-        mesh: &TriMesh,
-        original: &Surface,
-        constraints: &FitConstraints,
-        samples: usize,
-    ) -> Self {
+    /// As densely sampled as the surface is at the usual density.
+    pub(super) fn new(mesh: &TriMesh, original: &Surface, constraints: &FitConstraints) -> Self {
         let topology = mesh.topology();
+        let samples = USUAL_SAMPLES * topology.face_count();
         let area: f64 = (0..original.triangle_count())
             .map(|t| original.triangle(t))
             .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length())

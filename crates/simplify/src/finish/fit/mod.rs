@@ -14,29 +14,42 @@
 //! these; corners and fixed vertices stay. A vertex goes only as far as its faces keep their normals
 //! and, if that is asked for, run into no others.
 
+//!
+//! Points are spread evenly, in an order in which neighbours are close to each other, and pass through
+//! in blocks: what a face adds to the equations is summed up in one place, and nothing is kept of a
+//! sample but where it is and which face it draws.
+
 pub(crate) mod constraints;
+mod element;
+mod equations;
 mod flips;
 mod freedom;
 mod lines;
 pub(crate) mod moves;
 mod pairs;
+pub(crate) mod spread;
 mod system;
+mod targets;
 
-use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
-use mesh_metric::{ClosestPoint, Surface, SurfaceSample, sample_surface, weights_of_closest};
+use mesh_metric::Surface;
 
 use crate::collapse::intersection::Intersections;
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
 use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::element::{USUAL_SAMPLES, Weighting};
+use crate::finish::fit::equations::Equations;
 use crate::finish::fit::flips::flip_edges;
-use crate::finish::fit::freedom::freedoms;
+use crate::finish::fit::freedom::{Freedom, freedoms};
 use crate::finish::fit::lines::Lines;
 use crate::finish::fit::moves::move_vertices;
-use crate::finish::fit::pairs::{Pairs, Target};
-use crate::finish::fit::system::{System, Weighting};
+use crate::finish::fit::pairs::Pairs;
+use crate::finish::fit::system::System;
+use crate::finish::fit::targets::Targets;
 use crate::finish::observer::Observer;
+
+pub(crate) use crate::finish::fit::targets::Target;
 
 /// How to fit; see [`fit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +78,7 @@ impl Default for FitOptions {
     fn default() -> Self {
         Self {
             rounds: 2,
-            samples_per_face: 30,
+            samples_per_face: 20,
             pull: 4e-4,
             tail: 0.0,
             flips: true,
@@ -131,33 +144,26 @@ pub(crate) fn fit_observed(
     options: &FitOptions,
     observer: &mut Observer<'_>,
 ) -> Result<FitReport, SimplifyError> {
-    let count = options.samples_per_face.saturating_mul(mesh.topology().face_count());
-    let count = count.min(MOST_SAMPLES);
-    let targets: Vec<Target> = sample_surface(original, count, options.seed)
-        .iter()
-        .map(|sample| Target::of_sample(original, sample))
-        .collect();
-    let points: Vec<DVec3> = targets.iter().map(|target| target.point).collect();
-    let rough_targets: Vec<Target> = targets.iter().step_by(2).copied().collect();
-    let rough_points: Vec<DVec3> = rough_targets.iter().map(|target| target.point).collect();
+    let density = share_of_one(options.samples_per_face);
+    let faces: Vec<FaceId> = mesh.topology().faces().collect();
+    let count = sample_count(options, faces.len());
+    let most = MOST_TARGETS.saturating_mul(original.triangle_count());
+    let targets = Targets::new(original, count.min(most), options.seed);
+    let of_targets = density * count as f64 / count.min(most).max(1) as f64;
     let mut report = FitReport::default();
-    let lines = Lines::new(mesh, original, constraints, count);
+    let lines = Lines::new(mesh, original, constraints);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
+    let mut surface = Surface::new(mesh)?;
     for round in 0..options.rounds {
         if observer.stops(Phase::Fit, mesh) {
             break;
         }
-        let surface = Surface::new(mesh)?;
-        let mut paired = Pairs::new(mesh);
-        // The first of several rounds is a rough one.
-        let part = if round + 1 < options.rounds && round == 0 { 2 } else { 1 };
-        let (targets, points, count) = match part {
-            1 => (&targets, &points, count),
-            _ => (&rough_targets, &rough_points, count / 2),
-        };
-        for (target, closest) in targets.iter().zip(surface.closest_points(points)) {
-            paired.push(&closest, *target);
+        if round > 0 {
+            surface.follow(mesh)?;
         }
+        // The first of several rounds is a rough one.
+        let every = if round + 1 < options.rounds && round == 0 { 2 } else { 1 };
+        let mut paired = Pairs::new(mesh, &surface, &targets, every);
         if options.tail > 0.0 {
             paired.push_far(&surface, original);
         }
@@ -165,69 +171,98 @@ pub(crate) fn fit_observed(
             report.flips += flip_edges(mesh, &mut paired, constraints, found.as_mut());
         }
         let freedoms = freedoms(mesh, constraints);
-        let mut system = System::new(mesh);
+        let mut system = System::new(mesh, &freedoms);
         lines.add_to(&mut system, mesh);
-        let mut tally = Tally::default();
+        let equations = Equations {
+            mesh,
+            original,
+            faces: &faces,
+            order: surface.in_space(),
+            samples: count / every,
+            density: every as f64 * density,
+            seed: options.seed.wrapping_add(round as u64 + 1),
+        };
         let FitOptions { pull, tail, .. } = *options;
         let weighting = Weighting { pull, tail, largest: paired.largest() };
-        paired.for_each(mesh, |face, target| {
-            let weights = weights_of_closest(target.point, &mesh.triangle(face));
-            tally.add(system.add(mesh, face, weights, target, weighting));
+        let tally = equations.add_to(&mut system, weighting, |face, act| {
+            paired.for_each_of(original, face, of_targets, act);
         });
-        let seed = options.seed.wrapping_add(round as u64 + 1);
-        let samples = if options.flips {
-            // The faces are others now.
-            sample_surface(&Surface::new(mesh)?, count, seed)
-        } else {
-            sample_surface(&surface, count, seed)
-        };
-        add_own_samples(mesh, original, &samples, weighting, &mut system, &mut tally);
         report.rms_last = tally.rms();
         if round == 0 {
             report.rms_before = tally.rms();
         }
-        let moved = system.solve(mesh, &freedoms, constraints);
+        drop(paired);
+        let moved = system.solve(mesh, &freedoms, constraints, ROUGHLY);
         move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
         report.rounds += 1;
     }
     Ok(report)
 }
 
-fn add_own_samples(
-    mesh: &TriMesh,
-    original: &Surface,
-    samples: &[SurfaceSample],
-    weighting: Weighting,
-    system: &mut System,
-    tally: &mut Tally,
-) {
-    let faces: Vec<FaceId> = mesh.topology().faces().collect();
-    let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
-    let closest = original.closest_points(&points);
-    let largest =
-        closest.iter().map(|c| c.offset.length_squared()).fold(weighting.largest, f64::max);
-    let weighting = Weighting { largest, ..weighting };
-    for (sample, closest) in samples.iter().zip(closest) {
-        let ClosestPoint { point, triangle, .. } = closest;
-        let target = Target::on_triangle(original, triangle, point);
-        let face = faces[sample.triangle as usize];
-        tally.add(system.add(mesh, face, DVec3::from(sample.weights), target, weighting));
+/// Fits in which a few vertices of a mesh move; their pairs are known.
+pub(crate) struct LocalFit<'a> {
+    original: &'a Surface,
+    faces: Vec<FaceId>,
+    lines: Lines,
+}
+
+impl<'a> LocalFit<'a> {
+    /// For a mesh that keeps its connectivity.
+    pub(crate) fn new(mesh: &TriMesh, original: &'a Surface, constraints: &FitConstraints) -> Self {
+        let lines = Lines::new(mesh, original, constraints);
+        Self { original, faces: mesh.topology().faces().collect(), lines }
+    }
+
+    /// Takes one step. `order` are the indices of the faces, neighbours in space close to each other;
+    /// `targets_of` says what a face draws, and `largest` is the largest distance of all pairs.
+    pub(crate) fn step(
+        &self,
+        mesh: &mut TriMesh,
+        constraints: &FitConstraints,
+        options: &FitOptions,
+        (order, largest): (&[u32], f64),
+        targets_of: impl Fn(FaceId, &mut dyn FnMut(&Target)) + Sync,
+    ) {
+        let freedoms = freedoms(mesh, constraints);
+        let moves = |&index: &u32| {
+            let corners = mesh.topology().face_vertices(self.faces[index as usize]);
+            corners.into_iter().any(|v| freedoms[v.index()] != Freedom::Fixed)
+        };
+        let order: Vec<u32> = order.iter().copied().filter(moves).collect();
+        let mut system = System::new(mesh, &freedoms);
+        self.lines.add_to(&mut system, mesh);
+        let equations = Equations {
+            mesh,
+            original: self.original,
+            faces: &self.faces,
+            order: &order,
+            samples: sample_count(options, order.len()),
+            density: share_of_one(options.samples_per_face),
+            seed: options.seed.wrapping_add(1),
+        };
+        let FitOptions { pull, tail, .. } = *options;
+        let weighting = Weighting { pull, tail, largest: largest * largest };
+        equations.add_to(&mut system, weighting, targets_of);
+        let moved = system.solve(mesh, &freedoms, constraints, CLOSELY);
+        let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
+        move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
     }
 }
 
-#[derive(Default)]
-struct Tally {
-    squares: f64,
-    count: usize,
+/// How much a point counts where a face has so many.
+pub(crate) fn share_of_one(points_per_face: usize) -> f64 {
+    USUAL_SAMPLES as f64 / points_per_face.max(1) as f64
 }
 
-impl Tally {
-    fn add(&mut self, squared: f64) {
-        self.squares += squared;
-        self.count += 1;
-    }
+/// Steps of the whole mesh are cut short and rounds follow: more digits make no difference.
+const ROUGHLY: f64 = 1e-2;
+/// Those round the peaks are few, and count to the end.
+const CLOSELY: f64 = 1e-4;
 
-    fn rms(&self) -> f64 {
-        (self.squares / self.count.max(1) as f64).sqrt()
-    }
+/// The most points of the original, on each of its triangles.
+const MOST_TARGETS: usize = 6;
+
+/// How many samples of each surface there are.
+fn sample_count(options: &FitOptions, faces: usize) -> usize {
+    options.samples_per_face.saturating_mul(faces).min(MOST_SAMPLES)
 }

@@ -1,7 +1,7 @@
 //! Moving vertices as far as their faces allow.
 
 use glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId};
+use mesh_core::{TriMesh, VertexId};
 
 use crate::collapse::intersection::Intersections;
 use crate::finish::fit::constraints::FitConstraints;
@@ -19,19 +19,18 @@ pub(super) fn keeps_side(new: DVec3, old: DVec3) -> bool {
 /// face turns too far.
 pub(super) fn move_vertices(
     mesh: &mut TriMesh,
-    displacements: &[DVec3],
+    displacements: &[(VertexId, DVec3)],
     freedoms: &[Freedom],
     constraints: &FitConstraints,
     mut found: Option<&mut Intersections>,
 ) {
     let mut before: Vec<DVec3> = Vec::new();
-    for (index, &displacement) in displacements.iter().enumerate() {
-        let v = VertexId::from_index(index);
+    for &(v, displacement) in displacements {
         if displacement == DVec3::ZERO || !displacement.is_finite() {
             continue;
         }
         let from = mesh.position(v);
-        let curve = freedoms[index].curve(constraints);
+        let curve = freedoms[v.index()].curve(constraints);
         let displacement = match curve {
             Some(_) => displacement.clamp_length_max(0.5 * shortest_edge(mesh, v)),
             None => displacement,

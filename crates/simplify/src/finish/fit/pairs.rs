@@ -1,49 +1,53 @@
-//! Samples of the original and the faces of the mesh that they draw.
+//! Points of the original and the faces of the mesh that they draw.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh};
-use mesh_metric::{ClosestPoint, Surface, SurfaceSample, closest_on_triangle};
+use mesh_core::{FaceId, TriMesh, parallel};
+use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::finish::face_lists::FaceLists;
+use crate::finish::fit::targets::{Target, Targets};
 
-/// A point of the original that the mesh is drawn to.
-#[derive(Clone, Copy)]
-pub(super) struct Target {
-    pub(super) point: DVec3,
-    pub(super) normal: DVec3,
-}
-
-impl Target {
-    /// A sample of the original.
-    pub(super) fn of_sample(original: &Surface, sample: &SurfaceSample) -> Self {
-        Self::on_triangle(original, sample.triangle, sample.position)
-    }
-
-    /// A point of a triangle of the original.
-    pub(super) fn on_triangle(original: &Surface, triangle: u32, point: DVec3) -> Self {
-        let [a, b, c] = original.triangle(triangle as usize);
-        Self { point, normal: (b - a).cross(c - a).normalize_or_zero() }
-    }
-}
-
-/// Targets by the face that is closest to them.
-pub(super) struct Pairs {
+/// Points by the face that is closest to them: every so many-th of the targets, and some more.
+pub(super) struct Pairs<'a> {
+    targets: &'a Targets,
+    every: usize,
+    /// Points beyond the targets.
+    more: Vec<Target>,
     lists: FaceLists,
-    targets: Vec<Target>,
-    /// The squared distance of each target from its face.
+    /// The squared distance of each point from its face.
     squares: Vec<f64>,
 }
 
-impl Pairs {
-    pub(super) fn new(mesh: &TriMesh) -> Self {
-        let lists = FaceLists::new(mesh.topology().face_capacity());
-        Self { lists, targets: Vec::new(), squares: Vec::new() }
-    }
+/// Points whose closest ones are looked for by one thread at a time.
+const BLOCK: usize = 1024;
 
-    pub(super) fn push(&mut self, closest: &ClosestPoint, target: Target) {
-        self.lists.push(closest.face, self.targets.len() as u32);
-        self.squares.push(closest.offset.length_squared());
-        self.targets.push(target);
+impl<'a> Pairs<'a> {
+    /// Pairs every so many-th of the targets with the closest face.
+    pub(super) fn new(
+        mesh: &TriMesh,
+        surface: &Surface,
+        targets: &'a Targets,
+        every: usize,
+    ) -> Self {
+        let count = targets.points.len().div_ceil(every);
+        let mut lists = FaceLists::new(mesh.topology().face_capacity());
+        let mut squares = Vec::with_capacity(count);
+        for_blocks_in_turn(
+            count.div_ceil(BLOCK),
+            |block| {
+                let indices = block * BLOCK..count.min((block + 1) * BLOCK);
+                let points: Vec<DVec3> = indices.map(|i| targets.points[every * i]).collect();
+                let closest = surface.closest_to_neighbours(&points).into_iter();
+                closest.map(|c| (c.face, c.offset.length_squared())).collect::<Vec<_>>()
+            },
+            |closest| {
+                for (face, squared) in closest {
+                    lists.push(face, squares.len() as u32);
+                    squares.push(squared);
+                }
+            },
+        );
+        Self { targets, every, more: Vec::new(), lists, squares }
     }
 
     /// The largest squared distance.
@@ -51,34 +55,66 @@ impl Pairs {
         self.squares.iter().copied().fold(0.0, f64::max)
     }
 
+    fn point(&self, index: usize) -> DVec3 {
+        let own = self.squares.len() - self.more.len();
+        match index.checked_sub(own) {
+            None => self.targets.points[self.every * index],
+            Some(beyond) => self.more[beyond].point,
+        }
+    }
+
     /// The points that are closest to a face, each with its squared distance.
     pub(super) fn of_face(&self, face: FaceId) -> impl Iterator<Item = (DVec3, f64)> + '_ {
         let indices = self.lists.of_face(face).map(|index| index as usize);
-        indices.map(|index| (self.targets[index].point, self.squares[index]))
+        indices.map(|index| (self.point(index), self.squares[index]))
+    }
+
+    /// The targets that are closest to a face; `density` is the share of one that stands for the mean
+    /// area of all.
+    pub(super) fn for_each_of(
+        &self,
+        original: &Surface,
+        face: FaceId,
+        density: f64,
+        mut act: impl FnMut(&Target),
+    ) {
+        let own = self.squares.len() - self.more.len();
+        let density = density * self.every as f64;
+        for index in self.lists.of_face(face).map(|index| index as usize) {
+            match index.checked_sub(own) {
+                None => act(&self.targets.target(original, self.every * index, density)),
+                Some(beyond) => act(&self.more[beyond]),
+            }
+        }
     }
 
     /// Adds the vertices of the original that are more than half as far as the farthest target.
     /// The normals there are the directions in which they are.
     pub(super) fn push_far(&mut self, surface: &Surface, original: &Surface) {
-        let at = |v: u32| original.positions()[v as usize];
-        let points: Vec<DVec3> = original.used_vertices().into_iter().map(at).collect();
+        let vertices = original.used_vertices();
+        let at = |i: usize| original.positions()[vertices[i] as usize];
         let bar = 0.5 * self.largest().sqrt();
-        for (&point, closest) in points.iter().zip(surface.closest_points(&points)) {
-            if closest.distance > bar {
-                self.push(&closest, Target { point, normal: closest.offset.normalize_or_zero() });
-            }
-        }
+        for_blocks_in_turn(
+            vertices.len().div_ceil(BLOCK),
+            |block| {
+                let indices = block * BLOCK..vertices.len().min((block + 1) * BLOCK);
+                let points: Vec<DVec3> = indices.map(at).collect();
+                let closest = surface.closest_points(&points);
+                let pairs = points.into_iter().zip(closest);
+                pairs.filter(|(_, closest)| closest.distance > bar).collect::<Vec<_>>()
+            },
+            |far| {
+                for (point, closest) in far {
+                    self.lists.push(closest.face, self.squares.len() as u32);
+                    self.squares.push(closest.offset.length_squared());
+                    let normal = closest.offset.normalize_or_zero();
+                    self.more.push(Target { point, normal, share: 1.0 });
+                }
+            },
+        );
     }
 
-    pub(super) fn for_each(&self, mesh: &TriMesh, mut act: impl FnMut(FaceId, Target)) {
-        for face in mesh.topology().faces() {
-            for index in self.lists.of_face(face) {
-                act(face, self.targets[index as usize]);
-            }
-        }
-    }
-
-    /// Gives the targets of two faces to the one that is closer, the faces being as they are now.
+    /// Gives the points of two faces to the one that is closer, the faces being as they are now.
     pub(super) fn redistribute(
         &mut self,
         mesh: &TriMesh,
@@ -92,11 +128,28 @@ impl Pairs {
         }
         let triangles = faces.map(|face| mesh.triangle(face));
         for &index in scratch.iter() {
-            let point = self.targets[index as usize].point;
+            let point = self.point(index as usize);
             let [d0, d1] = [&triangles[0], &triangles[1]]
                 .map(|triangle| closest_on_triangle(point, triangle).length_squared());
             self.lists.push(faces[usize::from(d1 < d0)], index);
             self.squares[index as usize] = d0.min(d1);
         }
+    }
+}
+
+/// Blocks that are made at the same time before their results are taken.
+const AT_ONCE: usize = 64;
+
+/// Makes blocks on all cores and takes them in order, a few at a time: memory is that of a few, and
+/// the result that of one thread.
+pub(super) fn for_blocks_in_turn<T: Send>(
+    blocks: usize,
+    make: impl Fn(usize) -> T + Sync,
+    mut take: impl FnMut(T),
+) {
+    for first in (0..blocks).step_by(AT_ONCE) {
+        let count = AT_ONCE.min(blocks - first);
+        let made = parallel::collect_with(count, || (), |(), block| make(first + block));
+        made.into_iter().for_each(&mut take);
     }
 }

@@ -1,73 +1,72 @@
 //! The normal equations of one step of a fit, and their solution.
 
 use glam::DVec3;
-use mesh_core::{EdgeId, FaceId, TriMesh, VertexId};
+use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, parallel};
 
 use crate::collapse::symmetric::{Factors, Symmetric3};
 use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::element::Element;
 use crate::finish::fit::freedom::Freedom;
-use crate::finish::fit::pairs::Target;
 
-/// How much a pair counts.
-#[derive(Clone, Copy)]
-pub(super) struct Weighting {
-    pub(super) pull: f64,
-    pub(super) tail: f64,
-    /// The largest squared distance of a pair.
-    pub(super) largest: f64,
-}
-
-impl Weighting {
-    fn of(&self, squared: f64) -> f64 {
-        let ratio = if self.largest > 0.0 { squared / self.largest } else { 0.0 };
-        1.0 + self.tail * ratio.powi(6)
-    }
-}
-
-/// The normal equations of the Gauss-Newton step, in blocks of three by three: one per vertex and
-/// one per edge.
+/// The normal equations of the Gauss-Newton step, in blocks of three by three: one for each vertex
+/// that is not fixed and one for each edge between two of these.
 pub(super) struct System {
+    /// The vertices that are not fixed, in order.
+    vertices: Vec<VertexId>,
+    /// The place of each vertex among these.
+    place_of: Vec<u32>,
+    /// The place of the block of each edge.
+    block_of: Vec<u32>,
+    /// Where the neighbours of each vertex end.
+    ends: Vec<u32>,
+    /// The places of the neighbours and of the blocks of the edges to them.
+    neighbours: Vec<[u32; 2]>,
     of_vertex: Vec<Symmetric3>,
     of_edge: Vec<Symmetric3>,
     /// Minus the gradient where the vertices are.
     residual: Vec<DVec3>,
 }
 
+/// The place of what has none.
+const NONE: u32 = u32::MAX;
+
 impl System {
-    pub(super) fn new(mesh: &TriMesh) -> Self {
+    pub(super) fn new(mesh: &TriMesh, freedoms: &[Freedom]) -> Self {
         let topology = mesh.topology();
-        Self {
-            of_vertex: vec![Symmetric3::default(); topology.vertex_capacity()],
-            of_edge: vec![Symmetric3::default(); topology.edge_capacity()],
-            residual: vec![DVec3::ZERO; topology.vertex_capacity()],
+        let is_free = |v: VertexId| freedoms[v.index()] != Freedom::Fixed;
+        let vertices: Vec<VertexId> = topology.vertices().filter(|&v| is_free(v)).collect();
+        let mut place_of = vec![NONE; topology.vertex_capacity()];
+        for (place, v) in vertices.iter().enumerate() {
+            place_of[v.index()] = place as u32;
         }
+        let mut block_of = vec![NONE; topology.edge_capacity()];
+        let (mut ends, mut neighbours) = (Vec::with_capacity(vertices.len()), Vec::new());
+        let mut edges = 0;
+        for &v in &vertices {
+            for h in topology.outgoing(v).filter(|&h| is_free(topology.target(h))) {
+                let block = &mut block_of[h.edge().index()];
+                if *block == NONE {
+                    *block = edges;
+                    edges += 1;
+                }
+                neighbours.push([place_of[topology.target(h).index()], *block]);
+            }
+            ends.push(neighbours.len() as u32);
+        }
+        let of_vertex = vec![Symmetric3::default(); vertices.len()];
+        let of_edge = vec![Symmetric3::default(); edges as usize];
+        let residual = vec![DVec3::ZERO; vertices.len()];
+        Self { vertices, place_of, block_of, ends, neighbours, of_vertex, of_edge, residual }
     }
 
-    /// Adds a pair: the point of `face` with these weights and its target. Returns the squared
-    /// distance of the two.
-    pub(super) fn add(
-        &mut self,
-        mesh: &TriMesh,
-        face: FaceId,
-        weights: DVec3,
-        target: Target,
-        weighting: Weighting,
-    ) -> f64 {
+    /// Adds the pairs of a face.
+    pub(super) fn add(&mut self, mesh: &TriMesh, face: FaceId, element: &Element) {
         let sides = mesh.topology().face_half_edges(face);
         let corners = mesh.topology().face_vertices(face);
-        let [a, b, c] = corners.map(|v| mesh.position(v) - target.point);
-        let gap = a * weights.x + b * weights.y + c * weights.z;
-        let squared = gap.length_squared();
-        let weight = weighting.of(squared);
-        let mut matrix = Symmetric3::square(target.normal, weight);
-        matrix.diagonal += weight * weighting.pull;
-        let force = matrix.times(gap);
         for i in 0..3 {
-            self.of_vertex[corners[i].index()] += weights[i] * weights[i] * matrix;
-            self.of_edge[sides[i].edge().index()] += weights[i] * weights[(i + 1) % 3] * matrix;
-            self.residual[corners[i].index()] -= weights[i] * force;
+            self.add_to_vertex(corners[i], element.of_corner[i], element.residual[i]);
+            self.add_to_block(sides[i].edge(), element.of_side[i]);
         }
-        squared
     }
 
     /// Adds a pair of the point that is `along` an edge, as a part of its length, and its target.
@@ -78,75 +77,79 @@ impl System {
         let force = weights[0] * a + weights[1] * b;
         let unit = Symmetric3 { diagonal: DVec3::ONE, mixed: DVec3::ZERO };
         for (v, weight) in ends.into_iter().zip(weights) {
-            self.of_vertex[v.index()] += weight * weight * unit;
-            self.residual[v.index()] -= weight * force;
+            self.add_to_vertex(v, weight * weight * unit, -weight * force);
         }
-        self.of_edge[edge.index()] += weights[0] * weights[1] * unit;
+        self.add_to_block(edge, weights[0] * weights[1] * unit);
     }
 
-    /// The displacement of each vertex, by conjugate gradients preconditioned with the blocks of
-    /// the vertices.
+    fn add_to_vertex(&mut self, v: VertexId, block: Symmetric3, residual: DVec3) {
+        let place = self.place_of[v.index()];
+        if place != NONE {
+            self.of_vertex[place as usize] += block;
+            self.residual[place as usize] += residual;
+        }
+    }
+
+    fn add_to_block(&mut self, edge: EdgeId, block: Symmetric3) {
+        let place = self.block_of[edge.index()];
+        if place != NONE {
+            self.of_edge[place as usize] += block;
+        }
+    }
+
+    /// The displacement of each vertex that is not fixed, by conjugate gradients preconditioned
+    /// with the blocks of the vertices, until what is left is less than `tolerance` of the start.
     pub(super) fn solve(
-        &self,
+        self,
         mesh: &TriMesh,
         freedoms: &[Freedom],
         constraints: &FitConstraints,
-    ) -> Vec<DVec3> {
-        let inverses: Vec<Inverse> = freedoms
-            .iter()
-            .zip(&self.of_vertex)
-            .zip(mesh.positions())
-            .map(|((&freedom, block), &at)| match (freedom, freedom.curve(constraints)) {
-                (Freedom::Free, _) => Inverse::of(block),
-                (_, Some(curve)) => Inverse::along(block, curve.direction(at)),
-                _ => Inverse::Zero,
-            })
-            .collect();
-        let precondition = |r: &[DVec3]| -> Vec<DVec3> {
-            r.iter().zip(&inverses).map(|(r, inverse)| inverse.times(*r)).collect()
-        };
-        let dot =
-            |p: &[DVec3], q: &[DVec3]| -> f64 { p.iter().zip(q).map(|(a, b)| a.dot(*b)).sum() };
-        let mut x = vec![DVec3::ZERO; freedoms.len()];
+        tolerance: f64,
+    ) -> Vec<(VertexId, DVec3)> {
+        let count = self.vertices.len();
+        let inverses: Vec<Inverse> = parallel::collect(count, |place| {
+            let (v, block) = (self.vertices[place], &self.of_vertex[place]);
+            match freedoms[v.index()].curve(constraints) {
+                Some(curve) => Inverse::along(block, curve.direction(mesh.position(v))),
+                None => Inverse::of(block),
+            }
+        });
+        let dot = |p: &[DVec3], q: &[DVec3]| parallel::sum(count, |i| p[i].dot(q[i]));
+        let mut x = vec![DVec3::ZERO; count];
         let mut r = self.residual.clone();
-        let mut z = precondition(&r);
+        let mut z = parallel::collect(count, |i| inverses[i].times(r[i]));
         let mut p = z.clone();
+        let mut ap = vec![DVec3::ZERO; count];
         let mut rz = dot(&r, &z);
-        let enough = TOLERANCE * TOLERANCE * rz;
+        let enough = tolerance * tolerance * rz;
         for _ in 0..ITERATIONS {
             if rz <= enough {
                 break;
             }
-            let ap = self.times(mesh, &p);
+            parallel::fill(&mut ap, |place| self.row_times(place, &p));
             let step = rz / dot(&p, &ap);
             if !step.is_finite() {
                 break;
             }
-            for v in 0..freedoms.len() {
-                x[v] += step * p[v];
-                r[v] -= step * ap[v];
-            }
-            z = precondition(&r);
+            parallel::update(&mut x, |i, x| *x += step * p[i]);
+            parallel::update(&mut r, |i, r| *r -= step * ap[i]);
+            parallel::fill(&mut z, |i| inverses[i].times(r[i]));
             let following = dot(&r, &z);
             let keep = following / rz;
             rz = following;
-            for v in 0..freedoms.len() {
-                p[v] = z[v] + keep * p[v];
-            }
+            parallel::update(&mut p, |i, p| *p = z[i] + keep * *p);
         }
-        x
+        self.vertices.into_iter().zip(x).collect()
     }
 
-    fn times(&self, mesh: &TriMesh, p: &[DVec3]) -> Vec<DVec3> {
-        let topology = mesh.topology();
-        let mut out: Vec<DVec3> =
-            p.iter().zip(&self.of_vertex).map(|(p, block)| block.times(*p)).collect();
-        for e in topology.edges() {
-            let [a, b] = topology.edge_vertices(e).map(VertexId::index);
-            out[a] += self.of_edge[e.index()].times(p[b]);
-            out[b] += self.of_edge[e.index()].times(p[a]);
-        }
-        out
+    /// The row of a vertex times a vector.
+    fn row_times(&self, place: usize, p: &[DVec3]) -> DVec3 {
+        let start = place.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let neighbours = &self.neighbours[start as usize..self.ends[place] as usize];
+        let own = self.of_vertex[place].times(p[place]);
+        neighbours.iter().fold(own, |sum, &[neighbour, block]| {
+            sum + self.of_edge[block as usize].times(p[neighbour as usize])
+        })
     }
 }
 
@@ -179,5 +182,4 @@ impl Inverse {
 
 /// Relative to the trace of a block.
 const DAMPING: f64 = 1e-9;
-const TOLERANCE: f64 = 1e-4;
 const ITERATIONS: usize = 60;

@@ -1,14 +1,16 @@
 //! Fits in which the farthest pairs count most, round the peaks alone.
 
-use mesh_core::{TriMesh, VertexMap};
-use mesh_metric::Surface;
+use glam::DVec3;
+use mesh_core::{FaceId, TriMesh, VertexId, VertexMap};
+use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
 use crate::finish::fit::constraints::FitConstraints;
-use crate::finish::fit::{FitOptions, fit_observed};
+use crate::finish::fit::spread::{Spot, Spread, area};
+use crate::finish::fit::{FitOptions, LocalFit, Target, share_of_one};
 use crate::finish::observer::Observer;
-use crate::finish::peaks::points::{Most, Peaks};
+use crate::finish::peaks::points::{Became, Most, Peaks};
 
 /// A step that lowers the largest distance by less than this ratio is not worth another.
 const ENOUGH: f64 = 0.999;
@@ -30,15 +32,27 @@ impl Peaks<'_> {
         most: Most,
         observer: &mut Observer<'_>,
     ) -> Result<(), SimplifyError> {
+        let fit = LocalFit::new(mesh, original, constraints);
         for round in 0..options.rounds {
             if observer.stops(Phase::Peaks, mesh) {
                 break;
             }
             let local = self.all_but_peaks_fixed(mesh, constraints);
             let seed = options.seed.wrapping_add(round as u64);
-            let once = FitOptions { rounds: 1, flips: false, seed, ..*options };
+            let once = FitOptions { seed, ..*options };
             let mut moved = mesh.clone();
-            fit_observed(&mut moved, original, &local, &once, &mut Observer::none())?;
+            let pulled = self.pulled(mesh, original, &local, &once);
+            fit.step(
+                &mut moved,
+                &local,
+                &once,
+                (self.surface.in_space(), self.largest),
+                |face, act| {
+                    let start = pulled.partition_point(|(on, _)| *on < face);
+                    let of_face = pulled[start..].iter().take_while(|(on, _)| *on == face);
+                    of_face.for_each(|(_, target)| act(target));
+                },
+            );
             let mut better = None;
             // A part of a step without intersections may have some.
             let parts = if once.forbid_intersections { &STEPS[..1] } else { &STEPS[..] };
@@ -47,7 +61,7 @@ impl Peaks<'_> {
                 for (to, from) in next.positions_mut().iter_mut().zip(mesh.positions()) {
                     *to = *from + part * (*to - *from);
                 }
-                let found = Peaks::new(&next, original, self.points)?;
+                let found = self.after(mesh, &next, original, Became::Same)?;
                 if found.is_worth_it(self, most) {
                     better = Some((next, found));
                     break;
@@ -64,15 +78,70 @@ impl Peaks<'_> {
         self.largest < ENOUGH * before.largest && self.mean <= most.mean
     }
 
+    /// What draws the faces of which a corner moves, by face: new samples of the original there, and
+    /// points of it that are more than half as far as the farthest.
+    fn pulled(
+        &self,
+        mesh: &TriMesh,
+        original: &Surface,
+        constraints: &FitConstraints,
+        options: &FitOptions,
+    ) -> Vec<(FaceId, Target)> {
+        let topology = mesh.topology();
+        let is_free = |v: VertexId| !constraints.is_fixed(topology, v);
+        let mut moves = vec![false; topology.face_capacity()];
+        for f in topology.faces() {
+            moves[f.index()] = topology.face_vertices(f).into_iter().any(is_free);
+        }
+        // The triangles of the original with a corner that is closest to such a face.
+        let mut is_near = vec![false; original.positions().len()];
+        for (vertex, closest) in original.used_vertices().into_iter().zip(&self.forward) {
+            is_near[vertex as usize] = moves[closest.face.index()];
+        }
+        let order = original.in_space().iter().copied();
+        let near = |t: &u32| original.triangles()[*t as usize].iter().any(|&v| is_near[v as usize]);
+        let order: Vec<u32> = order.filter(near).collect();
+        let corners = |t: u32| original.triangle(t as usize);
+        let part = order.iter().map(|&t| area(&corners(t))).sum::<f64>();
+        let whole: f64 = topology.faces().map(|f| area(&mesh.triangle(f))).sum();
+        let density = options.samples_per_face as f64 * topology.face_count() as f64 / whole;
+        let count = (part * density).ceil() as usize;
+        let spots = Spread::new(&order, corners, count, options.seed);
+        let spots: Vec<Spot> = spots.spots(0..spots.len()).collect();
+        let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();
+        let share = share_of_one(options.samples_per_face);
+        let mut all: Vec<(FaceId, Target)> = Vec::new();
+        for (spot, closest) in spots.iter().zip(self.surface.closest_to_neighbours(&points)) {
+            if moves[closest.face.index()] {
+                let (on, share) = (spot.triangle, share * spot.share);
+                all.push((closest.face, Target::on_triangle(original, on, spot.point, share)));
+            }
+        }
+        for (&point, closest) in self.points.all.iter().zip(&self.forward).take(self.points.samples)
+        {
+            if moves[closest.face.index()] && closest.distance > 0.5 * self.largest {
+                let offset = closest_on_triangle(point, &mesh.triangle(closest.face));
+                let normal = offset.normalize_or_zero();
+                all.push((closest.face, Target { point, normal, share: 1.0 }));
+            }
+        }
+        all.sort_by_key(|(face, _)| *face);
+        all
+    }
+
     /// The constraints, with all vertices fixed that are not next to a face with a peak.
     fn all_but_peaks_fixed(&self, mesh: &TriMesh, constraints: &FitConstraints) -> FitConstraints {
         let bar = FLATTENED * self.largest;
         let topology = mesh.topology();
         let forward = self.forward.iter().map(|closest| (closest.face, closest.distance));
-        let far = forward.chain(self.inner.iter().copied()).filter(|&(_, distance)| distance > bar);
+        let centers = topology.faces().map(|f| (f, self.of_face[f.index()]));
+        let middles = topology.edges().filter_map(|e| {
+            let face = topology.edge_faces(e).into_iter().flatten().next()?;
+            Some((face, self.of_edge[e.index()]))
+        });
+        let far = forward.chain(centers).chain(middles).filter(|&(_, distance)| distance > bar);
         let corners = far.flat_map(|(face, _)| topology.face_vertices(face));
-        let far = self.backward.iter().filter(|(_, closest)| closest.distance > bar);
-        let own = far.map(|&(v, _)| v);
+        let own = topology.vertices().filter(|v| self.of_vertex[v.index()] > bar);
         let mut fixed = topology.vertex_map(true);
         // Many far points may belong to the faces of one vertex, and its ring may be large.
         let mut is_done = topology.vertex_map(false);
@@ -92,6 +161,7 @@ impl Peaks<'_> {
 mod tests {
     use super::*;
     use crate::finish::peaks::points::Points;
+    use mesh_core::Handle;
     use mesh_core::shapes::Plane;
 
     fn grid() -> TriMesh {
@@ -108,7 +178,8 @@ mod tests {
         let faces: Vec<_> = mesh.topology().faces().collect();
         let (low, high) = (faces[100], faces[200]);
         peaks.largest = 2.0;
-        peaks.inner = vec![(low, 2.0 * 0.849), (high, 2.0 * 0.851)];
+        peaks.of_face[low.index()] = 2.0 * 0.849;
+        peaks.of_face[high.index()] = 2.0 * 0.851;
         let all = FitConstraints::default();
         let fixed = peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap();
         let topology = mesh.topology();
@@ -124,12 +195,10 @@ mod tests {
         let all = FitConstraints { fixed: Some(given), ..all };
         assert!(peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap()[corners[0]]);
         // Vertices of the mesh that are far away are peaks as well.
-        peaks.inner.clear();
-        for (_, closest) in &mut peaks.backward {
-            closest.distance = 2.0 * 0.849;
-        }
-        peaks.backward[80].1.distance = 2.0 * 0.851;
-        let (peak, _) = peaks.backward[80];
+        peaks.of_face.fill(0.0);
+        peaks.of_vertex.fill(2.0 * 0.849);
+        let peak = VertexId::from_index(80);
+        peaks.of_vertex[80] = 2.0 * 0.851;
         let all = FitConstraints::default();
         let fixed = peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap();
         assert!(

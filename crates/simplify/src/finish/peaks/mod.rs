@@ -24,7 +24,7 @@ use crate::finish::collapse_back::{CollapseBack, collapse_back};
 use crate::finish::fit::FitOptions;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::observer::Observer;
-use crate::finish::peaks::points::{Most, Peaks, Points};
+use crate::finish::peaks::points::{Became, Most, Peaks, Points};
 
 /// How to take down peaks; see [`cut_peaks`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +63,12 @@ impl Default for PeakOptions {
             spacing: 3.0,
             max_rise: 1.03,
             min_faces: 0,
-            fit: FitOptions { rounds: 0, tail: 300.0, ..FitOptions::default() },
+            fit: FitOptions {
+                rounds: 0,
+                samples_per_face: 30,
+                tail: 300.0,
+                ..FitOptions::default()
+            },
             forbid_intersections: false,
             min_component_vertices: None,
         }
@@ -153,7 +158,8 @@ pub(crate) fn cut_peaks_observed(
         let mut next = mesh.clone();
         let bar = options.above * peaks.largest;
         let mut found = options.forbid_intersections.then(|| Intersections::new(&next));
-        let mut placed = peaks.bring_back(&mut next, constraints, &mut found, bar, returning);
+        let mut placed =
+            peaks.bring_back(&mut next, original, (constraints, &mut found), bar, returning);
         placed.extend(peaks.put_vertices(&mut next, constraints, &mut found, bar, count));
         let step = CollapseBack {
             faces,
@@ -163,7 +169,7 @@ pub(crate) fn cut_peaks_observed(
             min_component_vertices: options.min_component_vertices,
         };
         let back = collapse_back(&mut next, constraints, &step, Phase::Peaks, observer);
-        let found = Peaks::new(&next, original, &points)?;
+        let found = peaks.after(mesh, &next, original, Became::Other(&back.remap))?;
         let left = next.topology().face_count();
         if is_better(&found, &peaks, most) && (options.min_faces..=faces).contains(&left) {
             for new in map.as_mut_slice() {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh_core::crossing::Triangle;
 use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId};
-use mesh_metric::{ClosestPoint, weights_of_closest};
+use mesh_metric::{Surface, weights_of_closest};
 
 use crate::collapse::intersection::Intersections;
 use crate::finish::fit::constraints::FitConstraints;
@@ -15,17 +15,16 @@ impl Peaks<'_> {
     pub(super) fn bring_back(
         &self,
         mesh: &mut TriMesh,
-        constraints: &FitConstraints,
-        found: &mut Option<Intersections>,
+        original: &Surface,
+        (constraints, found): (&FitConstraints, &mut Option<Intersections>),
         bar: f64,
         most: usize,
     ) -> Vec<VertexId> {
         let mut moved = Vec::new();
         let mut before = Vec::new();
-        let distances = self.backward.iter().map(|(_, closest)| closest.distance);
-        for index in farthest_first(distances, bar).into_iter().take(most) {
-            let (v, closest) = &self.backward[index];
-            let (v, to) = (*v, closest.point);
+        for index in farthest_first(self.of_vertex.iter().copied(), bar).into_iter().take(most) {
+            let v = VertexId::from_index(index);
+            let to = original.closest(mesh.position(v)).point;
             let topology = mesh.topology();
             let on_line = topology.edges_of_vertex(v).any(|e| constraints.is_feature(e));
             if constraints.is_fixed(topology, v) || on_line {
@@ -72,8 +71,7 @@ impl Peaks<'_> {
                     }
                 }
             }
-            let (point, closest) = (self.points.all[i], &self.forward[i]);
-            placed.extend(put_vertex(mesh, constraints, found, point, closest));
+            placed.extend(put_vertex(mesh, constraints, found, self.points.all[i], face));
             if placed.len() >= most {
                 break;
             }
@@ -99,12 +97,12 @@ fn put_vertex(
     constraints: &FitConstraints,
     found: &mut Option<Intersections>,
     point: DVec3,
-    closest: &ClosestPoint,
+    face: FaceId,
 ) -> Option<VertexId> {
     let topology = mesh.topology();
-    let weights = weights_of_closest(point, &mesh.triangle(closest.face)).to_array();
+    let weights = weights_of_closest(point, &mesh.triangle(face)).to_array();
     let least = (0..3).min_by(|&i, &j| weights[i].total_cmp(&weights[j]))?;
-    let edge = topology.face_half_edges(closest.face)[(least + 1) % 3].edge();
+    let edge = topology.face_half_edges(face)[(least + 1) % 3].edge();
     let split_edge = (weights[least] <= ON_SIDE).then_some(edge);
     if split_edge.is_some_and(|e| constraints.is_feature(e) || is_locked(mesh, constraints, e)) {
         return None;
@@ -112,7 +110,7 @@ fn put_vertex(
     if let Some(found) = found {
         let gone = match split_edge {
             Some(edge) => topology.edge_faces(edge),
-            None => [Some(closest.face), None],
+            None => [Some(face), None],
         };
         let gone: Vec<FaceId> = gone.into_iter().flatten().collect();
         if found.would_arise_instead(mesh, &gone, &fan(mesh, &gone, split_edge, point)) {
@@ -125,7 +123,7 @@ fn put_vertex(
             mesh.split_edge(split, point).vertex
         }
         None => {
-            let split = topology.check_split_face(closest.face).ok()?;
+            let split = topology.check_split_face(face).ok()?;
             mesh.split_face(split, point).vertex
         }
     };
@@ -164,7 +162,6 @@ fn fan(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_metric::Surface;
 
     /// A square of two triangles; the diagonal goes from the first to the third vertex.
     fn square() -> TriMesh {
@@ -178,9 +175,9 @@ mod tests {
         let edges_after = |weight: f64| {
             let mut mesh = square();
             let point = DVec3::new(0.5 + weight, 0.5, 0.25);
-            let closest = Surface::new(&mesh).unwrap().closest(point);
+            let face = Surface::new(&mesh).unwrap().closest(point).face;
             let free = FitConstraints::default();
-            let vertex = put_vertex(&mut mesh, &free, &mut None, point, &closest).unwrap();
+            let vertex = put_vertex(&mut mesh, &free, &mut None, point, face).unwrap();
             assert_eq!((mesh.position(vertex), mesh.topology().face_count()), (point, 4));
             mesh.topology().valence(vertex)
         };

@@ -1,25 +1,29 @@
 //! How far a mesh and the original are from each other, point by point.
+//!
+//! After a change of a few faces only what these were closest to is asked again: other points can
+//! only have come closer, to a face that has changed.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh, VertexId};
-use mesh_metric::{ClosestPoint, Surface, SurfaceError, edge_points, sample_surface};
+use mesh_core::{EdgeId, FaceId, Handle, Remap, RemapOf, TriMesh, VertexId, parallel};
+use mesh_metric::{Surface, SurfaceError, edge_points, sample_surface};
 
 /// Points of the original, to be asked how far they are from the mesh.
 pub(super) struct Points {
     /// The vertices, points on edges that are longer than most, and samples.
     pub(super) all: Vec<DVec3>,
     /// From here on samples, uniform by area: the averages are those of these.
-    samples: usize,
+    pub(super) samples: usize,
 }
 
 impl Points {
     /// `spacing` is in roots of the mean area of the triangles; samples are as many as suit a mesh of
-    /// `faces` faces.
+    /// `faces` faces, but not more than one for each triangle.
     pub(super) fn new(original: &Surface, spacing: f64, faces: usize) -> Self {
-        let samples = SAMPLES_PER_FACE * faces;
-        let triangles = (0..original.triangle_count()).map(|t| original.triangle(t));
-        let area: f64 = triangles.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum();
-        let spacing = spacing * (area / original.triangle_count() as f64).sqrt();
+        let count = original.triangle_count();
+        let samples = (SAMPLES_PER_FACE * faces).min(count.max(LEAST_SAMPLES));
+        let area = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
+        let area = parallel::sum(count, |t| area(original.triangle(t)));
+        let spacing = spacing * (area / count as f64).sqrt();
         let vertices = original.used_vertices().into_iter();
         let mut all: Vec<DVec3> = vertices.map(|v| original.positions()[v as usize]).collect();
         all.extend(edge_points(original, spacing, MAX_ON_EDGE));
@@ -30,6 +34,8 @@ impl Points {
 }
 
 const SAMPLES_PER_FACE: usize = 10;
+/// So many samples may there be however few triangles the original has.
+const LEAST_SAMPLES: usize = 20_000;
 const SEED: u64 = 1;
 
 /// The most points on an edge of the original.
@@ -42,21 +48,54 @@ pub(super) struct Most {
     pub(super) rms: f64,
 }
 
-/// Distances of vertices, both ways.
+/// Distances of a mesh without gaps, both ways.
+#[derive(Clone)]
 pub(super) struct Peaks<'a> {
     pub(super) points: &'a Points,
-    /// For each of the points, what is closest on the mesh.
-    pub(super) forward: Vec<ClosestPoint>,
-    /// The vertices of the mesh that have faces, each with what is closest on the original.
-    pub(super) backward: Vec<(VertexId, ClosestPoint)>,
-    /// Faces of the mesh and how far the original is from their centres and from the middle of
-    /// their sides.
-    pub(super) inner: Vec<(FaceId, f64)>,
+    pub(super) surface: Surface,
+    /// For each of the points, the closest face of the mesh and the distance.
+    pub(super) forward: Vec<Closest>,
+    /// How far the original is from each vertex of the mesh, 0 for those without a face, from the
+    /// middle of each edge, and from the centre of each face.
+    pub(super) of_vertex: Vec<f64>,
+    pub(super) of_edge: Vec<f64>,
+    pub(super) of_face: Vec<f64>,
     pub(super) largest: f64,
-    /// The mean of `forward`, and the root of the mean square.
+    /// The mean of the samples, and the root of the mean square.
     pub(super) mean: f64,
     pub(super) rms: f64,
 }
+
+/// The closest face of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Closest {
+    pub(super) distance: f64,
+    pub(super) face: FaceId,
+}
+
+/// What became of the elements of a mesh.
+#[derive(Clone, Copy)]
+pub(super) enum Became<'r> {
+    /// They are the same, though maybe somewhere else.
+    Same,
+    /// They were renumbered.
+    Other(&'r Remap),
+}
+
+impl Became<'_> {
+    fn new_handle<H>(self, old: H) -> Option<H>
+    where
+        Remap: RemapOf<H>,
+    {
+        match self {
+            Self::Same => Some(old),
+            Self::Other(remap) => remap.new_handle(old),
+        }
+    }
+}
+
+/// Points that one thread asks for at a time.
+const BLOCK: usize = 1024;
 
 impl<'a> Peaks<'a> {
     pub(super) fn new(
@@ -64,42 +103,188 @@ impl<'a> Peaks<'a> {
         original: &Surface,
         points: &'a Points,
     ) -> Result<Self, SurfaceError> {
-        let forward = Surface::new(mesh)?.closest_points(&points.all);
+        let surface = Surface::new(mesh)?;
+        let forward = in_blocks(points.all.len(), |range| {
+            let closest = surface.closest_points(&points.all[range]).into_iter();
+            closest.map(|c| Closest { distance: c.distance, face: c.face }).collect()
+        });
         let topology = mesh.topology();
-        let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
-        let (used, places): (Vec<VertexId>, Vec<DVec3>) =
-            used.map(|v| (v, mesh.position(v))).unzip();
-        let backward: Vec<(VertexId, ClosestPoint)> =
-            used.into_iter().zip(original.closest_points(&places)).collect();
-        let (faces, centers): (Vec<FaceId>, Vec<DVec3>) = inner_points(mesh).unzip();
-        let inner: Vec<(FaceId, f64)> =
-            faces.into_iter().zip(original.distances(&centers)).collect();
-        let back = backward.iter().map(|(_, closest)| closest);
-        let vertices = forward.iter().chain(back).map(|closest| closest.distance);
-        let largest =
-            vertices.chain(inner.iter().map(|&(_, distance)| distance)).fold(0.0, f64::max);
-        let samples = forward.get(points.samples..).unwrap_or_default();
-        let sum: f64 = samples.iter().map(|c| c.distance).sum();
-        let squares: f64 = samples.iter().map(|c| c.distance * c.distance).sum();
+        let mut new = Self {
+            points,
+            surface,
+            forward,
+            of_vertex: vec![UNKNOWN; topology.vertex_capacity()],
+            of_edge: vec![UNKNOWN; topology.edge_capacity()],
+            of_face: vec![UNKNOWN; topology.face_capacity()],
+            largest: 0.0,
+            mean: 0.0,
+            rms: 0.0,
+        };
+        new.ask(mesh, original);
+        Ok(new)
+    }
+
+    /// The distances of another mesh without gaps that this one, `before`, has become.
+    pub(super) fn after(
+        &self,
+        before: &TriMesh,
+        mesh: &TriMesh,
+        original: &Surface,
+        became: Became<'_>,
+    ) -> Result<Self, SurfaceError> {
+        let surface = match became {
+            Became::Same => {
+                let mut surface = self.surface.clone();
+                surface.follow(mesh)?;
+                surface
+            }
+            Became::Other(_) => Surface::new(mesh)?,
+        };
+        let topology = mesh.topology();
+        let stays = |old: VertexId, new: VertexId| before.position(old) == mesh.position(new);
+        // The new face of each that has not moved.
+        let mut new_faces: Vec<Option<FaceId>> = vec![None; before.topology().face_capacity()];
+        let mut of_face = vec![UNKNOWN; topology.face_capacity()];
+        for old in before.topology().faces() {
+            let Some(new) = became.new_handle(old) else { continue };
+            if before.triangle(old) == mesh.triangle(new) {
+                new_faces[old.index()] = Some(new);
+                of_face[new.index()] = self.of_face[old.index()];
+            }
+        }
+        let mut of_vertex = vec![UNKNOWN; topology.vertex_capacity()];
+        for old in before.topology().vertices() {
+            if let Some(new) = became.new_handle(old).filter(|&new| stays(old, new)) {
+                of_vertex[new.index()] = self.of_vertex[old.index()];
+            }
+        }
+        let mut of_edge = vec![UNKNOWN; topology.edge_capacity()];
+        for old in before.topology().edges() {
+            let Some(new) = became.new_handle(old) else { continue };
+            let [a, b] = before.topology().edge_vertices(old);
+            let [p, q] = topology.edge_vertices(new);
+            if stays(a, p) && stays(b, q) {
+                of_edge[new.index()] = self.of_edge[old.index()];
+            }
+        }
+        let changed: Vec<FaceId> =
+            topology.faces().filter(|face| of_face[face.index()] == UNKNOWN).collect();
+        let triangles: Vec<[u32; 3]> = changed
+            .iter()
+            .map(|&face| topology.face_vertices(face).map(|v| v.index() as u32))
+            .collect();
+        // Without one that has changed there is none to come closer to.
+        let nearby = Surface::from_triangles(mesh.positions(), &triangles).ok();
+        let forward = in_blocks(self.forward.len(), |range| {
+            let (old, points) = (&self.forward[range.clone()], &self.points.all[range]);
+            let kept: Vec<Option<FaceId>> =
+                old.iter().map(|closest| new_faces[closest.face.index()]).collect();
+            let lost: Vec<DVec3> =
+                points.iter().zip(&kept).filter(|(_, k)| k.is_none()).map(|(&p, _)| p).collect();
+            let mut asked = surface.closest_points(&lost).into_iter();
+            let bounds: Vec<f64> = old
+                .iter()
+                .zip(&kept)
+                .map(|(closest, kept)| if kept.is_some() { closest.distance } else { 0.0 })
+                .collect();
+            let closer = nearby.as_ref().map(|nearby| nearby.closer_points(points, &bounds));
+            let mut closer = closer.into_iter().flatten();
+            let pairs = old.iter().zip(kept);
+            pairs
+                .filter_map(|(old, kept)| {
+                    let closer = closer.next().flatten();
+                    match (kept, closer) {
+                        (None, _) => {
+                            let found = asked.next()?;
+                            Some(Closest { distance: found.distance, face: found.face })
+                        }
+                        (Some(face), None) => Some(Closest { distance: old.distance, face }),
+                        (Some(_), Some(found)) => {
+                            let face = changed[found.triangle as usize];
+                            Some(Closest { distance: found.distance, face })
+                        }
+                    }
+                })
+                .collect()
+        });
+        let points = self.points;
+        let (largest, mean, rms) = (0.0, 0.0, 0.0);
+        let mut new =
+            Self { points, surface, forward, of_vertex, of_edge, of_face, largest, mean, rms };
+        new.ask(mesh, original);
+        Ok(new)
+    }
+
+    /// Finds the distances from the original that are unknown, and sums up.
+    fn ask(&mut self, mesh: &TriMesh, original: &Surface) {
+        let topology = mesh.topology();
+        let is_used = |&i: &usize| {
+            let v = VertexId::from_index(i);
+            topology.contains_vertex(v) && !topology.is_isolated_vertex(v)
+        };
+        let vertex = |i: usize| mesh.position(VertexId::from_index(i));
+        let has_face = |&i: &usize| {
+            let e = EdgeId::from_index(i);
+            topology.contains_edge(e) && topology.edge_faces(e).iter().any(Option::is_some)
+        };
+        let middle = |i: usize| {
+            let ends = topology.edge_vertices(EdgeId::from_index(i));
+            let [a, b] = ends.map(|v| mesh.position(v));
+            a + 0.5 * (b - a)
+        };
+        let is_face = |&i: &usize| topology.contains_face(FaceId::from_index(i));
+        let center = |i: usize| {
+            let [a, b, c] = mesh.triangle(FaceId::from_index(i));
+            a + ((b - a) + (c - a)) / 3.0
+        };
+        ask_unknown(&mut self.of_vertex, original, is_used, vertex);
+        ask_unknown(&mut self.of_edge, original, has_face, middle);
+        ask_unknown(&mut self.of_face, original, is_face, center);
+        let backward = self.of_vertex.iter().chain(&self.of_edge).chain(&self.of_face).copied();
+        let forward = self.forward.iter().map(|closest| closest.distance);
+        self.largest = forward.chain(backward).fold(0.0, f64::max);
+        let samples = self.forward.get(self.points.samples..).unwrap_or_default();
+        let (sum, squares) = parallel::fold(
+            samples.len(),
+            (0.0, 0.0),
+            |i| (samples[i].distance, samples[i].distance * samples[i].distance),
+            |a, b| (a.0 + b.0, a.1 + b.1),
+        );
         let count = samples.len().max(1) as f64;
-        let (mean, rms) = (sum / count, (squares / count).sqrt());
-        Ok(Self { points, forward, backward, inner, largest, mean, rms })
+        (self.mean, self.rms) = (sum / count, (squares / count).sqrt());
     }
 }
 
-/// The centres of the faces and the middle of every edge, with a face that they are on.
-fn inner_points(mesh: &TriMesh) -> impl Iterator<Item = (FaceId, DVec3)> {
-    let topology = mesh.topology();
-    let centers = topology.faces().map(|f| {
-        let [a, b, c] = mesh.triangle(f);
-        (f, a + ((b - a) + (c - a)) / 3.0)
+/// A distance that was not asked for yet.
+const UNKNOWN: f64 = -1.0;
+
+/// Fills in what is unknown of the elements that count, and 0 for the others.
+fn ask_unknown(
+    distances: &mut [f64],
+    original: &Surface,
+    counts: impl Fn(&usize) -> bool,
+    place: impl Fn(usize) -> DVec3 + Sync,
+) {
+    let unknown: Vec<usize> = (0..distances.len()).filter(|&i| distances[i] == UNKNOWN).collect();
+    unknown.iter().for_each(|&i| distances[i] = 0.0);
+    let asked: Vec<usize> = unknown.into_iter().filter(counts).collect();
+    let found = in_blocks(asked.len(), |range| {
+        let points: Vec<DVec3> = asked[range].iter().map(|&i| place(i)).collect();
+        original.distances(&points)
     });
-    let middles = topology.edges().filter_map(|e| {
-        let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
-        let face = topology.edge_faces(e).into_iter().flatten().next()?;
-        Some((face, a + 0.5 * (b - a)))
-    });
-    centers.chain(middles)
+    for (i, distance) in asked.into_iter().zip(found) {
+        distances[i] = distance;
+    }
+}
+
+/// Values of consecutive indices, block by block on all cores.
+fn in_blocks<T: Send>(
+    count: usize,
+    values: impl Fn(core::ops::Range<usize>) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let block = |b: usize| values(b * BLOCK..count.min((b + 1) * BLOCK));
+    let blocks = parallel::collect_with(count.div_ceil(BLOCK), || (), |(), b| block(b));
+    blocks.into_iter().flatten().collect()
 }
 
 #[cfg(test)]
@@ -137,20 +322,17 @@ mod tests {
         let points = Points::new(&tilted, 3.0, 1);
         let peaks = Peaks::new(&mesh, &tilted, &points).unwrap();
         let (height, topology) = (|x: f64| x.abs() / 2.0_f64.sqrt(), mesh.topology());
-        let mut expected: Vec<f64> = topology
-            .faces()
-            .map(|f| mesh.triangle(f).iter().map(|p| p.x).sum::<f64>() / 3.0)
-            .collect();
-        expected.extend(topology.edges().map(|e| {
-            let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v).x);
-            0.5 * (a + b)
-        }));
-        assert_eq!(peaks.inner.len(), topology.face_count() + topology.edge_count());
-        for ((_, found), x) in peaks.inner.iter().zip(expected) {
-            assert!((found - height(x)).abs() < 1e-12);
+        for f in topology.faces() {
+            let x = mesh.triangle(f).iter().map(|p| p.x).sum::<f64>() / 3.0;
+            assert!((peaks.of_face[f.index()] - height(x)).abs() < 1e-12);
         }
-        for (v, closest) in &peaks.backward {
-            assert!((closest.distance - height(mesh.position(*v).x)).abs() < 1e-12);
+        for e in topology.edges() {
+            let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v).x);
+            assert!((peaks.of_edge[e.index()] - height(0.5 * (a + b))).abs() < 1e-12);
+        }
+        for v in topology.vertices() {
+            let x = mesh.position(v).x;
+            assert!((peaks.of_vertex[v.index()] - height(x)).abs() < 1e-12);
         }
         let forward = || peaks.forward.iter().map(|closest| closest.distance);
         assert_eq!(peaks.largest, forward().fold(0.0, f64::max));
@@ -160,5 +342,50 @@ mod tests {
         assert!((peaks.mean - samples.iter().sum::<f64>() / count).abs() < 1e-12);
         let square = samples.iter().map(|d| d * d).sum::<f64>() / count;
         assert!((peaks.rms - square.sqrt()).abs() < 1e-12);
+    }
+
+    /// What is asked again after a change is what would be asked anew.
+    fn check_after(before: &TriMesh, after: &TriMesh, original: &Surface, became: Became<'_>) {
+        let points = Points::new(original, 0.5, 400);
+        let old = Peaks::new(before, original, &points).unwrap();
+        let [found, anew] = [
+            old.after(before, after, original, became).unwrap(),
+            Peaks::new(after, original, &points).unwrap(),
+        ];
+        assert_eq!(found.of_vertex, anew.of_vertex);
+        assert_eq!(found.of_edge, anew.of_edge);
+        assert_eq!(found.of_face, anew.of_face);
+        let distances = |p: &Peaks<'_>| p.forward.iter().map(|c| c.distance).collect::<Vec<_>>();
+        assert_eq!(distances(&found), distances(&anew));
+        assert_ne!(distances(&found), distances(&old));
+        for (point, closest) in points.all.iter().zip(&found.forward) {
+            let triangle = after.triangle(closest.face);
+            let distance = mesh_metric::closest_on_triangle(*point, &triangle).length();
+            assert!((distance - closest.distance).abs() < 1e-12);
+        }
+        assert_eq!((found.largest, found.mean, found.rms), (anew.largest, anew.mean, anew.rms));
+    }
+
+    #[test]
+    fn after_a_change_only_the_rest_is_kept() {
+        let wave = |p: DVec3| p.with_z(0.2 * (4.0 * p.x).sin() * (3.0 * p.y).cos());
+        let original = Surface::new(&plane(1.0, 30, wave)).unwrap();
+        let before = plane(1.0, 9, |p| wave(p) + 0.01 * DVec3::Z);
+        let mut moved = before.clone();
+        moved.positions_mut()[45].z += 0.3;
+        moved.positions_mut()[12].z -= 0.2;
+        check_after(&before, &moved, &original, Became::Same);
+        // Split, collapsed and renumbered.
+        let mut other = before.clone();
+        let face = other.topology().faces().nth(77).unwrap();
+        let at = other.triangle(face).iter().sum::<DVec3>() / 3.0 + 0.4 * DVec3::Z;
+        let split = other.topology().check_split_face(face).unwrap();
+        other.split_face(split, at);
+        let edges: Vec<EdgeId> = other.topology().edges().collect();
+        let legal =
+            edges.into_iter().find_map(|e| other.topology().check_collapse(e.half_edges()[0]).ok());
+        other.collapse(legal.unwrap(), DVec3::new(0.1, 0.2, 0.3));
+        let remap = other.compact();
+        check_after(&before, &other, &original, Became::Other(&remap));
     }
 }

@@ -12,9 +12,10 @@ use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, VertexMap, angle_bet
 use mesh_io::Model;
 
 /// The seams of a mesh and what its corners had before the flips.
-pub(crate) struct Seams {
+#[derive(Clone, Debug)]
+pub struct Seams {
     /// Edges that must not be flipped.
-    pub(crate) edges: EdgeMap<bool>,
+    pub edges: EdgeMap<bool>,
     /// Per half-edge with a face, the corner of the file at its origin.
     corner: HalfEdgeMap<u32>,
     /// Per vertex, one of its corners in the file.
@@ -23,7 +24,8 @@ pub(crate) struct Seams {
 
 impl Seams {
     /// Finds the seams of a freshly built mesh.
-    pub(crate) fn find(topology: &Topology, provenance: &Provenance, model: &Model) -> Self {
+    #[must_use]
+    pub fn find(topology: &Topology, provenance: &Provenance, model: &Model) -> Self {
         let mut corner = topology.half_edge_map(0);
         let mut any_corner = topology.vertex_map(0);
         for (face, corners) in topology.faces().zip(&provenance.corner_source) {
@@ -43,8 +45,9 @@ impl Seams {
         seams
     }
 
-    /// Whether there are any.
-    pub(crate) fn count(&self) -> usize {
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
         self.edges.as_slice().iter().filter(|&&is_seam| is_seam).count()
     }
 
@@ -58,7 +61,7 @@ impl Seams {
 
     /// Adds the creases to the seams: edges whose two faces have normals more than `angle` apart at
     /// one of the ends.
-    pub(crate) fn add_creases(&mut self, topology: &Topology, normals: &[[f32; 3]], angle: f64) {
+    pub fn add_creases(&mut self, topology: &Topology, normals: &[[f32; 3]], angle: f64) {
         let normal = |h: HalfEdgeId| DVec3::from(normals[self.corner[h] as usize].map(f64::from));
         let is_crease = |h: HalfEdgeId| {
             let pairs = [(h, topology.next(h.twin())), (h.twin(), topology.next(h))];
@@ -70,12 +73,14 @@ impl Seams {
     }
 
     /// The corner of the file at the origin of a half-edge, in its face.
-    pub(crate) fn corner(&self, h: HalfEdgeId) -> usize {
+    #[must_use]
+    pub fn corner(&self, h: HalfEdgeId) -> usize {
         self.corner[h] as usize
     }
 
     /// The corner of the file that each corner of the flipped mesh takes its data from.
-    pub(crate) fn corner_source(&self, topology: &Topology) -> Vec<[u32; 3]> {
+    #[must_use]
+    pub fn corner_source(&self, topology: &Topology) -> Vec<[u32; 3]> {
         let source = |h: HalfEdgeId| match self.end_of_sector(topology, h) {
             Some(end) => self.corner[end],
             None => self.any_corner[topology.origin(h)],

@@ -3,85 +3,98 @@
 //! Seams are feature lines of the simplification; what is between them enters its cost; and
 //! afterwards every corner takes what the file has at the point of the input that it stands for.
 
-use clap::Args;
 use glam::DVec3;
 use mesh_core::{HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
-use mesh_io::{Blend, Model};
+use mesh_io::{Blend, Model, ModelError};
 use simplify::{
     AttributeOptions, CornerAttributes, CornerSource, Options, SimplifyError, corner_sources,
     seam_nodes,
 };
 
-use crate::args::{parse_angle, parse_not_negative};
-use crate::console::Console;
-use crate::failure::Failure;
-use crate::load::Loaded;
+use crate::loaded::Source;
 use crate::normals::settle_normals;
 use crate::seams::Seams;
 
 /// What becomes of texture coordinates, normals, colours and materials.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Attributes")]
-pub(crate) struct Carry {
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct AttributeRules {
     /// How much shifts of texture and colours count; 0 for not at all. At 1 a texture that shifts by
     /// one model unit is as bad as a surface that does, and so is a colour that changes from black
-    /// to white on a mesh that measures 100 units
-    #[arg(long, value_name = "W", default_value_t = 0.3, value_parser = parse_not_negative)]
-    attribute_weight: f64,
+    /// to white on a mesh that measures 100 units.
+    pub attribute_weight: f64,
     /// How much normals of the file count on top of the shape; 0 for not at all. At 1 a normal that
-    /// turns by one radian on a mesh that measures 100 units is as bad as a surface that shifts by one
-    #[arg(long, value_name = "W", default_value_t = 0.0, value_parser = parse_not_negative)]
-    normal_weight: f64,
+    /// turns by one radian on a mesh that measures 100 units is as bad as a surface that shifts by
+    /// one.
+    pub normal_weight: f64,
     /// Normals of the file that differ by more than this across an edge, or from the simplified
-    /// surface, are a crease
-    #[arg(long, value_name = "DEGREES", default_value = "40", value_parser = parse_angle)]
-    crease_angle: f64,
-    /// Keep creases as feature lines, as borders of texture charts, materials and groups always are
-    #[arg(long)]
-    keep_creases: bool,
-    /// Leave out texture coordinates, normals, colours, materials and groups
-    #[arg(long, conflicts_with_all = ["attribute_weight", "normal_weight", "crease_angle", "keep_creases"])]
-    no_attributes: bool,
+    /// surface, are a crease; in radians.
+    pub crease_angle: f64,
+    /// Whether creases are kept as feature lines, as borders of texture charts, materials and groups
+    /// always are.
+    pub keep_creases: bool,
+    /// Whether anything is carried along; otherwise positions and faces are all that is left.
+    pub carry: bool,
 }
 
-/// The seams of a mesh, and what its corners have.
-pub(crate) struct Attributes {
-    seams: Seams,
-    crease: f64,
-    of_corners: Option<CornerAttributes>,
-}
-
-impl Carry {
-    /// Finds the seams and the attributes of a mesh.
-    pub(crate) fn find(
-        &self,
-        loaded: &mut Loaded,
-        console: &Console,
-    ) -> Result<Attributes, Failure> {
-        if self.no_attributes {
-            loaded.model = Model::from(std::mem::take(&mut loaded.model.soup));
+impl Default for AttributeRules {
+    fn default() -> Self {
+        Self {
+            attribute_weight: 0.3,
+            normal_weight: 0.0,
+            crease_angle: 40_f64.to_radians(),
+            keep_creases: false,
+            carry: true,
         }
-        let topology = loaded.mesh.topology();
-        let mut seams = Seams::find(topology, &loaded.provenance, &loaded.model);
-        if let Some(normals) = &loaded.model.corner_normals {
-            if is_flat_shaded(topology, &seams, normals) {
-                console.message("every face has a normal of its own: normals are left out");
-                loaded.model.corner_normals = None;
-            } else if self.keep_creases {
-                seams.add_creases(topology, normals, self.crease_angle);
-            }
-        }
-        if seams.count() > 0 {
-            console.message(format_args!("{} edges are seams or creases", seams.count()));
-        }
-        let of_corners = self.corner_attributes(loaded, &seams).map_err(Failure::simplify)?;
-        Ok(Attributes { seams, crease: self.crease_angle, of_corners })
     }
 }
 
+/// The seams of a mesh, and what its corners have.
+#[derive(Clone, Debug)]
+pub struct Attributes {
+    seams: Seams,
+    rules: AttributeRules,
+    flat_shaded: bool,
+    of_corners: Option<CornerAttributes>,
+}
+
 impl Attributes {
+    /// Finds the seams and the attributes of a mesh.
+    ///
+    /// # Errors
+    /// There are more numbers at a corner than can be followed, or some are not finite.
+    pub fn find(source: Source<'_>, rules: &AttributeRules) -> Result<Self, SimplifyError> {
+        let topology = source.mesh.topology();
+        let (mut flat_shaded, mut of_corners) = (false, None);
+        let bare = Model::default();
+        let model = if rules.carry { source.model } else { &bare };
+        let mut seams = Seams::find(topology, source.provenance, model);
+        if let Some(normals) = &model.corner_normals {
+            flat_shaded = is_flat_shaded(topology, &seams, normals);
+            if rules.keep_creases && !flat_shaded {
+                seams.add_creases(topology, normals, rules.crease_angle);
+            }
+        }
+        if rules.carry {
+            of_corners = corner_attributes(source, &seams, rules, !flat_shaded)?;
+        }
+        Ok(Self { seams, rules: *rules, flat_shaded, of_corners })
+    }
+
+    /// Whether every face has a normal of its own, so that normals are left out.
+    #[must_use]
+    pub fn is_flat_shaded(&self) -> bool {
+        self.flat_shaded
+    }
+
+    /// How many edges are seams or creases.
+    #[must_use]
+    pub fn seam_count(&self) -> usize {
+        self.seams.count()
+    }
+
     /// Makes the seams features, their nodes locked vertices, and the attributes part of the cost.
-    pub(crate) fn constrain(&self, mesh: &TriMesh, options: &mut Options) {
+    pub fn constrain(&self, mesh: &TriMesh, options: &mut Options) {
         let topology = mesh.topology();
         if self.seams.count() > 0 {
             let constraints = &mut options.collapse.constraints;
@@ -102,13 +115,19 @@ impl Attributes {
     }
 
     /// The content of the output: the simplified mesh with the attributes of the file.
-    pub(crate) fn carry(
+    ///
+    /// # Errors
+    /// The result is not one of this mesh.
+    pub fn carry(
         &self,
-        loaded: &Loaded,
+        loaded: Source<'_>,
         result: &TriMesh,
         became: &VertexMap<Option<VertexId>>,
-    ) -> Result<Model, Failure> {
-        let sources = corner_sources(&loaded.mesh, &self.seams.edges, result, became);
+    ) -> Result<Model, ModelError> {
+        if !self.rules.carry {
+            return Ok(Model::from(result));
+        }
+        let sources = corner_sources(loaded.mesh, &self.seams.edges, result, became);
         let topology = result.topology();
         // A vertex without faces has nothing but its position.
         let mut vertices = vec![Blend::one(0); topology.vertex_capacity()];
@@ -131,19 +150,20 @@ impl Attributes {
             corners.push(blends);
         }
         let triangles: Vec<[u32; 3]> = topology.triangles().collect();
-        let mut model = loaded
-            .model
-            .blended(result.positions(), &triangles, &vertices, &faces, &corners)
-            .map_err(Failure::model)?;
+        let mut model =
+            loaded.model.blended(result.positions(), &triangles, &vertices, &faces, &corners)?;
+        if self.flat_shaded {
+            model.corner_normals = None;
+        }
         if let Some(normals) = &mut model.corner_normals {
-            settle_normals(normals.as_chunks_mut().0, result, self.crease);
+            settle_normals(normals.as_chunks_mut().0, result, self.rules.crease_angle);
         }
         Ok(model)
     }
 
     fn blend(
         &self,
-        loaded: &Loaded,
+        loaded: Source<'_>,
         sources: &HalfEdgeMap<Option<CornerSource>>,
         h: HalfEdgeId,
     ) -> Blend {
@@ -177,41 +197,40 @@ fn is_flat_shaded(topology: &Topology, seams: &Seams, normals: &[[f32; 3]]) -> b
 /// parts of the diagonal of the bounding box.
 const PART_OF_DIAGONAL: f64 = 0.01;
 
-impl Carry {
-    /// The attributes of the corners, scaled to model units and weighted; `None` if none counts.
-    fn corner_attributes(
-        &self,
-        loaded: &Loaded,
-        seams: &Seams,
-    ) -> Result<Option<CornerAttributes>, SimplifyError> {
-        let Loaded { model, mesh, .. } = loaded;
-        let counts = |weight: f64| weight > 0.0;
-        let uvs = model.corner_uvs.as_ref().filter(|_| counts(self.attribute_weight));
-        let colors = model.vertex_colors.as_ref().filter(|_| counts(self.attribute_weight));
-        let corner_normals = model.corner_normals.as_ref().filter(|_| counts(self.normal_weight));
-        let vertex_normals = model.vertex_normals.as_ref().filter(|_| counts(self.normal_weight));
-        let has_normals = corner_normals.is_some() || vertex_normals.is_some();
-        if uvs.is_none() && colors.is_none() && !has_normals {
-            return Ok(None);
-        }
-        let part = PART_OF_DIAGONAL * mesh.bounding_box().map_or(0.0, |b| b.diagonal());
-        let texture =
-            self.attribute_weight * uvs.map_or(0.0, |uvs| texture_scale(mesh, seams, uvs));
-        let (color, normal) = (self.attribute_weight * part, self.normal_weight * part);
-        let of_corner = |h: HalfEdgeId| {
-            let corner = seams.corner(h);
-            let vertex = model.soup.corners()[corner] as usize;
-            let [u, v] = uvs.map_or([0.0; 2], |all| all[corner]);
-            let by_vertex = vertex_normals.map_or([0.0; 3], |all| all[vertex]);
-            let [x, y, z] = corner_normals.map_or(by_vertex, |all| all[corner]);
-            let [r, g, b, a] = colors.map_or([0.0; 4], |all| all[vertex]);
-            let [u, v] = [u, v].map(|t| f64::from(t) * texture);
-            let [x, y, z] = [x, y, z].map(|n| f64::from(n) * normal);
-            let [r, g, b, a] = [r, g, b, a].map(|c| f64::from(c) * color);
-            [u, v, x, y, z, r, g, b, a]
-        };
-        CornerAttributes::new(mesh, uvs.is_some(), of_corner).map(Some)
+/// The attributes of the corners, scaled to model units and weighted; `None` if none counts.
+fn corner_attributes(
+    source: Source<'_>,
+    seams: &Seams,
+    rules: &AttributeRules,
+    with_normals: bool,
+) -> Result<Option<CornerAttributes>, SimplifyError> {
+    let Source { model, mesh, .. } = source;
+    let counts = |weight: f64| weight > 0.0;
+    let uvs = model.corner_uvs.as_ref().filter(|_| counts(rules.attribute_weight));
+    let colors = model.vertex_colors.as_ref().filter(|_| counts(rules.attribute_weight));
+    let corner_normals =
+        model.corner_normals.as_ref().filter(|_| with_normals && counts(rules.normal_weight));
+    let vertex_normals = model.vertex_normals.as_ref().filter(|_| counts(rules.normal_weight));
+    let has_normals = corner_normals.is_some() || vertex_normals.is_some();
+    if uvs.is_none() && colors.is_none() && !has_normals {
+        return Ok(None);
     }
+    let part = PART_OF_DIAGONAL * mesh.bounding_box().map_or(0.0, |b| b.diagonal());
+    let texture = rules.attribute_weight * uvs.map_or(0.0, |uvs| texture_scale(mesh, seams, uvs));
+    let (color, normal) = (rules.attribute_weight * part, rules.normal_weight * part);
+    let of_corner = |h: HalfEdgeId| {
+        let corner = seams.corner(h);
+        let vertex = model.soup.corners()[corner] as usize;
+        let [u, v] = uvs.map_or([0.0; 2], |all| all[corner]);
+        let by_vertex = vertex_normals.map_or([0.0; 3], |all| all[vertex]);
+        let [x, y, z] = corner_normals.map_or(by_vertex, |all| all[corner]);
+        let [r, g, b, a] = colors.map_or([0.0; 4], |all| all[vertex]);
+        let [u, v] = [u, v].map(|t| f64::from(t) * texture);
+        let [x, y, z] = [x, y, z].map(|n| f64::from(n) * normal);
+        let [r, g, b, a] = [r, g, b, a].map(|c| f64::from(c) * color);
+        [u, v, x, y, z, r, g, b, a]
+    };
+    CornerAttributes::new(mesh, uvs.is_some(), of_corner).map(Some)
 }
 
 /// Model units per unit of texture: the root of the ratio of the areas.

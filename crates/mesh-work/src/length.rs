@@ -1,15 +1,18 @@
-//! Lengths on the command line: in model units, or as shares of the diagonal of the bounding box.
+//! Lengths as people give them: in model units, or as shares of the diagonal of the bounding box.
 
 use std::str::FromStr;
 
 use mesh_core::TriMesh;
 
-use crate::failure::Failure;
+/// A mesh without a diagonal that lengths could be shares of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the mesh has no extent that lengths could be relative to")]
+pub struct NoExtent;
 
 /// A length as it was given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Length {
-    /// In model units, or a share of the diagonal with `--relative`.
+pub enum Length {
+    /// In model units, or a share of the diagonal where lengths are relative.
     Plain(f64),
     /// A share of the diagonal, of one hundred.
     Percent(f64),
@@ -17,11 +20,14 @@ pub(crate) enum Length {
 
 impl Length {
     /// The length in model units. The diagonal is asked for only where it matters.
-    pub(crate) fn in_units(
+    ///
+    /// # Errors
+    /// There is no diagonal, and the length is a share of it.
+    pub fn in_units(
         self,
         relative: bool,
-        diagonal: impl FnOnce() -> Result<f64, Failure>,
-    ) -> Result<f64, Failure> {
+        diagonal: impl FnOnce() -> Result<f64, NoExtent>,
+    ) -> Result<f64, NoExtent> {
         match self {
             Self::Plain(length) if !relative => Ok(length),
             Self::Plain(share) => Ok(share * diagonal()?),
@@ -30,7 +36,10 @@ impl Length {
     }
 
     /// The length in model units of a mesh.
-    pub(crate) fn on(self, mesh: &TriMesh, relative: bool) -> Result<f64, Failure> {
+    ///
+    /// # Errors
+    /// As [`Length::in_units`].
+    pub fn on(self, mesh: &TriMesh, relative: bool) -> Result<f64, NoExtent> {
         self.in_units(relative, || diagonal(mesh.bounding_box().map(|bounds| bounds.diagonal())))
     }
 
@@ -41,10 +50,13 @@ impl Length {
 }
 
 /// A diagonal that lengths can be relative to.
-pub(crate) fn diagonal(of_box: Option<f64>) -> Result<f64, Failure> {
+///
+/// # Errors
+/// There is none, or it is zero or not finite.
+pub fn diagonal(of_box: Option<f64>) -> Result<f64, NoExtent> {
     match of_box {
         Some(diagonal) if diagonal > 0.0 && diagonal.is_finite() => Ok(diagonal),
-        _ => Err(Failure::refused("the mesh has no extent that lengths could be relative to")),
+        _ => Err(NoExtent),
     }
 }
 
@@ -67,8 +79,11 @@ impl FromStr for Length {
     }
 }
 
-/// A length that is not zero.
-pub(crate) fn parse_length(text: &str) -> Result<Length, String> {
+/// Reads a length that is not zero.
+///
+/// # Errors
+/// The text is no number, with or without a percent sign, or not above zero.
+pub fn parse_length(text: &str) -> Result<Length, String> {
     match text.parse::<Length>()? {
         length if length.value() > 0.0 => Ok(length),
         _ => Err("expected a length above zero, like 0.01 or 0.2%".into()),

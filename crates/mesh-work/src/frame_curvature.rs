@@ -1,0 +1,113 @@
+//! Principal curvatures and directions of every vertex, from fitted quadratic surfaces or averaged
+//! over balls.
+
+use dcurv::{
+    BallCurvature, FitOptions, InvalidRadius, PrincipalFrame, ball_curvatures, fitted_frames,
+};
+use mesh_core::{TriMesh, VertexMap};
+
+use crate::quantity::{Integrals, Quantity};
+
+/// What is known of a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameValue {
+    /// Principal curvatures and directions.
+    pub frame: PrincipalFrame,
+    /// K, per square of the model unit.
+    pub gaussian: f64,
+    /// H, per model unit.
+    pub mean: f64,
+    /// |H|, per model unit; averaged before the sign is lost, with balls.
+    pub abs_mean: f64,
+}
+
+/// Principal curvatures and directions of every vertex; nothing of those that have none.
+#[derive(Clone, Debug)]
+pub struct FrameValues {
+    /// By vertex.
+    pub of_vertex: VertexMap<Option<FrameValue>>,
+    /// The radius of the balls, in model units.
+    pub radius: Option<f64>,
+    /// How many rings of neighbours surfaces were fitted to.
+    pub rings: Option<usize>,
+}
+
+/// The radius of balls, unless it is given: in mean edges.
+const SPAN: f64 = 4.0;
+
+impl FrameValues {
+    /// From quadratic surfaces fitted to so many rings of neighbours.
+    #[must_use]
+    pub fn fitted(mesh: &TriMesh, rings: usize) -> Self {
+        let frames = fitted_frames(mesh, &FitOptions { rings, ..FitOptions::default() });
+        let of_vertex = frames.map(|frame| frame.map(FrameValue::of_fit));
+        Self { of_vertex, radius: None, rings: Some(rings) }
+    }
+
+    /// Averaged over balls; without a radius it is four mean edges.
+    ///
+    /// # Errors
+    /// The radius is not positive.
+    pub fn averaged(mesh: &TriMesh, radius: Option<f64>) -> Result<Self, InvalidRadius> {
+        let mean_edge = mesh.mean_edge_length().filter(|&length| length > 0.0);
+        let radius = radius.or_else(|| Some(SPAN * mean_edge?)).unwrap_or(1.0);
+        let balls = ball_curvatures(mesh, radius)?;
+        let of_vertex = balls.map(|ball| Some(FrameValue::of_ball(ball, ball.principal()?)));
+        Ok(Self { of_vertex, radius: Some(radius), rings: None })
+    }
+
+    /// Curvatures of vertices times a third of the areas of their faces.
+    #[must_use]
+    pub fn integrals(&self, mesh: &TriMesh) -> Integrals {
+        let mut sums = Integrals::default();
+        for face in mesh.topology().faces() {
+            let third = mesh.face_area(face) / 3.0;
+            for vertex in mesh.topology().face_vertices(face) {
+                let Some(value) = &self.of_vertex[vertex] else { continue };
+                let [k1, k2] = value.principal();
+                sums.integral_gaussian += third * value.gaussian;
+                sums.integral_abs_gaussian += third * value.gaussian.abs();
+                sums.integral_mean += third * value.mean;
+                sums.integral_abs_mean += third * value.abs_mean;
+                sums.f1 += third * value.mean * value.mean;
+                sums.f3 += third * (k1.abs() + k2.abs());
+            }
+        }
+        Integrals { f2: sums.integral_abs_mean, willmore: sums.f1 - sums.integral_gaussian, ..sums }
+    }
+}
+
+impl FrameValue {
+    fn of_fit(frame: PrincipalFrame) -> Self {
+        let (gaussian, mean) = (frame.gaussian().value(), frame.mean().value());
+        Self { frame, gaussian, mean, abs_mean: mean.abs() }
+    }
+
+    fn of_ball(ball: &BallCurvature, frame: PrincipalFrame) -> Self {
+        let (gaussian, mean) = (ball.gaussian().value(), ball.mean().value());
+        Self { frame, gaussian, mean, abs_mean: ball.abs_mean().value() }
+    }
+
+    /// The principal curvatures, the larger one first.
+    #[must_use]
+    pub fn principal(&self) -> [f64; 2] {
+        [self.frame.k_max.value(), self.frame.k_min.value()]
+    }
+
+    /// A quantity, pointwise; there is no Willmore energy of a fitted surface at a point.
+    #[must_use]
+    pub fn quantity(&self, quantity: Quantity) -> f64 {
+        let [k1, k2] = self.principal();
+        match quantity {
+            Quantity::Gaussian => self.gaussian,
+            Quantity::Mean => self.mean,
+            Quantity::AbsMean => self.abs_mean,
+            Quantity::K1 => k1,
+            Quantity::K2 => k2,
+            Quantity::AbsSum => k1.abs() + k2.abs(),
+            Quantity::ShapeIndex => (k1 + k2).atan2(k1 - k2) * core::f64::consts::FRAC_2_PI,
+            Quantity::Curvedness => (0.5 * (k1 * k1 + k2 * k2)).sqrt(),
+            Quantity::Willmore => f64::NAN,
+        }
+    }
+}

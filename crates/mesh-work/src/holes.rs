@@ -1,0 +1,40 @@
+//! Filling the holes of a mesh whose content comes along.
+
+use mesh_core::FaceId;
+use mesh_core::fill::{FillOptions, FillReport};
+
+use crate::loaded::Loaded;
+
+impl Loaded {
+    /// Fills holes. New corners take the data of others at their vertices, new faces that of a face beside
+    /// the hole, and new vertices that of a vertex of its outline.
+    pub fn fill_holes(&mut self, options: &FillOptions) -> FillReport {
+        let (mesh, sources) = (&mut self.mesh, &mut self.provenance);
+        let mut any_corner = vec![0; mesh.topology().vertex_capacity()];
+        for (face, corners) in mesh.topology().faces().zip(&sources.corner_source) {
+            for (v, &corner) in mesh.topology().face_vertices(face).into_iter().zip(corners) {
+                any_corner[v.index()] = corner;
+            }
+        }
+        let report = mesh.fill_holes(options);
+        let topology = mesh.topology();
+        any_corner.resize(topology.vertex_capacity(), 0);
+        sources.vertex_source.resize(topology.vertex_capacity(), 0);
+        sources.face_source.resize(topology.face_capacity(), 0);
+        sources.corner_source.resize(topology.face_capacity(), [0; 3]);
+        for hole in &report.filled {
+            let beside = topology.face(hole.half_edge.twin()).map_or(0, FaceId::index);
+            let on_outline = topology.origin(hole.half_edge).index();
+            if let Some(vertex) = hole.new_vertex {
+                sources.vertex_source[vertex.index()] = sources.vertex_source[on_outline];
+                any_corner[vertex.index()] = any_corner[on_outline];
+            }
+            for &face in &hole.faces {
+                sources.face_source[face.index()] = sources.face_source[beside];
+                sources.corner_source[face.index()] =
+                    topology.face_vertices(face).map(|v| any_corner[v.index()]);
+            }
+        }
+        report
+    }
+}

@@ -1,0 +1,33 @@
+#![doc = include_str!("../README.md")]
+
+mod attributes;
+mod face_curvature;
+mod frame_curvature;
+mod holes;
+mod length;
+mod levels;
+mod loaded;
+mod normals;
+mod painting;
+mod patches;
+mod policy;
+mod quantity;
+mod seams;
+mod subdivide;
+mod surface;
+mod vertex_curvature;
+
+pub use attributes::{AttributeRules, Attributes};
+pub use face_curvature::{FaceValues, disc_quantity};
+pub use frame_curvature::{FrameValue, FrameValues};
+pub use length::{Length, NoExtent, diagonal, parse_length};
+pub use levels::{LevelError, LevelOfDetail, LevelSteps};
+pub use loaded::{Loaded, Source, splits_vertices};
+pub use painting::Painting;
+pub use patches::{PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model};
+pub use policy::Choices;
+pub use quantity::{Integrals, Quantity, UnknownQuantity};
+pub use seams::Seams;
+pub use subdivide::{SubdivisionError, subdivide_step};
+pub use surface::surface;
+pub use vertex_curvature::VertexValues;

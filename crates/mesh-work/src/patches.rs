@@ -1,0 +1,142 @@
+//! Single patches, and covers as the content of files.
+
+use curvpatch::{
+    Cover, CoverMethod, CoverPatch, CurvatureEstimator, FitError, OptionError, PatchProbe,
+    PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, TessellationError, Unfit,
+    patch_color,
+};
+use mesh_core::soup::TooManyCorners;
+use mesh_core::{FaceId, PolygonSoup, TriMesh};
+use mesh_io::{Model, Scalars};
+
+/// Why there is no patch, or no file of patches.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PatchWorkError {
+    /// An option is out of its range.
+    #[error(transparent)]
+    Option(#[from] OptionError),
+    /// There is no patch at this face.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// There is no patch within the tolerance at this face.
+    #[error(transparent)]
+    Unfit(#[from] Unfit),
+    /// The patches are not cut into triangles.
+    #[error(transparent)]
+    Tessellation(#[from] TessellationError),
+    /// The triangles are too many.
+    #[error(transparent)]
+    Size(#[from] TooManyCorners),
+}
+
+/// The one patch of given radius at a face, as a cover; of several shapes the one that covers more.
+///
+/// # Errors
+/// The surface has no patch of this radius there.
+pub fn patch_of_radius(
+    estimator: &CurvatureEstimator<'_>,
+    face: FaceId,
+    radius: f64,
+    shapes: &[Shape],
+) -> Result<Cover, PatchWorkError> {
+    let mesh = estimator.mesh();
+    let mut probe = PatchProbe::new(mesh);
+    let mut best: Option<(f64, CoverPatch)> = None;
+    for &shape in shapes {
+        let fit = estimator.patch(face, radius, shape)?;
+        let faces = probe.faces_under(&fit);
+        let area = faces.iter().map(|&face| mesh.face_area(face)).sum();
+        if best.as_ref().is_none_or(|(largest, _)| area > *largest) {
+            let [l1, l2] = fit.patch.arcs();
+            let errors = probe.full_error(&fit, 0.25 * l1.max(l2), true);
+            let patch = CoverPatch { fit, stop: StopReason::MaxRadius, errors, faces };
+            best = Some((area, patch));
+        }
+    }
+    let patch = best.map(|(_, patch)| patch);
+    let tolerance = patch.as_ref().map_or(0.0, |patch| patch.errors.max());
+    Ok(single(mesh, patch, tolerance))
+}
+
+/// The largest patch at a face that keeps what `options` say, as a cover.
+///
+/// # Errors
+/// An option is out of its range, or there is no such patch.
+pub fn patch_within(
+    estimator: &CurvatureEstimator<'_>,
+    face: FaceId,
+    options: SizeOptions,
+    shapes: &[Shape],
+) -> Result<Cover, PatchWorkError> {
+    let SizeOptions { tolerance, overhang, .. } = options;
+    let mesh = estimator.mesh();
+    let mut sizer = PatchSizer::new(estimator, options)?;
+    let SizedPatch { fit, stop, faces } = sizer.fit_best(face, shapes)?;
+    let errors = PatchProbe::new(mesh).full_error(&fit, tolerance, overhang);
+    Ok(single(mesh, Some(CoverPatch { fit, stop, errors, faces }), tolerance))
+}
+
+/// The cover that consists of one patch; all other faces stay triangles.
+fn single(mesh: &TriMesh, patch: Option<CoverPatch>, tolerance: f64) -> Cover {
+    let mut patch_of_face = mesh.topology().face_map(None);
+    for &face in patch.iter().flat_map(|patch| &patch.faces) {
+        patch_of_face[face] = Some(0);
+    }
+    let residual = mesh.topology().faces().filter(|&f| patch_of_face[f].is_none()).collect();
+    Cover {
+        patches: patch.into_iter().collect(),
+        residual,
+        patch_of_face,
+        tolerance,
+        method: CoverMethod::Greedy,
+        seeds: 1,
+        candidates: 1,
+        cancelled: false,
+    }
+}
+
+/// A cover as triangles: coloured by patch, with normals, and the number of the patch (-1 for
+/// triangles that stay) as a number per face. `cut` is how far triangles may be from a patch.
+///
+/// # Errors
+/// `cut` is too fine or not positive, or there are too many triangles.
+pub fn cover_model(mesh: &TriMesh, cover: &Cover, cut: f64) -> Result<Model, PatchWorkError> {
+    let parts = cover.to_mesh(mesh, cut)?;
+    let soup = PolygonSoup::from_triangles(&parts.positions, &parts.triangles)?;
+    let number = |patch: &Option<u32>| patch.map_or(-1.0, f64::from);
+    let patches = parts.patch_of_triangle.iter().map(number).collect();
+    Ok(Model {
+        vertex_normals: Some(parts.normals.iter().map(|n| n.as_vec3().to_array()).collect()),
+        vertex_colors: Some(parts.colors.iter().map(|&color| opaque(color)).collect()),
+        face_scalars: vec![Scalars { name: "patch".into(), values: patches }],
+        ..Model::from(soup)
+    })
+}
+
+/// One point per splat with its normal, its colour, and the half axes `u` and `v` of its ellipse.
+#[must_use]
+pub fn splat_model(splats: &[Splat]) -> Model {
+    let mut soup = PolygonSoup::new();
+    for splat in splats {
+        soup.push_vertex(splat.center);
+    }
+    let names = [["u_x", "u_y", "u_z"], ["v_x", "v_y", "v_z"]];
+    let component = |axis: usize, i: usize| Scalars {
+        name: names[axis][i].into(),
+        values: splats.iter().map(|splat| splat.axes[axis][i]).collect(),
+    };
+    let colors = (0_u32..).take(splats.len()).map(patch_color);
+    Model {
+        vertex_normals: Some(splats.iter().map(|s| s.normal.map(|x| x as f32)).collect()),
+        vertex_colors: Some(colors.map(opaque).collect()),
+        vertex_scalars: (0..6).map(|i| component(i / 3, i % 3)).collect(),
+        ..Model::from(soup)
+    }
+}
+
+/// A colour as files have it.
+fn opaque([red, green, blue]: [u8; 3]) -> [f32; 4] {
+    let [red, green, blue] = [red, green, blue].map(|c| f32::from(c) / 255.0);
+    [red, green, blue, 1.0]
+}

@@ -1,0 +1,108 @@
+//! How to simplify, by the few choices that people make.
+
+use dtri_flip::feature_edges;
+use mesh_core::TriMesh;
+use simplify::{
+    Boundary, Constraints, ErrorCheck, FinishOptions, FitOptions, Limits, Options, PlacementRule,
+    Preset,
+};
+
+/// What of a preset is changed; the default changes nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choices {
+    /// What everything else is as in.
+    pub preset: Preset,
+    /// Where the remaining vertex of an edge goes; `None` for that of the preset.
+    pub placement: Option<PlacementRule>,
+    /// How much a change of curvature raises the cost; `None` for that of the preset.
+    pub curvature_weight: Option<f64>,
+    /// Rounds of fitting the result to the input, 0 for none; `None` for those of the preset.
+    pub fit_rounds: Option<usize>,
+    /// Whether every boundary vertex stays where it is.
+    pub lock_boundary: bool,
+    /// Edges stay feature lines where the normals of the two faces are farther apart than this, in
+    /// radians.
+    pub feature_angle: Option<f64>,
+    /// Whether faces must not come to cross that did not before.
+    pub no_intersections: bool,
+    /// How many vertices every component keeps.
+    pub min_component_vertices: Option<usize>,
+    /// Whether the distance from the input is proved, not sampled.
+    pub verify: bool,
+    /// Where the random numbers of the fit start.
+    pub seed: u64,
+}
+
+impl Default for Choices {
+    fn default() -> Self {
+        Self {
+            preset: Preset::default(),
+            placement: None,
+            curvature_weight: None,
+            fit_rounds: None,
+            lock_boundary: false,
+            feature_angle: None,
+            no_intersections: false,
+            min_component_vertices: None,
+            verify: false,
+            seed: 1,
+        }
+    }
+}
+
+impl Choices {
+    /// Whether the result is fitted to the input, so that random numbers are drawn.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        let mut options = Options::preset(self.preset);
+        self.adjust_fit(&mut options);
+        options.finish.fit.is_some()
+    }
+
+    /// How distances from the input are found.
+    #[must_use]
+    pub fn check(&self) -> ErrorCheck {
+        if self.verify { ErrorCheck::Certified } else { ErrorCheck::Sampled }
+    }
+
+    /// The options for a mesh, without a largest error.
+    #[must_use]
+    pub fn options(&self, mesh: &TriMesh, limits: Limits) -> Options {
+        let mut options = Options::preset(self.preset);
+        options.limit.check = self.verify.then_some(ErrorCheck::Certified);
+        let collapse = &mut options.collapse;
+        collapse.limits = limits;
+        collapse.constraints = Constraints {
+            boundary: if self.lock_boundary { Boundary::Lock } else { Boundary::Quadrics },
+            locked: None,
+            features: self.feature_angle.map(|angle| feature_edges(mesh, angle)),
+        };
+        collapse.min_component_vertices = self.min_component_vertices;
+        collapse.forbid_intersections = self.no_intersections;
+        if let Some(placement) = self.placement {
+            collapse.placement = placement;
+        }
+        if let Some(weight) = self.curvature_weight {
+            collapse.curvature_weight = weight;
+        }
+        self.adjust_fit(&mut options);
+        options
+    }
+
+    fn adjust_fit(&self, options: &mut Options) {
+        match self.fit_rounds {
+            Some(0) => options.finish = FinishOptions::default(),
+            Some(rounds) => {
+                let fit = options.finish.fit.unwrap_or_default();
+                options.finish.fit = Some(FitOptions { rounds, ..fit });
+            }
+            None => {}
+        }
+        if let Some(fit) = &mut options.finish.fit {
+            fit.seed = self.seed;
+        }
+        if let Some(anneal) = &mut options.finish.anneal {
+            anneal.fit.seed = self.seed;
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Quantities of curvature by name, and their integrals.
+
+use core::fmt;
+use core::str::FromStr;
+
+/// What the curvature of a surface is told by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum Quantity {
+    /// K, per area.
+    Gaussian,
+    /// H, per length, signed.
+    #[default]
+    Mean,
+    /// |H|, per length.
+    AbsMean,
+    /// The larger principal curvature, per length.
+    K1,
+    /// The smaller principal curvature, per length.
+    K2,
+    /// |k1| + |k2|, per length.
+    AbsSum,
+    /// Bobenko's Willmore energy of the vertex, without unit.
+    Willmore,
+    /// Koenderink's shape index, from -1 (cup) to 1 (cap).
+    ShapeIndex,
+    /// sqrt((k1² + k2²) / 2), per length.
+    Curvedness,
+}
+
+/// A name that is none of a quantity.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "there is no quantity {0:?}; there are gaussian, mean, abs-mean, k1, k2, abs-sum, willmore, shape-index, curvedness"
+)]
+pub struct UnknownQuantity(pub String);
+
+impl Quantity {
+    /// All of them.
+    pub const ALL: &'static [Self] = &[
+        Self::Gaussian,
+        Self::Mean,
+        Self::AbsMean,
+        Self::K1,
+        Self::K2,
+        Self::AbsSum,
+        Self::Willmore,
+        Self::ShapeIndex,
+        Self::Curvedness,
+    ];
+
+    /// The name, as [`FromStr`] takes it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gaussian => "gaussian",
+            Self::Mean => "mean",
+            Self::AbsMean => "abs-mean",
+            Self::K1 => "k1",
+            Self::K2 => "k2",
+            Self::AbsSum => "abs-sum",
+            Self::Willmore => "willmore",
+            Self::ShapeIndex => "shape-index",
+            Self::Curvedness => "curvedness",
+        }
+    }
+
+    /// What it is, in a few words.
+    #[must_use]
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::Gaussian => "K, per area",
+            Self::Mean => "H, per length, signed",
+            Self::AbsMean => "|H|, per length",
+            Self::K1 => "The larger principal curvature, per length",
+            Self::K2 => "The smaller principal curvature, per length",
+            Self::AbsSum => "|k1| + |k2|, per length",
+            Self::Willmore => "Bobenko's Willmore energy of the vertex, without unit",
+            Self::ShapeIndex => "Koenderink's shape index, from -1 (cup) to 1 (cap)",
+            Self::Curvedness => "sqrt((k1² + k2²) / 2), per length",
+        }
+    }
+
+    /// The name of the property in a PLY file.
+    #[must_use]
+    pub fn property(self) -> &'static str {
+        match self {
+            Self::Gaussian => "gaussian_curvature",
+            Self::Mean => "mean_curvature",
+            Self::AbsMean => "abs_mean_curvature",
+            Self::K1 => "k1",
+            Self::K2 => "k2",
+            Self::AbsSum => "abs_principal_sum",
+            Self::Willmore => "willmore_energy",
+            Self::ShapeIndex => "shape_index",
+            Self::Curvedness => "curvedness",
+        }
+    }
+
+    /// Whether it has values on both sides of zero.
+    #[must_use]
+    pub fn is_signed(self) -> bool {
+        matches!(self, Self::Gaussian | Self::Mean | Self::K1 | Self::K2 | Self::ShapeIndex)
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Quantity {
+    type Err = UnknownQuantity;
+
+    fn from_str(name: &str) -> Result<Self, UnknownQuantity> {
+        let found = Self::ALL.iter().copied().find(|quantity| quantity.name() == name);
+        found.ok_or_else(|| UnknownQuantity(name.to_owned()))
+    }
+}
+
+/// Integrals over the mesh, which every estimator has.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Integrals {
+    /// Of K, without unit.
+    pub integral_gaussian: f64,
+    /// Of |K|, without unit.
+    pub integral_abs_gaussian: f64,
+    /// Of H, in model units.
+    pub integral_mean: f64,
+    /// Of |H|, in model units.
+    pub integral_abs_mean: f64,
+    /// F1 of DHKL01: of H², without unit.
+    pub f1: f64,
+    /// F2 of DHKL01: of |H|, in model units.
+    pub f2: f64,
+    /// F3 of DHKL01: of |k1| + |k2|, in model units.
+    pub f3: f64,
+    /// The Willmore energy: of H² - K, without unit.
+    pub willmore: f64,
+}

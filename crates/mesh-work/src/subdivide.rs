@@ -1,0 +1,80 @@
+//! Butterfly subdivision of a mesh whose content comes along.
+
+use mesh_core::butterfly::ButterflyOptions;
+use mesh_core::quadrisect::{Quadrisection, VertexOrigin};
+use mesh_core::{HalfEdgeId, MeshError, Topology, TopologyError, TriMesh};
+use mesh_io::{Blend, Model, ModelError};
+
+/// Why a mesh is not subdivided.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SubdivisionError {
+    /// The mesh would be too large.
+    #[error("{0}; ask for fewer steps")]
+    Size(#[from] TopologyError),
+    /// A new position is not finite.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The content is not that of the mesh.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+/// One step, with the data of the new vertices and corners between those of the old ones.
+///
+/// # Errors
+/// There would be more faces than 32-bit indices can address, or the content is not that of the
+/// mesh.
+pub fn subdivide_step(
+    mesh: &TriMesh,
+    model: &Model,
+    rules: &ButterflyOptions,
+) -> Result<(TriMesh, Model), SubdivisionError> {
+    let coarse = mesh.topology();
+    let (fine, origins) = coarse.quadrisect()?;
+    let positions = rules.refine(coarse, mesh.positions());
+    let mesh = TriMesh::new(fine, positions)?;
+    let fine = mesh.topology();
+    let vertices: Vec<Blend> = fine
+        .vertices()
+        .map(|v| match origins.vertex_origin(v) {
+            VertexOrigin::Vertex(v) => Blend::one(v.index() as u32),
+            VertexOrigin::Edge(edge) => {
+                let h = edge.half_edge();
+                middle([h, h.twin()].map(|h| coarse.origin(h).index() as u32))
+            }
+        })
+        .collect();
+    let parents = fine.faces().map(|f| origins.parent_face(f).index() as u32).collect::<Vec<_>>();
+    let corners: Vec<[Blend; 3]> = fine
+        .faces()
+        .map(|f| fine.face_half_edges(f).map(|h| corner(coarse, fine, &origins, h)))
+        .collect();
+    let triangles: Vec<[u32; 3]> = fine.triangles().collect();
+    let model = model.blended(mesh.positions(), &triangles, &vertices, &parents, &corners)?;
+    Ok((mesh, model))
+}
+
+/// The corners of the parent face that the corner at the origin of a half-edge is between.
+fn corner(coarse: &Topology, fine: &Topology, origins: &Quadrisection, h: HalfEdgeId) -> Blend {
+    let Some(face) = fine.face(h) else { return Blend::one(0) };
+    let parent = origins.parent_face(face);
+    let at = |h: HalfEdgeId| {
+        let vertices = coarse.face_vertices(parent);
+        let k = vertices.into_iter().position(|v| v == coarse.origin(h)).unwrap_or(0);
+        (3 * parent.index() + k) as u32
+    };
+    match origins.vertex_origin(fine.origin(h)) {
+        VertexOrigin::Vertex(v) => {
+            let vertices = coarse.face_vertices(parent);
+            let k = vertices.into_iter().position(|other| other == v).unwrap_or(0);
+            Blend::one((3 * parent.index() + k) as u32)
+        }
+        VertexOrigin::Edge(edge) => middle([edge.half_edge(), edge.half_edge().twin()].map(at)),
+    }
+}
+
+/// Halfway between two.
+fn middle([a, b]: [u32; 2]) -> Blend {
+    Blend { sources: [a, b, a], weights: [0.5, 0.5, 0.0] }
+}

@@ -1,0 +1,31 @@
+//! The surface of a file, for distances.
+
+use mesh_core::PolygonSoup;
+use mesh_core::build::Triangulator;
+use mesh_metric::{Surface, SurfaceError};
+
+/// The surface of any polygons, which are cut into triangles and need not form a manifold.
+///
+/// # Errors
+/// As [`Surface::from_triangles`].
+pub fn surface(soup: &PolygonSoup) -> Result<Surface, SurfaceError> {
+    let mut triangulator = Triangulator::default();
+    let (mut triangles, mut local, mut positions) = (Vec::new(), Vec::new(), Vec::new());
+    for face in soup.faces() {
+        if let &[a, b, c] = face {
+            triangles.push([a, b, c]);
+            continue;
+        }
+        // A corner without a vertex is reported below.
+        positions.clear();
+        positions.extend(face.iter().filter_map(|&v| soup.positions().get(v as usize).copied()));
+        if positions.len() < face.len() {
+            triangles.extend(face.first_chunk::<3>());
+            continue;
+        }
+        local.clear();
+        triangulator.triangulate(&positions, face, &mut local);
+        triangles.extend(local.iter().map(|t| t.map(|corner| face[corner as usize])));
+    }
+    Surface::from_triangles(soup.positions(), &triangles)
+}

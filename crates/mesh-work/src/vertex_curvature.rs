@@ -1,0 +1,59 @@
+//! Discrete curvature of every vertex, from angles and dihedral angles.
+
+use dcurv::{CurvatureOptions, Curvatures, VertexArea, VertexCurvature};
+use mesh_core::{TriMesh, VertexMap};
+
+use crate::quantity::{Integrals, Quantity};
+
+/// The discrete curvature of every vertex.
+#[derive(Clone, Debug)]
+pub struct VertexValues {
+    /// Curvatures with their integrals.
+    pub curvatures: Curvatures,
+    /// The Willmore energy of each vertex.
+    pub willmore: VertexMap<f64>,
+}
+
+impl VertexValues {
+    /// Of a mesh; `area` is what belongs to a vertex.
+    #[must_use]
+    pub fn of(mesh: &TriMesh, area: VertexArea) -> Self {
+        Self {
+            curvatures: Curvatures::of(mesh, &CurvatureOptions { area }),
+            willmore: dcurv::willmore_energies(mesh),
+        }
+    }
+
+    /// One quantity, pointwise but for the Willmore energy.
+    #[must_use]
+    pub fn of_quantity(&self, quantity: Quantity) -> VertexMap<f64> {
+        let map = |value: fn(&VertexCurvature) -> f64| self.curvatures.map(value);
+        match quantity {
+            Quantity::Gaussian => map(|c| c.gaussian().value()),
+            Quantity::Mean => map(|c| c.mean().value()),
+            Quantity::AbsMean => map(|c| c.abs_mean().value()),
+            Quantity::K1 => map(|c| c.principal()[0].value()),
+            Quantity::K2 => map(|c| c.principal()[1].value()),
+            Quantity::AbsSum => map(|c| c.abs_principal_sum().value()),
+            Quantity::Willmore => self.willmore.clone(),
+            Quantity::ShapeIndex => map(VertexCurvature::shape_index),
+            Quantity::Curvedness => map(|c| c.curvedness().value()),
+        }
+    }
+
+    /// The sums over the mesh.
+    #[must_use]
+    pub fn integrals(&self) -> Integrals {
+        let totals = self.curvatures.totals();
+        Integrals {
+            integral_gaussian: totals.gaussian.value(),
+            integral_abs_gaussian: totals.abs_gaussian.value(),
+            integral_mean: totals.mean.value(),
+            integral_abs_mean: totals.abs_mean.value(),
+            f1: totals.f1,
+            f2: totals.f2(),
+            f3: totals.f3,
+            willmore: self.willmore.as_slice().iter().sum(),
+        }
+    }
+}

@@ -1,0 +1,243 @@
+"""Curvature of vertices and faces."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from . import _core
+from ._call import Progress, calling, plain
+from ._convert import as_mesh
+from ._mesh import Mesh
+from ._table import table, text
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["Curvature", "curvature"]
+
+
+class Curvature:
+    """Curvature of every vertex, or with ``estimator="face"`` of every face.
+
+    Curvatures are positive where the surface is convex seen from outside. Values are pointwise, but for
+    those whose names begin with ``integral_``. Elements without curvature have NaN.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        What it is of; per face, its triangles.
+    estimator : str
+        ``"vertex"``, ``"face"``, ``"fit"`` or ``"ball"``.
+    on : str
+        ``"vertex"`` or ``"face"``.
+    totals : dict
+        Integrals over the mesh: ``gaussian``, ``abs_gaussian``, ``mean``, ``abs_mean``, the costs
+        ``f1``, ``f2`` and ``f3`` of Dyn, Hormann, Kim, Levin 2001, and ``willmore``; with ``"vertex"``
+        also the norms ``norm_l1`` and ``norm_l2_squared`` of Kim, Kim, Levin 2002 and counts.
+    radius : float or None
+        The radius of discs or balls, in model units.
+    """
+
+    def __init__(self, mesh: Mesh, estimator: str, found: dict[str, Any]) -> None:
+        self.mesh = mesh
+        self.estimator = estimator
+        self.on = "face" if estimator == "face" else "vertex"
+        self.totals: dict[str, float] = found.pop("totals")
+        self.radius: float | None = found.pop("radius")
+        self._directions: NDArray[np.float64] | None = found.pop("directions")
+        self._normals: NDArray[np.float64] | None = found.pop("normals")
+        self._found: dict[str, NDArray[Any]] = found
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all arrays."""
+        return list(self._found)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        return self._found[name]
+
+    @property
+    def gaussian(self) -> NDArray[np.float64]:
+        """K, per square of the model unit; 0 at boundary vertices with ``"vertex"``."""
+        return self._found["gaussian"]
+
+    @property
+    def mean(self) -> NDArray[np.float64]:
+        """H, per model unit."""
+        return self._found["mean"]
+
+    @property
+    def abs_mean(self) -> NDArray[np.float64]:
+        """\\|H\\|, per model unit; more than the size of `mean` where convex and concave edges meet."""
+        return self._found["abs_mean"]
+
+    @property
+    def principal(self) -> NDArray[np.float64]:
+        """The principal curvatures, shape (n, 2), the larger one first, per model unit."""
+        return self._found["principal"]
+
+    @property
+    def k1(self) -> NDArray[np.float64]:
+        """The larger principal curvature, per model unit."""
+        return self._found["k1"]
+
+    @property
+    def k2(self) -> NDArray[np.float64]:
+        """The smaller principal curvature, per model unit."""
+        return self._found["k2"]
+
+    @property
+    def shape_index(self) -> NDArray[np.float64]:
+        """The shape index of Koenderink and van Doorn 1992, from -1 (cup) to 1 (cap)."""
+        return self._found["shape_index"]
+
+    @property
+    def curvedness(self) -> NDArray[np.float64]:
+        """``sqrt((k1**2 + k2**2) / 2)``, per model unit."""
+        return self._found["curvedness"]
+
+    @property
+    def area(self) -> NDArray[np.float64]:
+        """The area that belongs to each element, by which integrals are divided (vertex, face)."""
+        return self._get("area")
+
+    @property
+    def integral_gaussian(self) -> NDArray[np.float64]:
+        """The angle defect of each vertex, in radians; the sum obeys the theorem of Gauss and Bonnet.
+        At the boundary it is geodesic curvature (vertex)."""
+        return self._get("integral_gaussian")
+
+    @property
+    def integral_mean(self) -> NDArray[np.float64]:
+        """The integral of H over the area of each vertex, in model units (vertex)."""
+        return self._get("integral_mean")
+
+    @property
+    def integral_abs_mean(self) -> NDArray[np.float64]:
+        """The integral of \\|H\\| over the area of each vertex, in model units (vertex)."""
+        return self._get("integral_abs_mean")
+
+    @property
+    def willmore(self) -> NDArray[np.float64]:
+        """Bobenko's Willmore energy of each vertex, without unit (vertex)."""
+        return self._get("willmore")
+
+    def _get(self, name: str) -> NDArray[Any]:
+        if name not in self._found:
+            raise AttributeError(f"the estimator {self.estimator!r} has no {name}")
+        return self._found[name]
+
+    @property
+    def directions(self) -> NDArray[np.float64]:
+        """Unit tangents along which the normal curvature is `k1` and `k2`, shape (n, 2, 3), each up to
+        sign. With ``"vertex"`` they are those of quadratic surfaces fitted to the neighbours (Cazals
+        and Pouget 2005), found when they are asked for first."""
+        if self._directions is None:
+            self._directions = _core.principal_directions(plain(), self.mesh._data)
+        return self._directions
+
+    @property
+    def normals(self) -> NDArray[np.float64]:
+        """Unit normals of the fitted surfaces, shape (n, 3) (face, fit, ball)."""
+        if self._normals is None:
+            raise AttributeError(f"the estimator {self.estimator!r} has no normals")
+        return self._normals
+
+    def _rows(self) -> list[tuple[str, object]]:
+        rows: list[tuple[str, object]] = [("estimator", self.estimator)]
+        if self.radius is not None:
+            rows.append(("radius", self.radius))
+        names = {
+            "gaussian": "integral of K",
+            "abs_gaussian": "integral of |K|",
+            "mean": "integral of H",
+            "abs_mean": "integral of |H|",
+            "f1": "F1, integral of H²",
+            "f2": "F2, integral of |H|",
+            "f3": "F3, integral of |k1| + |k2|",
+            "willmore": "Willmore energy",
+        }
+        return rows + [(names.get(name, name), value) for name, value in self.totals.items()]
+
+    def __repr__(self) -> str:
+        return text(f"Curvature of {len(self.mean)} {self.on} values", self._rows())
+
+    def _repr_html_(self) -> str:
+        return table("Curvature", self._rows())
+
+
+def curvature(
+    mesh: Any,
+    *,
+    estimator: str = "vertex",
+    area: str = "voronoi",
+    radius: float | str | None = None,
+    relative: bool = False,
+    rings: int = 2,
+    preset: str = "robust",
+    progress: Progress = None,
+    threads: int | None = None,
+) -> Curvature:
+    """Curvature of every vertex or face.
+
+    Parameters
+    ----------
+    mesh : mesh-like
+        See :func:`curvmesh.as_mesh`; an oriented manifold, with or without boundaries.
+    estimator : str
+        ``"vertex"``: discrete curvature from angle defects and dihedral angles, with exact integrals;
+        ``"face"``: from normal sections through each face (Szilvási-Nagy 2010), for meshes with bad
+        triangles or noise; ``"fit"``: of quadratic surfaces fitted to rings of neighbours (Cazals and
+        Pouget 2005), which converges at every vertex; ``"ball"``: averaged over balls (Cohen-Steiner and
+        Morvan 2003).
+    area : str
+        With ``"vertex"``, what belongs to a vertex: ``"voronoi"`` or ``"barycentric"``, a third of
+        every triangle.
+    radius : float or str, optional
+        With ``"face"`` how far sections reach to either side, with ``"ball"`` the radius of the balls;
+        four mean edges otherwise. In model units, or ``"1%"`` of the diagonal.
+    relative : bool
+        Whether a number for `radius` is a share of the diagonal of the bounding box.
+    rings : int
+        With ``"fit"``, to how many rings of neighbours surfaces are fitted.
+    preset : str
+        With ``"face"``: ``"robust"``, or ``"paper"`` as it is printed.
+
+    Returns
+    -------
+    Curvature
+
+    Notes
+    -----
+    At a vertex, with angles :math:`\\alpha_i` and dihedral angles :math:`\\beta_e` of edges of length
+    :math:`|e|`: the integral of K is :math:`2\\pi - \\sum \\alpha_i`, that of H is
+    :math:`\\frac14 \\sum |e| \\beta_e`, and :math:`k_{1,2} = H \\pm \\sqrt{\\max(H^2 - K, 0)}` (Dyn, Hormann,
+    Kim, Levin 2001).
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> import numpy as np
+    >>> k = cm.curvature(cm.shapes.sphere(5, radius=2.0))
+    >>> bool(abs(k.mean.mean() - 0.5) < 0.001), bool(abs(k.gaussian.mean() - 0.25) < 0.001)
+    (True, True)
+    >>> round(k.totals["gaussian"] / np.pi, 9)
+    4.0
+    >>> k = cm.curvature(cm.shapes.torus(), estimator="fit")
+    >>> k.directions.shape
+    (864, 2, 3)
+    """
+    given = as_mesh(mesh)
+    with calling("curvature", progress, threads) as call:
+        found = _core.curvature(
+            call,
+            given._data,
+            estimator=estimator,
+            area=area,
+            radius=radius,
+            relative=relative,
+            rings=rings,
+            preset=preset,
+        )
+    return Curvature(given, estimator, found)

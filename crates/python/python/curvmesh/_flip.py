@@ -1,0 +1,219 @@
+"""Edge flips."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from . import _core
+from ._call import Callback, Progress, calling
+from ._convert import as_mesh
+from ._errors import OptionError
+from ._mesh import Mesh
+from ._table import table, text
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["EdgeCost", "FaceCost", "Flipped", "flip"]
+
+
+@dataclass(frozen=True)
+class FaceCost:
+    """A flip cost that is a sum over triangles.
+
+    Parameters
+    ----------
+    of : callable
+        Given the corners of k triangles, shape (k, 3, 3), one number for each.
+    length_exponent : int
+        The power of a length that the cost has as its unit: 0 where it does not depend on scale, 2 for an
+        area. With it gains are told from rounding.
+
+    Examples
+    --------
+    The sum of the squared areas:
+
+    >>> import curvmesh as cm
+    >>> import numpy as np
+    >>> def squared_area(triangles):
+    ...     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    ...     return 0.25 * (np.cross(b - a, c - a) ** 2).sum(axis=1)
+    >>> better = cm.flip(cm.shapes.torus(), cost=cm.FaceCost(squared_area, length_exponent=4))
+    >>> better.cost_after < better.cost_before
+    True
+    """
+
+    of: Callable[[NDArray[Any]], Any]
+    length_exponent: int
+    terms = "faces"
+
+    def function(self, points: Any) -> Any:
+        """The terms of some triangles."""
+        import numpy as np
+
+        return np.ascontiguousarray(self.of(points), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class EdgeCost:
+    """A flip cost that is a sum over the edges between two triangles.
+
+    Parameters
+    ----------
+    of : callable
+        Given for k edges both ends, the left and the right apex, shape (k, 4, 3), one number for each.
+    length_exponent : int
+        As for :class:`FaceCost`.
+    """
+
+    of: Callable[[NDArray[Any]], Any]
+    length_exponent: int
+    terms = "edges"
+
+    def function(self, points: Any) -> Any:
+        """The terms of some edges."""
+        import numpy as np
+
+        return np.ascontiguousarray(self.of(points), dtype=np.float64)
+
+
+@dataclass(frozen=True, repr=False)
+class Flipped:
+    """A mesh after edge flips, and what they did.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The same vertices, other faces. Normals are left out, since flips change them.
+    cost_before, cost_after : float
+        The cost of the whole mesh.
+    flips : int
+        How many flips lead from one to the other.
+    annealed_flips : int
+        How many of them come from annealing.
+    locked_edges : int
+        Feature edges and borders that were never considered.
+    stop : str
+        ``"local-minimum"``, ``"cycle-guard"``, ``"flip-limit"``, ``"time-limit"`` or ``"cancelled"``.
+    refused : dict
+        How often the flip that would have come next was refused, by reason.
+    """
+
+    mesh: Mesh
+    cost_before: float
+    cost_after: float
+    flips: int
+    annealed_flips: int
+    locked_edges: int
+    stop: str
+    refused: dict[str, int]
+
+    def _rows(self) -> list[tuple[str, object]]:
+        rows: list[tuple[str, object]] = [
+            ("cost before", self.cost_before),
+            ("cost after", self.cost_after),
+            ("flips", self.flips),
+            ("of annealing", self.annealed_flips),
+            ("locked edges", self.locked_edges),
+            ("stopped at", self.stop),
+        ]
+        return rows + [(f"refused: {reason}", count) for reason, count in self.refused.items()]
+
+    def __repr__(self) -> str:
+        return text("Flipped", self._rows())
+
+    def _repr_html_(self) -> str:
+        return table("Flipped", self._rows())
+
+
+def flip(
+    mesh: Any,
+    *,
+    cost: str | FaceCost | EdgeCost = "f2",
+    area: str = "voronoi",
+    look_ahead: int = 1,
+    anneal_steps: int | None = None,
+    feature_angle: float | None = None,
+    max_fold: float | None = None,
+    no_intersections: bool = False,
+    random_ties: bool | None = None,
+    seed: int | None = None,
+    max_flips: int | None = None,
+    time_limit: float | None = None,
+    progress: Progress = None,
+    callback: Callback | None = None,
+    keep_partial: bool = False,
+    threads: int | None = None,
+) -> Flipped:
+    """Lower a cost by edge flips; the vertices stay where they are.
+
+    Borders between texture charts, groups and materials are kept.
+
+    Parameters
+    ----------
+    mesh : mesh-like
+        See :func:`curvmesh.as_mesh`; an oriented manifold.
+    cost : str or FaceCost or EdgeCost
+        ``"f1"``, ``"f2"`` and ``"f3"`` of Dyn, Hormann, Kim, Levin 2001 (integrals of H², of \\|H\\| and of
+        \\|k1\\| + \\|k2\\|), ``"gauss"`` (\\|K\\|), ``"area"``, ``"delaunay"`` (cotangents), ``"willmore"``
+        (Brink, Alboul, Rodrigues 2006), ``"willmore-potential"``; or functions of one's own.
+    area : str
+        The area that belongs to a vertex, for ``"f1"`` and ``"f3"``: ``"voronoi"`` or
+        ``"barycentric"``.
+    look_ahead : int
+        Where no single flip helps, try up to this many in a row, from 1 to 6; each more takes about six
+        times as long.
+    anneal_steps : int, optional
+        Leave the local minimum by simulated annealing, with so many tries per edge and round; 50 is
+        usual.
+    feature_angle : float, optional
+        Keep edges where the normals of the faces are farther apart than this, in degrees.
+    max_fold : float, optional
+        Refuse flips that turn a face by more than this, in degrees.
+    no_intersections : bool
+        Refuse flips that would make the surface cross itself.
+    random_ties : bool, optional
+        Break ties in a random order, not by edge number; by default where a `seed` is given without
+        `anneal_steps`.
+    seed : int, optional
+        Where the random numbers start; 1 otherwise.
+    max_flips : int, optional
+        Stop after so many flips.
+    time_limit : float, optional
+        Stop after so many seconds.
+    progress, callback, keep_partial, threads
+        As for :func:`curvmesh.simplify`.
+
+    Returns
+    -------
+    Flipped
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> better = cm.flip(cm.shapes.torus(12, 6), cost="f2", look_ahead=2)
+    >>> better.cost_after < better.cost_before, better.stop
+    (True, 'local-minimum')
+    """
+    if not 1 <= look_ahead <= 6:
+        raise OptionError(f"look_ahead is {look_ahead}; it must be from 1 to 6")
+    if random_ties is None:
+        random_ties = seed is not None and anneal_steps is None
+    options = {
+        "area": area,
+        "look_ahead": look_ahead,
+        "anneal_steps": anneal_steps,
+        "feature_angle": feature_angle,
+        "max_fold": max_fold,
+        "no_intersections": no_intersections,
+        "random_ties": random_ties,
+        "seed": 1 if seed is None else seed,
+        "max_flips": max_flips,
+        "time_limit": time_limit,
+    }
+    data = as_mesh(mesh)._data
+    with calling("flipping", progress, threads, callback, keep_partial) as call:
+        made, told = _core.flip(call, data, cost, options)
+    return Flipped(mesh=Mesh._of(made), **told)

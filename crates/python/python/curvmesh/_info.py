@@ -1,0 +1,246 @@
+"""Counts and defects, repair, subdivision."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from . import _core
+from ._call import Progress, calling
+from ._convert import as_mesh
+from ._mesh import Mesh
+from ._table import table, text
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["Info", "Repaired", "info", "repair", "subdivide"]
+
+#: Counts of what repairs can mend, and the repair.
+_REPAIRS = {
+    "non_manifold_edges": "cut_non_manifold",
+    "non_manifold_vertices": "cut_non_manifold",
+    "inconsistent_edges": "reorient",
+    "duplicate_faces": "drop_duplicates",
+    "repeated_vertex_faces": "drop_degenerate",
+    "unreferenced_vertices": "drop_unreferenced",
+    "zero_area_faces": "",
+    "sliver_faces": "",
+    "non_finite_vertices": "",
+}
+
+
+class Info(Mapping[str, Any]):
+    """Counts, topology, defects and sizes of a mesh, by name and as attributes."""
+
+    def __init__(self, found: dict[str, Any]) -> None:
+        self._found = found
+
+    def __getitem__(self, name: str) -> Any:
+        return self._found[name]
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in self._found:
+            raise AttributeError(name)
+        return self._found[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._found)
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    @property
+    def defects(self) -> dict[str, int]:
+        """What is wrong, with its number; empty for a sound mesh."""
+        return {name: self._found[name] for name in _REPAIRS if self._found[name]}
+
+    @property
+    def repairs(self) -> list[str]:
+        """The arguments of :func:`repair` that would help."""
+        return list(dict.fromkeys(_REPAIRS[name] for name in self.defects if _REPAIRS[name]))
+
+    def __repr__(self) -> str:
+        return text("Info", self._found.items())
+
+    def _repr_html_(self) -> str:
+        return table("Info", self._found.items())
+
+
+def info(mesh: Any, *, threads: int | None = None) -> Info:
+    """Count the parts and defects of a mesh, and measure it; broken ones too.
+
+    Parameters
+    ----------
+    mesh : mesh-like
+        See :func:`curvmesh.as_mesh`.
+
+    Returns
+    -------
+    Info
+        ``vertices``, ``faces``, ``triangles``, ``edges``, ``boundary_edges``, ``boundary_loops``,
+        ``components``, ``euler_characteristic``, ``closed``, ``manifold``, ``oriented``, counts of
+        defects, ``bbox_min``, ``bbox_max``, ``area`` and ``volume`` (``None`` unless closed and
+        oriented), all as ``curvmesh info`` has them. Edges and defects are counted after polygons were
+        cut into triangles.
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> found = cm.info(cm.shapes.torus())
+    >>> found.euler_characteristic, found.closed, found.defects
+    (0, True, {})
+    """
+    given = as_mesh(mesh, check=False)
+    with calling("info", None, threads) as call:
+        return Info(_core.info(call, given._data))
+
+
+@dataclass(frozen=True, repr=False)
+class Repaired:
+    """An oriented manifold of triangles, and what was done to get it.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The result, with the data of the original.
+    counts : dict
+        How often each repair was made.
+    unchanged : bool
+        Whether nothing had to be repaired.
+    vertex_source, face_source : ndarray of int32
+        For each vertex and face of the result, one of the original that it comes from.
+    """
+
+    mesh: Mesh
+    counts: dict[str, int]
+    unchanged: bool
+    vertex_source: NDArray[np.int32]
+    face_source: NDArray[np.int32]
+
+    def _rows(self) -> list[tuple[str, object]]:
+        rows: list[tuple[str, object]] = [
+            ("vertices", self.mesh.vertex_count),
+            ("faces", self.mesh.face_count),
+            ("unchanged", self.unchanged),
+        ]
+        done = [(name.replace("_", " "), count) for name, count in self.counts.items() if count]
+        return rows + done
+
+    def __repr__(self) -> str:
+        return text("Repaired", self._rows())
+
+    def _repr_html_(self) -> str:
+        return table("Repaired", self._rows())
+
+
+def repair(
+    mesh: Any,
+    *,
+    weld: str | float | None = None,
+    relative: bool = False,
+    drop_out_of_range: bool = False,
+    drop_degenerate: bool = False,
+    drop_duplicates: bool = False,
+    reorient: bool = False,
+    cut_non_manifold: bool = False,
+    drop_unreferenced: bool = False,
+    fill_holes: int | str | None = None,
+    threads: int | None = None,
+) -> Repaired:
+    """Make an oriented manifold of triangles out of anything with finite coordinates.
+
+    All repairs are made unless some are named; then those alone are, with `weld` for how vertices are
+    merged.
+
+    Parameters
+    ----------
+    mesh : mesh-like
+        See :func:`curvmesh.as_mesh`; indices may be out of range.
+    weld : str or float, optional
+        Merge vertices at equal positions (``"exact"``), within a distance (a number, or ``"0.01%"``), or
+        not (``"none"``).
+    relative : bool
+        Whether a number for `weld` is a share of the diagonal of the bounding box.
+    drop_out_of_range, drop_degenerate, drop_duplicates : bool
+        Drop faces that refer to vertices that are not there, that use a vertex twice, or that have the
+        vertices of an earlier one.
+    reorient : bool
+        Reverse faces until neighbours agree on what is outside.
+    cut_non_manifold : bool
+        Cut the surface apart along edges of more than two faces and at pinched vertices.
+    drop_unreferenced : bool
+        Drop vertices that no face uses.
+    fill_holes : int or "all", optional
+        Then fill holes of at most so many edges.
+
+    Returns
+    -------
+    Repaired
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> fixed = cm.repair(([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [2, 1, 0], [0, 1, 9]]))
+    >>> fixed.mesh.face_count, fixed.counts["dropped_out_of_range"]
+    (1, 1)
+    """
+    named = {
+        "drop_out_of_range": drop_out_of_range,
+        "drop_degenerate": drop_degenerate,
+        "drop_duplicates": drop_duplicates,
+        "reorient": reorient,
+        "cut_non_manifold": cut_non_manifold,
+        "drop_unreferenced": drop_unreferenced,
+    }
+    if not any(named.values()):
+        named = dict.fromkeys(named, True)
+        weld = "exact" if weld is None else weld
+    given = as_mesh(mesh, check=False)
+    repairs = {"weld": weld, "relative": relative, **named}
+    with calling("repairing", None, threads) as call:
+        made, told = _core.repair(call, given._data, repairs, fill_holes)
+    unchanged = told.pop("unchanged")
+    sources = {name: told.pop(name) for name in ("vertex_source", "face_source")}
+    return Repaired(mesh=Mesh._of(made), counts=told, unchanged=unchanged, **sources)
+
+
+def subdivide(
+    mesh: Any,
+    *,
+    steps: int = 1,
+    tension: float = 1 / 16,
+    eight_point: bool = False,
+    progress: Progress = None,
+    threads: int | None = None,
+) -> Mesh:
+    """Subdivide a mesh smoothly by the butterfly scheme; its vertices stay where they are.
+
+    Parameters
+    ----------
+    mesh : mesh-like
+        See :func:`curvmesh.as_mesh`; an oriented manifold.
+    steps : int
+        Each cuts every face into four.
+    tension : float
+        The tension of Dyn, Levin, Gregory 1990, from 0 (flat) to 0.25.
+    eight_point : bool
+        Use the eight-point rule at irregular vertices, too, not that of Zorin, Schröder, Sweldens 1996.
+
+    Returns
+    -------
+    Mesh
+        The vertices of the input come first. Texture coordinates and other data are interpolated.
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> fine = cm.subdivide(cm.shapes.octahedron(), steps=2)
+    >>> fine.face_count
+    128
+    """
+    given = as_mesh(mesh)
+    with calling("subdividing", progress, threads) as call:
+        return Mesh._of(_core.subdivide(call, given._data, steps, tension, eight_point))

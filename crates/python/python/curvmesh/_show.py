@@ -1,0 +1,385 @@
+"""Pictures, pages on which meshes turn, and how a mesh shows itself in a notebook."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any, Union
+
+from . import _core
+from ._call import Progress, calling
+from ._convert import as_mesh
+from ._errors import ArrayError, CurvmeshError, OptionError
+from ._mesh import Mesh
+from ._table import table
+
+if TYPE_CHECKING:
+    import os
+
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["Page", "Picture", "render", "view"]
+
+#: The name of data of vertices or faces, or values for each of them.
+Values = Union[str, "ArrayLike", None]
+
+
+class Picture:
+    """A picture; shows itself in a notebook.
+
+    Attributes
+    ----------
+    png : bytes
+        The file.
+    pixels : ndarray of uint8, shape (height, width, 4)
+        Red, green, blue, opacity.
+    range : tuple of float or None
+        The values at the ends of the colours.
+    """
+
+    def __init__(
+        self, png: bytes, pixels: NDArray[np.uint8], range: tuple[float, float] | None
+    ) -> None:
+        self.png = png
+        self.pixels = pixels
+        self.range = range
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the PNG file."""
+        with open(path, "wb") as file:
+            file.write(self.png)
+
+    def __repr__(self) -> str:
+        height, width, _ = self.pixels.shape
+        return f"Picture({width} x {height})"
+
+    def _repr_png_(self) -> bytes:
+        return self.png
+
+
+class Page:
+    """A page on which meshes turn; shows itself in a notebook.
+
+    Attributes
+    ----------
+    html : str
+        The whole page, which opens offline.
+    height : int
+        Its height in a notebook, in pixels.
+    """
+
+    def __init__(self, html: str, height: int) -> None:
+        self.html = html
+        self.height = height
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the page as one HTML file."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.html)
+
+    def open(self) -> None:
+        """Show the page in the browser."""
+        import tempfile
+        import webbrowser
+        from pathlib import Path
+
+        path = Path(tempfile.mkdtemp(prefix="curvmesh-")) / "view.html"
+        self.save(path)
+        webbrowser.open(path.as_uri())
+
+    def __repr__(self) -> str:
+        return f"Page({len(self.html) / 1e6:.1f} MB)"
+
+    def _repr_html_(self) -> str:
+        # The page in a frame of its own, so that nothing of it meets the notebook; in plain letters, so that
+        # it stays what its hashes are of, whatever encoding the notebook is shown in.
+        page = escape(self.html).encode("ascii", "xmlcharrefreplace").decode()
+        return (
+            f'<iframe srcdoc="{page}" width="100%" height="{self.height}" '
+            'sandbox="allow-scripts allow-downloads" style="border:0"></iframe>'
+        )
+
+
+def _named(mesh: Mesh, values: Values) -> tuple[str, NDArray[np.float64] | None]:
+    """What is shown, and what it is called."""
+    import numpy as np
+
+    if values is None:
+        return "", None
+    if isinstance(values, str):
+        for data in (mesh.vertex_data, mesh.face_data):
+            found = data.get(values)
+            if found is not None and found.ndim == 1:
+                return values, np.require(found, np.float64, "A")
+        names = [n for data in (mesh.vertex_data, mesh.face_data) for n in data if data[n].ndim == 1]
+        raise OptionError(f"there is no data {values!r}; there are {names or 'none'}")
+    array = np.require(values, np.float64, "A")
+    if array.ndim != 1:
+        raise ArrayError(f"values have the shape {array.shape}; give one for each vertex or face")
+    return "", array
+
+
+def _range(range: str | tuple[float, float]) -> str:
+    return range if isinstance(range, str) else f"{range[0]!r},{range[1]!r}"
+
+
+def render(
+    mesh: Any,
+    values: Values = None,
+    *,
+    direction: str | Sequence[str] | Sequence[float] = (0.4, 0.3, 1.0),
+    up: Sequence[float] = (0.0, 1.0, 0.0),
+    size: tuple[int, int] = (900, 900),
+    edges: float = 0.0,
+    outlines: float = 0.0,
+    crease: float | None = None,
+    smooth: bool = False,
+    plain: bool = False,
+    colormap: str | None = None,
+    range: str | tuple[float, float] = "auto",
+    log: bool = False,
+    bar: bool = True,
+    label: str = "",
+    transparent: bool = False,
+    supersampling: int = 2,
+    threads: int | None = None,
+) -> Picture:
+    """Draw a mesh, without a display.
+
+    Parameters
+    ----------
+    mesh : mesh-like
+        See :func:`curvmesh.as_mesh`; an oriented manifold.
+    values : str or array_like, optional
+        What the colours show: the name of data of the mesh, or a number for each vertex or each face.
+        Without, the mesh has its own colours or materials.
+    direction : sequence of float, str or sequence of str
+        From the model to the camera; or a side (``"front"``, ``"back"``, ``"left"``, ``"right"``,
+        ``"top"``, ``"bottom"``, ``"corner"``), several of which make a sheet.
+    up : sequence of float
+        What is up in the picture, for a direction in numbers.
+    size : (int, int)
+        Width and height in pixels.
+    edges, outlines : float
+        The width of edges and outlines in pixels; 0 draws none.
+    crease : float, optional
+        With outlines, draw edges whose faces meet at a larger angle, in degrees.
+    smooth : bool
+        Shade with one normal per vertex.
+    plain : bool
+        Leave out colours and materials.
+    colormap : str, optional
+        ``"viridis"``, ``"red-blue"``, ...; by default what suits the values.
+    range : str or (float, float)
+        The values at the ends of the colours: ``"auto"`` leaves out the outer 2 %, ``"full"`` nothing,
+        ``"5%,95%"`` are percentiles.
+    log : bool
+        Whether equal steps of colour are equal ratios.
+    bar : bool
+        Whether there is a bar of colours beside values.
+    label : str
+        What the bar is called; the name of the data otherwise.
+    transparent : bool
+        Leave the picture transparent where there is no mesh.
+    supersampling : int
+        Samples per pixel and direction, from 1 to 8.
+
+    Returns
+    -------
+    Picture
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> torus = cm.shapes.torus()
+    >>> cm.render(torus, cm.curvature(torus).mean, label="H", size=(300, 200))  # doctest: +ELLIPSIS
+    Picture(... x 200)
+    """
+    given = as_mesh(mesh)
+    name, shown = _named(given, values)
+    if isinstance(direction, str):
+        direction = [direction]
+    style = {
+        "direction": list(direction),
+        "up": list(up),
+        "size": list(size),
+        "edges": edges,
+        "outlines": outlines,
+        "crease": crease,
+        "smooth": smooth,
+        "transparent": transparent,
+        "supersampling": supersampling,
+        "plain": plain,
+        "label": label or name,
+        "colormap": colormap,
+        "range": _range(range),
+        "log": log,
+        "bar": bar,
+    }
+    with calling("drawing", None, threads) as call:
+        png, pixels, ends = _core.render(call, given._data, shown, style)
+    return Picture(png, pixels, None if ends is None else (ends[0], ends[1]))
+
+
+def view(
+    *meshes: Any,
+    names: Sequence[str] | None = None,
+    values: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+    directions: bool = False,
+    color: str | None = None,
+    colormap: str | None = None,
+    range: tuple[float, float] | None = None,
+    layout: str = "side",
+    smooth: bool | None = None,
+    edges: bool | None = None,
+    title: str | None = None,
+    report: Mapping[str, object] | None = None,
+    exact_positions: bool = False,
+    most_faces: int = 1_500_000,
+    height: int = 640,
+    progress: Progress = None,
+    threads: int | None = None,
+) -> Page:
+    """Make a page on which meshes turn: in a notebook cell, or as one file that opens offline.
+
+    Shaded flat or smooth, edges, materials, any data as colours with a bar whose range can be changed,
+    the value under the pointer, boundaries and defects as lines; several meshes with one camera, side by
+    side, one over the other or in turns.
+
+    Parameters
+    ----------
+    *meshes : mesh-like
+        What to show, polygons and defects included; or a :class:`curvmesh.Curvature`, with all its
+        quantities and directions.
+    names : sequence of str, optional
+        What the meshes are called.
+    values : mapping or sequence of mappings, optional
+        More numbers by name for each vertex or face: of all meshes, or one mapping for each.
+    directions : bool
+        Whether principal directions of the vertices are found and shown on demand.
+    color : str, optional
+        What the colours show at first: the name of data, or ``"plain"``.
+    colormap, range
+        As for :func:`render`; both can be changed on the page.
+    layout : str
+        ``"side"`` by side, ``"wipe"``, ``"blink"``, or ``"one"`` at a time.
+    smooth, edges : bool, optional
+        How meshes are shown at first; by default that depends on their size.
+    title : str, optional
+        The title of the page.
+    report : mapping, optional
+        Names and values for the side panel.
+    exact_positions : bool
+        Keep positions as 32-bit numbers, not in 65,536 steps along each side.
+    most_faces : int
+        Show meshes with more faces simplified, saying so.
+    height : int
+        The height in a notebook, in pixels.
+
+    Returns
+    -------
+    Page
+        Shows itself in a notebook; ``.save("page.html")`` writes it, ``.open()`` opens a browser.
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> torus = cm.shapes.torus()
+    >>> page = cm.view(torus, cm.flip(torus).mesh, names=["before", "after"], edges=True)
+    >>> page.html.startswith("<!DOCTYPE html>") or page.html[:15]
+    True
+    """
+    from ._curvature import Curvature
+
+    if not meshes:
+        raise OptionError("give a mesh to show")
+    if names is not None and len(names) != len(meshes):
+        raise OptionError(f"there are {len(names)} names for {len(meshes)} meshes")
+    if values is None or isinstance(values, Mapping):
+        of_each: list[Mapping[str, Any]] = [values or {}] * len(meshes)
+    else:
+        of_each = list(values)
+    if len(of_each) != len(meshes):
+        raise OptionError(f"there are {len(of_each)} mappings of values for {len(meshes)} meshes")
+    exhibits = []
+    for number, (thing, more) in enumerate(zip(meshes, of_each)):
+        fields = dict(more)
+        arrows: Any = None
+        if isinstance(thing, Curvature):
+            mesh = thing.mesh
+            shown = ("mean", "gaussian", "k1", "k2", "shape_index", "curvedness")
+            fields = {**{name: thing[name] for name in shown}, **fields}
+            if thing.on == "vertex":
+                arrows = thing.directions
+            if color is None:
+                color = "mean"
+        else:
+            mesh = as_mesh(thing, check=False)
+        if directions and arrows is None:
+            arrows = _core.principal_directions(_core.Call(None, None, threads, False), mesh._data)
+        exhibits.append(
+            {
+                "name": names[number] if names is not None else _name(thing, number, len(meshes)),
+                "mesh": mesh._data,
+                "values": [(name, _number(array)) for name, array in fields.items()],
+                "directions": arrows,
+            }
+        )
+    rows = [(name, str(value)) for name, value in (report or {}).items()]
+    page = {
+        "title": title or ", ".join(str(exhibit["name"]) for exhibit in exhibits),
+        "layout": layout,
+        "color": color,
+        "colormap": colormap,
+        "range": None if range is None else list(range),
+        "smooth": smooth,
+        "edges": edges,
+        "exact_positions": exact_positions,
+        "most_faces": most_faces,
+        "report": [("Report", rows)] if rows else [],
+    }
+    with calling("page", progress, threads) as call:
+        return Page(_core.page(call, exhibits, page), height)
+
+
+def _name(thing: Any, number: int, count: int) -> str:
+    import os
+
+    if isinstance(thing, (str, os.PathLike)):
+        return os.path.basename(os.fspath(thing))
+    return "mesh" if count == 1 else f"mesh {number + 1}"
+
+
+def _number(array: Any) -> NDArray[np.float64]:
+    import numpy as np
+
+    return np.require(array, np.float64, "A")
+
+
+def card(mesh: Mesh) -> str:
+    """What a mesh shows of itself in a notebook: a picture, counts, defects."""
+    import base64
+
+    from ._info import info
+
+    found = info(mesh)
+    rows: list[tuple[str, object]] = [
+        (name.replace("_", " "), found[name])
+        for name in ("vertices", "faces", "edges", "components", "boundary_loops", "euler_characteristic")
+    ]
+    rows.append(("closed", found.closed))
+    rows += [(f"defect: {name.replace('_', ' ')}", count) for name, count in found.defects.items()]
+    if found.repairs:
+        rows.append(("repair", ", ".join(f"{name}=True" for name in found.repairs)))
+    data = [*mesh.vertex_data, *mesh.corner_data, *mesh.face_data]
+    if data:
+        rows.append(("data", ", ".join(dict.fromkeys(data))))
+    try:
+        picture = render(mesh, size=(360, 300), smooth=mesh.face_count > 20_000)
+        image = base64.b64encode(picture.png).decode()
+        shown = f'<img width="360" height="300" src="data:image/png;base64,{image}"/>'
+    except CurvmeshError:
+        # What is no manifold has no picture, but counts.
+        shown = ""
+    return f'<div style="display:flex;gap:1em;align-items:center">{shown}{table("Mesh", rows)}</div>'

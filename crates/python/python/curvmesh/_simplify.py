@@ -1,0 +1,560 @@
+"""Simplification, and levels of detail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
+
+from . import _core
+from ._call import Callback, Progress, calling, plain
+from ._convert import as_mesh
+from ._errors import OptionError
+from ._mesh import Mesh
+from ._table import grid, table, text
+
+if TYPE_CHECKING:
+    import os
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Simplified", "lod", "simplify"]
+
+#: A number in model units, or a text such as ``"0.2%"`` of the diagonal of the bounding box.
+Length = Union[float, str]
+
+
+class Edges(NamedTuple):
+    """Edges that may collapse, as a cost, a surcharge or a guard of one's own sees them.
+
+    Attributes
+    ----------
+    vertices : ndarray, shape (k, 2)
+        The two vertices of each edge, numbered as in the mesh before any collapse.
+    ends : ndarray, shape (k, 2, 3)
+        Where they are now.
+    apexes : ndarray, shape (k, 2, 3)
+        The third corners of the faces to the left and to the right; NaN beyond the boundary.
+    """
+
+    vertices: NDArray[np.int32]
+    ends: NDArray[np.float64]
+    apexes: NDArray[np.float64]
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """The length of each edge."""
+        import numpy as np
+
+        found: NDArray[np.float64] = np.linalg.norm(self.ends[:, 1] - self.ends[:, 0], axis=1)
+        return found
+
+    @property
+    def midpoints(self) -> NDArray[np.float64]:
+        """The middle of each edge, shape (k, 3)."""
+        found: NDArray[np.float64] = self.ends.mean(axis=1)
+        return found
+
+
+EdgeFunction = Callable[[Edges], Any]
+
+
+class ErrorBounds(NamedTuple):
+    """A distance from the original: at least `lower`, and at most `upper` if that was proved."""
+
+    lower: float
+    upper: float | None
+
+
+class Fit(NamedTuple):
+    """What fitting did: rounds, flips, and the root mean square distance before and in the end."""
+
+    rounds: int
+    flips: int
+    rms_before: float
+    rms_last: float
+
+
+@dataclass(frozen=True, repr=False)
+class Record:
+    """The collapses of a run, from which every level of detail can be made again.
+
+    Made by :func:`simplify` and :func:`lod`, or read with :meth:`load`. It belongs to the mesh that it
+    was made on.
+    """
+
+    _log: _core.LogData = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self._log)
+
+    def __repr__(self) -> str:
+        return f"Record({len(self)} collapses)"
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the record, 48 bytes for each collapse."""
+        import os
+
+        _core.save_record(plain(), self._log, os.fspath(path))
+
+    @staticmethod
+    def load(path: str | os.PathLike[str], mesh: Any) -> Record:
+        """Read the record of a run on this mesh.
+
+        Raises
+        ------
+        RecordError
+            The file is no record, or that of another mesh.
+        """
+        import os
+
+        return Record(_core.load_record(plain(), os.fspath(path), as_mesh(mesh)._data))
+
+    @property
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """The collapses as arrays: ``removed``, ``kept``, ``position``, ``cost``, ``faces_before``."""
+        return self._log.columns()
+
+    def vertex_map(self, collapses: int) -> NDArray[np.int32]:
+        """For each vertex of the mesh the one that it has become after so many collapses, in the
+        numbering of the mesh."""
+        return _core.representatives(self._log, collapses)
+
+
+@dataclass(frozen=True, repr=False)
+class Simplified:
+    """A simplified mesh and how it came about.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The result, with the attributes of the original.
+    vertex_map : ndarray of int32, shape (n,)
+        For each vertex of the original the vertex of the result that it has become.
+    stop : str
+        Why it stopped: ``"faces"``, ``"vertices"``, ``"cost"``, ``"error"``, ``"time"``,
+        ``"cancelled"`` or ``"nothing_left"``.
+    error : ErrorBounds or None
+        The distance from the original, if it was asked for.
+    refused : dict
+        How often edges were refused, by reason.
+    max_cost : float
+        The largest cost of a collapse, in the unit of the metric.
+    boundary_shift : float or None
+        The largest distance of a boundary vertex of the original from the new boundary.
+    fit : Fit or None
+        What fitting did.
+    log : Record
+        Every collapse, before fitting.
+    """
+
+    mesh: Mesh
+    vertex_map: NDArray[np.int32]
+    stop: str
+    error: ErrorBounds | None
+    refused: dict[str, int]
+    max_cost: float
+    boundary_shift: float | None
+    fit: Fit | None
+    log: Record
+
+    def _rows(self) -> list[tuple[str, object]]:
+        rows: list[tuple[str, object]] = [
+            ("vertices", self.mesh.vertex_count),
+            ("faces", self.mesh.face_count),
+            ("stopped at", self.stop),
+            ("collapses", len(self.log)),
+            ("largest cost", self.max_cost),
+        ]
+        if self.error is not None:
+            rows.append(("error, at least", self.error.lower))
+            if self.error.upper is not None:
+                rows.append(("error, proved at most", self.error.upper))
+        if self.boundary_shift is not None:
+            rows.append(("boundary shift", self.boundary_shift))
+        rows += [(f"refused: {reason}", count) for reason, count in self.refused.items()]
+        return rows
+
+    def __repr__(self) -> str:
+        return text("Simplified", self._rows())
+
+    def _repr_html_(self) -> str:
+        return table("Simplified", self._rows())
+
+
+def _choices(
+    preset: str,
+    placement: str | None,
+    curvature_weight: float | None,
+    fit_rounds: int | None,
+    lock_boundary: bool,
+    feature_angle: float | None,
+    no_intersections: bool,
+    components: str | int,
+    verify: bool,
+    seed: int,
+) -> dict[str, Any]:
+    kept = {"free": None, "keep": 4}
+    if isinstance(components, str) and components not in kept:
+        raise OptionError(f'components is {components!r}; it must be "free", "keep" or a number')
+    return {
+        "preset": preset,
+        "placement": placement,
+        "curvature_weight": curvature_weight,
+        "fit_rounds": fit_rounds,
+        "lock_boundary": lock_boundary,
+        "feature_angle": feature_angle,
+        "no_intersections": no_intersections,
+        "min_component_vertices": kept[components] if isinstance(components, str) else components,
+        "verify": verify,
+        "seed": seed,
+    }
+
+
+def _rules(
+    attribute_weight: float, normal_weight: float, crease_angle: float, keep_creases: bool, attributes: bool
+) -> dict[str, Any]:
+    return {
+        "attribute_weight": attribute_weight,
+        "normal_weight": normal_weight,
+        "crease_angle": crease_angle,
+        "keep_creases": keep_creases,
+        "attributes": attributes,
+    }
+
+
+def _asked(function: EdgeFunction | None) -> Callable[[Any, Any, Any], Any] | None:
+    """A function of edges as the compiled part calls it."""
+    if function is None:
+        return None
+    given = function
+
+    def ask(vertices: Any, ends: Any, apexes: Any) -> Any:
+        import numpy as np
+
+        return np.ascontiguousarray(given(Edges(vertices, ends, apexes)), dtype=np.float64)
+
+    return ask
+
+
+def simplify(
+    mesh: Any,
+    *,
+    faces: int | None = None,
+    vertices: int | None = None,
+    ratio: float | None = None,
+    max_error: Length | None = None,
+    max_cost: float | None = None,
+    time_limit: float | None = None,
+    relative: bool = False,
+    preset: str = "default",
+    placement: str | None = None,
+    curvature_weight: float | None = None,
+    fit_rounds: int | None = None,
+    lock_boundary: bool = False,
+    feature_angle: float | None = None,
+    no_intersections: bool = False,
+    components: str | int = "free",
+    verify: bool = False,
+    seed: int = 1,
+    attribute_weight: float = 0.3,
+    normal_weight: float = 0.0,
+    crease_angle: float = 40.0,
+    keep_creases: bool = False,
+    attributes: bool = True,
+    cost: EdgeFunction | None = None,
+    surcharge: EdgeFunction | None = None,
+    guard: EdgeFunction | None = None,
+    progress: Progress = None,
+    callback: Callback | None = None,
+    keep_partial: bool = False,
+    threads: int | None = None,
+) -> Simplified:
+    """Simplify a mesh by collapsing edges.
+
+    Texture coordinates, normals, colours, materials and named numbers come along. Several targets may
+    be given; the first one that is reached ends the run.
+
+    Parameters
+    ----------
+    mesh : mesh-like
+        See :func:`curvmesh.as_mesh`. An oriented manifold, with or without boundaries;
+        :func:`curvmesh.repair` makes one.
+    faces, vertices : int, optional
+        Stop with so many.
+    ratio : float, optional
+        Stop at this part of the faces, from 0 to 1.
+    max_error : float or str, optional
+        Stay within this distance of the input, and the input within it of the result: a length in model
+        units, or ``"0.2%"`` of the diagonal of the bounding box.
+    max_cost : float, optional
+        Stop before a collapse that costs more than this, in the unit of the metric.
+    time_limit : float, optional
+        Stop collapsing after so many seconds.
+    relative : bool
+        Whether a number for `max_error` is a share of the diagonal.
+    preset : str
+        ``"draft"``, ``"fast"``, ``"default"``, ``"quality"``, ``"extreme"``, ``"thin-features"``,
+        ``"paper-l1"`` or ``"paper-l2"``. The default collapses by quadrics with a curvature factor and fits the result.
+    placement : str, optional
+        Where the remaining vertex goes: ``"optimal-volume"``, ``"optimal"``, ``"endpoint"``,
+        ``"midpoint"`` or ``"butterfly"``.
+    curvature_weight : float, optional
+        How much a change of curvature raises the cost.
+    fit_rounds : int, optional
+        Rounds of fitting the result to the input; 0 for none.
+    lock_boundary : bool
+        Keep every boundary vertex where it is.
+    feature_angle : float, optional
+        Keep edges as feature lines where the normals of the faces are farther apart than this, in
+        degrees.
+    no_intersections : bool
+        Refuse whatever makes faces cross that did not before.
+    components : str or int
+        What becomes of small parts: ``"free"`` lets them be worn away, ``"keep"`` leaves each at least a
+        tetrahedron, a number at least so many vertices.
+    verify : bool
+        Prove the distance from the input, and that it is within `max_error`.
+    seed : int
+        Where the random numbers of the fit start.
+    attribute_weight, normal_weight : float
+        How much shifts of texture and colours, and turns of normals, count.
+    crease_angle : float
+        Normals that differ by more degrees than this across an edge are a crease.
+    keep_creases : bool
+        Keep creases as feature lines, as borders of texture charts and materials always are.
+    attributes : bool
+        Whether anything but positions and faces comes along.
+    cost : callable, optional
+        A cost of one's own in place of that of the preset: given :class:`Edges`, one number for each;
+        NaN for edges that must not collapse. It is called with all edges first, and after each collapse
+        with those round it.
+    surcharge : callable, optional
+        What the cost is raised by: ``cost * (1 + surcharge)``, at least 0; called likewise.
+    guard : callable, optional
+        Which edges may collapse: ``True`` for each that may; called likewise. With any of the three
+        functions the result is not fitted.
+    progress : bool or callable, optional
+        ``True`` for a bar, or a function of the part that is done.
+    callback : callable, optional
+        Called with a :class:`State` now and then; ends the run with the best so far by returning
+        ``False``.
+    keep_partial : bool
+        Whether Ctrl-C ends the run with the best so far instead of an exception.
+    threads : int, optional
+        By how many threads; the result does not depend on it.
+
+    Returns
+    -------
+    Simplified
+        The same as of ``curvmesh simplify``, to the last bit.
+
+    Raises
+    ------
+    OptionError
+        No target is given, or an option makes no sense.
+    NonManifoldError, OrientationError, DegenerateFaceError, DuplicateFaceError, NotFiniteError
+        The mesh is no oriented manifold; the error has the ids and the repair that would help.
+
+    Notes
+    -----
+    Quadrics are those of Garland and Heckbert 1997 and Lindstrom and Turk 1998, the norms of
+    ``"paper-l1"`` and ``"paper-l2"`` eq. 1 and 2 of Kim, Kim, Levin: Surface simplification using a
+    discrete curvature norm, 2002.
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> sphere = cm.shapes.sphere(4)
+    >>> small = cm.simplify(sphere, faces=500, verify=True)
+    >>> small.mesh.face_count, small.stop
+    (500, 'faces')
+    >>> small.error.upper < 0.02
+    True
+
+    Edges near one side stay:
+
+    >>> left = cm.simplify(sphere, faces=1500, guard=lambda edges: edges.midpoints[:, 0] > 0).mesh
+    >>> int((left.vertices[:, 0] < -0.5).sum()) == int((sphere.vertices[:, 0] < -0.5).sum())
+    True
+    """
+    targets = {
+        "faces": faces,
+        "vertices": vertices,
+        "ratio": ratio,
+        "max_error": max_error,
+        "max_cost": max_cost,
+        "time_limit": time_limit,
+        "relative": relative,
+    }
+    if all(target is None for name, target in targets.items() if name != "relative"):
+        raise OptionError(
+            "say when to stop: faces=, vertices=, ratio=, max_error=, max_cost= or time_limit="
+        )
+    if (cost or surcharge or guard) and fit_rounds:
+        raise OptionError("with functions of one's own the result is not fitted: leave out fit_rounds")
+    choices = _choices(
+        preset,
+        placement,
+        curvature_weight,
+        fit_rounds,
+        lock_boundary,
+        feature_angle,
+        no_intersections,
+        components,
+        verify,
+        seed,
+    )
+    rules = _rules(attribute_weight, normal_weight, crease_angle, keep_creases, attributes)
+    data = as_mesh(mesh)._data
+    with calling("simplifying", progress, threads, callback, keep_partial) as call:
+        made, told = _core.simplify(
+            call, data, targets, choices, rules, _asked(cost), _asked(surcharge), _asked(guard)
+        )
+    return Simplified(
+        mesh=Mesh._of(made),
+        vertex_map=told["vertex_map"],
+        stop=told["stop"],
+        error=None if told["error"] is None else ErrorBounds(*told["error"]),
+        refused=told["refused"],
+        max_cost=told["max_cost"],
+        boundary_shift=told["boundary_shift"],
+        fit=None if told["fit"] is None else Fit(*told["fit"]),
+        log=Record(told["log"]),
+    )
+
+
+@dataclass(frozen=True, repr=False)
+class Level:
+    """A level of detail.
+
+    Attributes
+    ----------
+    mesh : Mesh
+        The level, with the attributes of the original.
+    collapses : int
+        After how many collapses of the record.
+    mean, rms, max : float
+        Distances from the original over both directions, from 200,000 samples each, in model units.
+    """
+
+    mesh: Mesh
+    collapses: int
+    mean: float
+    rms: float
+    max: float
+
+    def __repr__(self) -> str:
+        return f"Level({self.mesh.face_count} faces, mean {self.mean:.3g}, max {self.max:.3g})"
+
+
+class Levels(Sequence[Level]):
+    """Levels of detail, from fine to coarse, and the record that they were made from."""
+
+    def __init__(self, levels: Sequence[Level], record: Record) -> None:
+        self._levels = list(levels)
+        self.record = record
+
+    def __getitem__(self, place: Any) -> Any:
+        return self._levels[place]
+
+    def __len__(self) -> int:
+        return len(self._levels)
+
+    def __repr__(self) -> str:
+        return f"Levels({self._levels!r})"
+
+    def _repr_html_(self) -> str:
+        lines = [(x.mesh.face_count, x.mesh.vertex_count, x.mean, x.rms, x.max) for x in self._levels]
+        return grid("Levels of detail", ["faces", "vertices", "mean", "rms", "largest"], lines)
+
+
+def lod(
+    mesh: Any,
+    *,
+    ratios: Sequence[float] = (),
+    faces: Sequence[int] = (),
+    errors: Sequence[Length] = (),
+    relative: bool = False,
+    record: Record | None = None,
+    preset: str = "default",
+    placement: str | None = None,
+    curvature_weight: float | None = None,
+    lock_boundary: bool = False,
+    feature_angle: float | None = None,
+    no_intersections: bool = False,
+    components: str | int = "free",
+    verify: bool = False,
+    attribute_weight: float = 0.3,
+    normal_weight: float = 0.0,
+    crease_angle: float = 40.0,
+    keep_creases: bool = False,
+    attributes: bool = True,
+    progress: Progress = None,
+    threads: int | None = None,
+) -> Levels:
+    """Make levels of detail, each of them a stage of one run of collapses.
+
+    The vertices of a level are what those of the finer ones have become; so levels are not fitted to the
+    input, as the results of :func:`simplify` are.
+
+    Parameters
+    ----------
+    mesh : mesh-like
+        See :func:`curvmesh.as_mesh`.
+    ratios : sequence of float
+        Levels with these parts of the faces.
+    faces : sequence of int
+        Levels with so many faces, or one fewer.
+    errors : sequence of float or str
+        The coarsest levels within these distances of the input.
+    record : Record, optional
+        Take the collapses of this record of a run on the same mesh, instead of finding them.
+    verify : bool
+        Prove the distances of `errors`.
+
+    Other parameters are those of :func:`simplify`.
+
+    Returns
+    -------
+    Levels
+        The levels from fine to coarse; ``.record`` has the collapses.
+
+    Examples
+    --------
+    >>> import curvmesh as cm
+    >>> levels = cm.lod(cm.shapes.sphere(4), ratios=[0.5, 0.25, 0.1])
+    >>> [level.mesh.face_count for level in levels]
+    [2560, 1280, 512]
+    >>> again = cm.lod(cm.shapes.sphere(4), faces=[512], record=levels.record)
+    >>> again[0].mesh == levels[2].mesh
+    True
+    """
+    if not (len(ratios) or len(faces) or len(errors)):
+        raise OptionError("say which levels: ratios=, faces= or errors=")
+    steps = {
+        "ratios": [float(ratio) for ratio in ratios],
+        "faces": [int(count) for count in faces],
+        "errors": list(errors),
+        "relative": relative,
+    }
+    choices = _choices(
+        preset,
+        placement,
+        curvature_weight,
+        None,
+        lock_boundary,
+        feature_angle,
+        no_intersections,
+        components,
+        verify,
+        1,
+    )
+    rules = _rules(attribute_weight, normal_weight, crease_angle, keep_creases, attributes)
+    data = as_mesh(mesh)._data
+    known = None if record is None else record._log
+    with calling("levels of detail", progress, threads) as call:
+        found, log = _core.lod(call, data, steps, choices, rules, known)
+    levels = [Level(**{**level, "mesh": Mesh._of(level["mesh"])}) for level in found]
+    return Levels(levels, Record(log))

@@ -1,0 +1,215 @@
+//! Costs, surcharges and guards of collapses that are Python functions of arrays.
+//!
+//! A function is called with many edges at a time: with all of them before the first collapse, and
+//! after each collapse with those whose neighbourhood has changed. What it says of an edge is kept until
+//! then.
+
+use std::sync::Arc;
+
+use ::simplify::{
+    Collapse, Cost, CurvatureFactor, EdgePatch, FinishOptions, Guard, Memoryless, Options,
+    Policies, Policy, Quadric, Reach, Refusal, Scratch, Surcharge,
+};
+use mesh_core::glam::DVec3;
+use mesh_core::{EdgeId, EdgeMap, Remap, TriMesh, VertexId, VertexMap};
+use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::any_policy::{AnyCost, AnyPlacement};
+use crate::failure::{Ended, Failure};
+use crate::host::Watch;
+use crate::views::{frames, matrix};
+
+/// The functions of a run.
+pub(crate) struct CollapseFunctions {
+    /// The cost, in place of that of the preset.
+    pub(crate) cost: Option<Py<PyAny>>,
+    /// What the cost is raised by: `cost * (1 + weight)`.
+    pub(crate) weight: Option<Py<PyAny>>,
+    /// Which edges may collapse.
+    pub(crate) guard: Option<Py<PyAny>>,
+}
+
+impl CollapseFunctions {
+    pub(crate) fn is_none(&self) -> bool {
+        self.cost.is_none() && self.weight.is_none() && self.guard.is_none()
+    }
+
+    /// The policies that the options name, with these functions. Nothing is done after the collapses:
+    /// what the functions say is about collapses.
+    pub(crate) fn policies(
+        self,
+        options: &Options,
+        watch: &Arc<Watch>,
+    ) -> Result<(Policies<AnyCost, AnyPlacement>, Options), Ended> {
+        let mut options = options.clone();
+        options.finish = FinishOptions::default();
+        options.limit.squeeze = false;
+        let collapse = &options.collapse;
+        let told = |function| Told::new(function, watch);
+        let is_own = self.cost.is_some();
+        let cost = match self.cost {
+            Some(function) => AnyCost(Box::new(FunctionCost(told(function)))),
+            None => AnyCost::of(collapse.metric)?,
+        };
+        let mut policies = Policies::new(cost, AnyPlacement::of(collapse.placement)?);
+        policies.update = collapse.update;
+        policies.guards = collapse.guards();
+        if collapse.curvature_weight > 0.0 && !is_own {
+            policies.surcharges.push(Box::new(CurvatureFactor::new(collapse.curvature_weight)));
+        }
+        if let Some(function) = self.weight {
+            policies.surcharges.push(Box::new(FunctionSurcharge(told(function))));
+        }
+        if let Some(function) = self.guard {
+            policies.guards.push(FunctionGuard(told(function)));
+        }
+        Ok((policies, options))
+    }
+}
+
+/// What a function says of each edge.
+#[derive(Clone)]
+struct Told {
+    function: Arc<Py<PyAny>>,
+    watch: Arc<Watch>,
+    values: EdgeMap<f64>,
+    /// The vertices as they were numbered before any collapse.
+    original: VertexMap<u32>,
+}
+
+impl Told {
+    fn new(function: Py<PyAny>, watch: &Arc<Watch>) -> Self {
+        Self {
+            function: Arc::new(function),
+            watch: Arc::clone(watch),
+            values: EdgeMap::from_vec(Vec::new()),
+            original: VertexMap::from_vec(Vec::new()),
+        }
+    }
+
+    /// Asks about all edges.
+    fn prepare(&mut self, mesh: &TriMesh) {
+        let topology = mesh.topology();
+        self.original = VertexMap::from_vec((0..topology.vertex_capacity() as u32).collect());
+        self.values = topology.edge_map(f64::NAN);
+        let edges: Vec<EdgeId> = topology.edges().collect();
+        self.ask(mesh, &edges);
+    }
+
+    /// Asks again about the edges at the vertex that remains and at its neighbours.
+    fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
+        let topology = mesh.topology();
+        let ring = topology.one_ring(collapse.kept);
+        let vertices = core::iter::once(collapse.kept).chain(ring);
+        let at = |v: VertexId| topology.outgoing(v).map(|h| h.edge());
+        let mut edges: Vec<EdgeId> = vertices.flat_map(at).collect();
+        edges.sort_unstable();
+        edges.dedup();
+        self.ask(mesh, &edges);
+    }
+
+    fn compacted(&mut self, remap: &Remap) {
+        self.values = self.values.compact(remap);
+        self.original = self.original.compact(remap);
+    }
+
+    fn ask(&mut self, mesh: &TriMesh, edges: &[EdgeId]) {
+        if edges.is_empty() || self.watch.is_cancelled() {
+            return;
+        }
+        match Python::attach(|py| self.call(py, mesh, edges)) {
+            Ok(values) => {
+                for (&edge, value) in edges.iter().zip(values) {
+                    self.values[edge] = value;
+                }
+            }
+            Err(error) => self.watch.raise(error),
+        }
+    }
+
+    fn call(&self, py: Python<'_>, mesh: &TriMesh, edges: &[EdgeId]) -> PyResult<Vec<f64>> {
+        let topology = mesh.topology();
+        let place = |v: VertexId| mesh.position(v).to_array();
+        let ends: Vec<_> = edges.iter().map(|&e| topology.edge_vertices(e)).collect();
+        let ids = ends.iter().map(|ends| ends.map(|v| self.original[v] as i32)).collect();
+        let points = ends.iter().map(|ends| ends.map(place)).collect();
+        let apex = |h| topology.apex(h).map_or([f64::NAN; 3], place);
+        let apexes = edges.iter().map(|e| e.half_edges().map(apex)).collect();
+        let arrays = (matrix(py, ids)?, frames(py, points)?, frames(py, apexes)?);
+        let answer = self.function.bind(py).call1(arrays)?;
+        let answer: PyReadonlyArray1<'_, f64> = answer.extract()?;
+        if answer.len() != edges.len() {
+            let message = format!(
+                "the function was asked about {} edges and said something of {}; it must return one \
+                 number for each",
+                edges.len(),
+                answer.len()
+            );
+            return Err(Failure::new("ArrayError", message).raise(py));
+        }
+        Ok(answer.as_array().to_vec())
+    }
+
+    fn of(&self, patch: &EdgePatch<'_>) -> f64 {
+        self.values.get(patch.half_edge().edge()).copied().unwrap_or(f64::NAN)
+    }
+}
+
+struct FunctionCost(Told);
+
+#[derive(Clone)]
+struct FunctionGuard(Told);
+
+struct FunctionSurcharge(Told);
+
+macro_rules! follows {
+    ($($policy:ty),+) => {
+        $(impl Policy for $policy {
+            fn prepare(&mut self, mesh: &TriMesh) {
+                self.0.prepare(mesh);
+            }
+
+            fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
+                self.0.collapsed(mesh, collapse);
+            }
+
+            fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
+                self.0.compacted(remap);
+            }
+        })+
+    };
+}
+
+follows!(FunctionCost, FunctionGuard, FunctionSurcharge);
+
+impl Cost for FunctionCost {
+    /// For the place of the vertex.
+    fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
+        Memoryless.quadric(patch)
+    }
+
+    fn cost(&self, patch: &EdgePatch<'_>, _: Option<&Quadric>, _: DVec3, _: &mut Scratch) -> f64 {
+        self.0.of(patch)
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::OneRing
+    }
+}
+
+impl Surcharge for FunctionSurcharge {
+    fn raise(&self, cost: f64, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> f64 {
+        cost * (1.0 + self.0.of(patch).max(0.0))
+    }
+
+    fn reach(&self) -> Reach {
+        Reach::OneRing
+    }
+}
+
+impl Guard for FunctionGuard {
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
+        if self.0.of(patch) > 0.0 { Ok(()) } else { Err(Refusal::Other) }
+    }
+}

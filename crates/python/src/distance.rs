@@ -1,0 +1,86 @@
+//! `curvmesh.distance`.
+
+use mesh_metric::{CertifyOptions, CompareOptions, OneSided, compare, hausdorff_bounds};
+use mesh_work::{diagonal, surface};
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::failure::Failure;
+use crate::host::{Call, run};
+use crate::length::{Given, length};
+use crate::mesh::MeshData;
+
+/// The distances between two meshes.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "one per option of Python")]
+pub(crate) fn distance<'py>(
+    py: Python<'py>,
+    call: &Call,
+    first: &MeshData,
+    second: &MeshData,
+    samples: usize,
+    exact: Option<Given>,
+    relative: bool,
+    seed: u64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let exact = length("exact", exact).map_err(|failure| failure.raise(py))?;
+    let (first, second) = (first.content(), second.content());
+    let (found, bounds, size) = run(py, call, move |watch| {
+        let a = surface(&first.model.soup).map_err(Failure::from)?;
+        let b = surface(&second.model.soup).map_err(Failure::from)?;
+        watch.check()?;
+        let size = a.bounding_box().diagonal();
+        let exact = exact.map(|length| length.in_units(relative, || diagonal(Some(size))));
+        let exact = exact.transpose()?;
+        let options = CompareOptions { samples, seed, ..CompareOptions::default() };
+        let found = compare(&a, &b, &options);
+        watch.check()?;
+        let bounds = exact.map(|tolerance| {
+            let options = CertifyOptions { tolerance, ..CertifyOptions::default() };
+            hausdorff_bounds(&a, &b, &options)
+        });
+        Ok((found, bounds, size))
+    })?;
+    let told = PyDict::new(py);
+    told.set_item("forward", side(py, &found.forward)?)?;
+    told.set_item("backward", side(py, &found.backward)?)?;
+    told.set_item("mean", found.mean())?;
+    told.set_item("rms", found.rms())?;
+    told.set_item("max", found.hausdorff())?;
+    told.set_item("diagonal", size)?;
+    let bounds = bounds.map(|proved| {
+        // A sample is a lower bound too, and may be the larger one.
+        let lower = proved.lower.max(found.hausdorff().min(proved.upper));
+        (lower, proved.upper, proved.converged)
+    });
+    told.set_item("bounds", bounds)?;
+    Ok(told)
+}
+
+fn side<'py>(py: Python<'py>, side: &OneSided) -> PyResult<Bound<'py, PyDict>> {
+    let told = PyDict::new(py);
+    told.set_item("mean", side.mean)?;
+    told.set_item("rms", side.rms)?;
+    told.set_item("max", side.max)?;
+    told.set_item("max_at", side.worst.from.to_array())?;
+    told.set_item("max_to", side.worst.to.to_array())?;
+    Ok(told)
+}
+
+/// The distance of every vertex of a mesh from another mesh.
+#[pyfunction]
+pub(crate) fn vertex_distances<'py>(
+    py: Python<'py>,
+    call: &Call,
+    from: &MeshData,
+    to: &MeshData,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (from, to) = (from.content(), to.content());
+    let found = run(py, call, move |watch| {
+        let surface = surface(&to.model.soup).map_err(Failure::from)?;
+        watch.check()?;
+        Ok(surface.distances(from.model.soup.positions()))
+    })?;
+    Ok(found.into_pyarray(py).into_any())
+}

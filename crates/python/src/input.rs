@@ -1,0 +1,137 @@
+//! NumPy arrays of any strides as the arrays of a mesh.
+
+use glam::DVec3;
+use mesh_core::PolygonSoup;
+use numpy::ndarray::ArrayView2;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::failure::Failure;
+
+/// Rows of coordinates.
+#[derive(FromPyObject)]
+pub(crate) enum Coordinates<'py> {
+    Double(PyReadonlyArray2<'py, f64>),
+    Single(PyReadonlyArray2<'py, f32>),
+}
+
+/// Rows of vertex indices.
+#[derive(FromPyObject)]
+pub(crate) enum Triangles<'py> {
+    I32(PyReadonlyArray2<'py, i32>),
+    I64(PyReadonlyArray2<'py, i64>),
+    U32(PyReadonlyArray2<'py, u32>),
+    U64(PyReadonlyArray2<'py, u64>),
+}
+
+impl Coordinates<'_> {
+    pub(crate) fn points(&self) -> Result<Vec<DVec3>, Failure> {
+        match self {
+            Self::Double(array) => points(&array.as_array()),
+            Self::Single(array) => points(&array.as_array()),
+        }
+    }
+}
+
+fn points<T: Copy + Into<f64>>(array: &ArrayView2<'_, T>) -> Result<Vec<DVec3>, Failure> {
+    check_width("vertices", array)?;
+    let point = |i: usize| DVec3::from_array([0, 1, 2].map(|k| array[[i, k]].into()));
+    Ok((0..array.nrows()).map(point).collect())
+}
+
+impl Triangles<'_> {
+    /// The corners of the triangles. What no index can be, such as -1, is refused; what is only too
+    /// large is not.
+    pub(crate) fn corners(&self) -> Result<Vec<u32>, Failure> {
+        match self {
+            Self::I32(array) => corners(&array.as_array(), |i| u32::try_from(i).ok()),
+            Self::I64(array) => corners(&array.as_array(), |i| u32::try_from(i).ok()),
+            Self::U32(array) => corners(&array.as_array(), Some),
+            Self::U64(array) => corners(&array.as_array(), |i| u32::try_from(i).ok()),
+        }
+    }
+}
+
+fn corners<T: Copy + std::fmt::Display>(
+    array: &ArrayView2<'_, T>,
+    index: impl Fn(T) -> Option<u32>,
+) -> Result<Vec<u32>, Failure> {
+    check_width("faces", array)?;
+    let mut corners = Vec::with_capacity(array.len());
+    for (face, row) in array.rows().into_iter().enumerate() {
+        for &value in row {
+            let found = index(value);
+            corners.push(found.ok_or_else(|| {
+                let message =
+                    format!("face {face} refers to vertex {value}, which no index can be");
+                Failure::new("OutOfRangeError", message).ids("faces", vec![face as u32]).count(1)
+            })?);
+        }
+    }
+    Ok(corners)
+}
+
+fn check_width<T>(what: &str, array: &ArrayView2<'_, T>) -> Result<(), Failure> {
+    if array.ncols() == 3 {
+        return Ok(());
+    }
+    let [rows, columns] = [array.nrows(), array.ncols()];
+    let message = format!("{what} have the shape ({rows}, {columns}); it must be (n, 3)");
+    Err(Failure::new("ArrayError", message))
+}
+
+/// A soup of triangles.
+pub(crate) fn triangles(points: Vec<DVec3>, corners: Vec<u32>) -> Result<PolygonSoup, Failure> {
+    let faces = corners.len() / 3;
+    let ends = (1..=faces as u64).map(|face| (3 * face) as u32).collect();
+    PolygonSoup::from_parts(points, corners, ends)
+        .map_err(|error| Failure::new("TooLargeError", error))
+}
+
+/// A soup of polygons: corners face by face, and where each face ends.
+pub(crate) fn polygons(
+    points: Vec<DVec3>,
+    corners: &PyReadonlyArray1<'_, i64>,
+    ends: &PyReadonlyArray1<'_, i64>,
+) -> Result<PolygonSoup, Failure> {
+    let whole = |what: &str, array: &PyReadonlyArray1<'_, i64>| -> Result<Vec<u32>, Failure> {
+        let values: Result<Vec<u32>, _> =
+            array.as_array().into_iter().map(|&i| u32::try_from(i)).collect();
+        values.map_err(|_| {
+            Failure::new("OutOfRangeError", format!("{what} have an entry that no index can be"))
+        })
+    };
+    PolygonSoup::from_parts(points, whole("corners", corners)?, whole("ends", ends)?)
+        .map_err(|error| Failure::new("ArrayError", error))
+}
+
+/// Refuses indices out of range and positions that are not finite.
+pub(crate) fn check(soup: &PolygonSoup) -> Result<(), Failure> {
+    const MOST: usize = 8;
+    let count = soup.vertex_count();
+    let is_bad = |face: &[u32]| face.iter().any(|&v| v as usize >= count);
+    if soup.corners().iter().any(|&v| v as usize >= count) {
+        let bad = || soup.faces().enumerate().filter(|(_, face)| is_bad(face));
+        let first: Vec<u32> = bad().take(MOST).map(|(face, _)| face as u32).collect();
+        let message = format!(
+            "face {} refers to a vertex that is not there: there are {count}; \
+             `curvmesh.repair(mesh, drop_out_of_range=True)` drops such faces",
+            first[0]
+        );
+        return Err(Failure::new("OutOfRangeError", message)
+            .ids("faces", first)
+            .count(bad().count())
+            .text("repair", "drop_out_of_range"));
+    }
+    let not_finite = || soup.positions().iter().enumerate().filter(|(_, p)| !p.is_finite());
+    if let Some((vertex, position)) = not_finite().next() {
+        let message = format!(
+            "vertex {vertex} is at {position}, which is not finite; correct the input, no repair \
+             invents coordinates"
+        );
+        return Err(Failure::new("NotFiniteError", message)
+            .ids("vertices", not_finite().take(MOST).map(|(v, _)| v as u32).collect())
+            .count(not_finite().count()));
+    }
+    Ok(())
+}

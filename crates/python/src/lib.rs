@@ -1,0 +1,67 @@
+//! The compiled part of the Python package `curvmesh`: thin functions from arrays to the libraries
+//! and back. What users see, with its documentation, is in `python/curvmesh`.
+//!
+//! Every function gives the interpreter lock back while it works ([`host`]), fails with an exception of
+//! `curvmesh._errors` ([`failure`]) and has the results of the program to the last bit, since both call the
+//! same functions of `mesh-work` and the libraries below it.
+
+mod any_policy;
+mod collapse_functions;
+mod content;
+mod curvature;
+mod data;
+mod distance;
+mod failure;
+mod flip;
+mod flip_functions;
+mod host;
+mod info;
+mod input;
+mod length;
+mod lod;
+mod mesh;
+mod options;
+mod page;
+mod patch;
+mod picture;
+mod repair;
+mod shapes;
+mod simplify;
+mod views;
+
+/// Compiled functions of `curvmesh`.
+#[pyo3::pymodule(gil_used = false)]
+mod _core {
+    #[pymodule_export]
+    use crate::curvature::{curvature, principal_directions};
+    #[pymodule_export]
+    use crate::data::{data, data_names, with_data};
+    #[pymodule_export]
+    use crate::distance::{distance, vertex_distances};
+    #[pymodule_export]
+    use crate::flip::flip;
+    #[pymodule_export]
+    use crate::host::Call;
+    #[pymodule_export]
+    use crate::info::info;
+    #[pymodule_export]
+    use crate::lod::{load_record, lod, representatives, save_record};
+    #[pymodule_export]
+    use crate::mesh::{MeshData, read, write};
+    #[pymodule_export]
+    use crate::page::page;
+    #[pymodule_export]
+    use crate::patch::{CoverData, patch};
+    #[pymodule_export]
+    use crate::picture::render;
+    #[pymodule_export]
+    use crate::repair::{repair, subdivide};
+    #[pymodule_export]
+    use crate::shapes::{polyhedron, sphere, torus};
+    #[pymodule_export]
+    use crate::simplify::{LogData, simplify};
+
+    /// The version of the package.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+}

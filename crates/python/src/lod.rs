@@ -1,0 +1,141 @@
+//! `curvmesh.lod` and `curvmesh.Record`.
+
+use std::fs::File;
+use std::io::{BufReader, Write};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use ::simplify::{CollapseLog, FinishOptions, Progress, RecordError, simplify_observed};
+use mesh_io::WriteError;
+use mesh_work::{Attributes, LevelOfDetail, LevelSteps};
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::failure::Failure;
+use crate::host::{Call, run};
+use crate::length::{Given, units};
+use crate::mesh::MeshData;
+use crate::simplify::{ChoicesGiven, LogData, RulesGiven, state};
+
+/// Levels, as they come from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct StepsGiven {
+    ratios: Vec<f64>,
+    faces: Vec<usize>,
+    errors: Vec<Given>,
+    relative: bool,
+}
+
+/// Levels of detail: from a run, or from its record.
+#[pyfunction]
+pub(crate) fn lod<'py>(
+    py: Python<'py>,
+    call: &Call,
+    mesh: &MeshData,
+    steps: StepsGiven,
+    choices: ChoicesGiven,
+    rules: RulesGiven,
+    record: Option<&LogData>,
+) -> PyResult<(Bound<'py, PyList>, LogData)> {
+    let settings = || -> Result<_, Failure> {
+        let errors =
+            steps.errors.iter().map(|e| e.length("errors")).collect::<Result<Vec<_>, _>>()?;
+        if let Some(ratio) = steps.ratios.iter().find(|r| !(0.0..=1.0).contains(*r)) {
+            return Err(Failure::option(format!("ratios has {ratio}; they must be from 0 to 1")));
+        }
+        Ok((errors, choices.choices()?, rules.rules()?))
+    };
+    let (errors, choices, rules) = settings().map_err(|failure| failure.raise(py))?;
+    let content = mesh.content();
+    let shared = Arc::clone(&content);
+    let known = record.map(|record| Arc::clone(&record.log));
+    let (levels, log) = run(py, call, move |watch| {
+        let source = shared.source()?;
+        let in_units = errors.into_iter().map(|e| units(Some(e), source.mesh, steps.relative));
+        let errors = in_units.filter_map(Result::transpose).collect::<Result<_, _>>()?;
+        let steps = LevelSteps { ratios: steps.ratios, faces: steps.faces, errors };
+        let attributes = Attributes::find(source, &rules).map_err(Failure::from)?;
+        let log = match known {
+            Some(log) => log,
+            None => {
+                let mut options = choices.options(source.mesh, steps.limits());
+                options.collapse.record = true;
+                // Levels are stages of the run, which fitting would move away from.
+                options.finish = FinishOptions::default();
+                attributes.constrain(source.mesh, &mut options);
+                if let Some(error) = steps.max_error() {
+                    options = options.within(error, choices.check());
+                }
+                let observe = &mut |now: &Progress| -> ControlFlow<()> { watch.tell(state(now)) };
+                let result = simplify_observed(source.mesh, &options, observe);
+                Arc::new(result.map_err(Failure::from)?.log)
+            }
+        };
+        watch.check()?;
+        let levels =
+            steps.levels(&log, source, &attributes, choices.check()).map_err(Failure::from)?;
+        Ok((levels, log))
+    })?;
+    let list = PyList::empty(py);
+    for LevelOfDetail { model, collapses, distance, .. } in levels {
+        let level = PyDict::new(py);
+        level.set_item("mesh", MeshData::new(model, false))?;
+        level.set_item("collapses", collapses)?;
+        level.set_item("mean", distance.mean())?;
+        level.set_item("rms", distance.rms())?;
+        level.set_item("max", distance.hausdorff())?;
+        list.append(level)?;
+    }
+    Ok((list, LogData { log, content }))
+}
+
+/// Writes the record of a run: `CURVLOD1`.
+#[pyfunction]
+pub(crate) fn save_record(
+    py: Python<'_>,
+    call: &Call,
+    record: &LogData,
+    path: PathBuf,
+) -> PyResult<()> {
+    let (log, content) = (Arc::clone(&record.log), Arc::clone(&record.content));
+    run(py, call, move |_| {
+        let mesh = &content.whole()?.mesh;
+        let write = |writer: &mut dyn Write| log.write(mesh, writer);
+        let written = mesh_io::replace_file(&path, write);
+        Ok(written.map_err(|error| Failure::from(WriteError::from(error)))?)
+    })
+}
+
+/// Reads the record of a run on this mesh.
+#[pyfunction]
+pub(crate) fn load_record(
+    py: Python<'_>,
+    call: &Call,
+    path: PathBuf,
+    mesh: &MeshData,
+) -> PyResult<LogData> {
+    let content = mesh.content();
+    let shared = Arc::clone(&content);
+    let log = run(py, call, move |_| {
+        let file = File::open(&path).map_err(RecordError::from).map_err(Failure::from)?;
+        let log = CollapseLog::read(&shared.whole()?.mesh, &mut BufReader::new(file));
+        Ok(log.map_err(Failure::from)?)
+    })?;
+    Ok(LogData { log: Arc::new(log), content })
+}
+
+/// What the vertices of the mesh have become after so many collapses.
+#[pyfunction]
+pub(crate) fn representatives<'py>(
+    py: Python<'py>,
+    record: &LogData,
+    collapses: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let whole = record.content.whole().map_err(|failure| failure.raise(py))?;
+    let of_mesh = record.log.representatives(&whole.mesh, collapses);
+    let ids = of_mesh.as_slice().iter().map(|v| v.index() as i32).collect();
+    Ok(whole.of_vertices(ids, -1).into_pyarray(py).into_any())
+}

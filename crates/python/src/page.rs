@@ -1,0 +1,162 @@
+//! `curvmesh.view`: the page on which meshes turn.
+
+use mesh_core::glam::DVec3;
+use mesh_render::ColorMap;
+use mesh_view::{Directions, Exhibit, Field, Layout, On, Page, Precision, Section};
+use numpy::{PyReadonlyArray1, PyReadonlyArray3};
+use pyo3::prelude::*;
+
+use crate::failure::{Ended, Failure};
+use crate::host::{Call, run};
+use crate::mesh::MeshData;
+use crate::picture::values;
+
+/// A mesh on the page, as it comes from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ExhibitGiven<'py> {
+    name: String,
+    mesh: PyRef<'py, MeshData>,
+    /// More values by name, of vertices or of faces.
+    values: Vec<(String, PyReadonlyArray1<'py, f64>)>,
+    /// Two directions at every vertex.
+    directions: Option<PyReadonlyArray3<'py, f64>>,
+}
+
+/// What the page starts with, as it comes from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct PageGiven {
+    title: String,
+    layout: String,
+    color: Option<String>,
+    colormap: Option<String>,
+    range: Option<[f64; 2]>,
+    smooth: Option<bool>,
+    edges: Option<bool>,
+    exact_positions: bool,
+    most_faces: usize,
+    /// Tables of names and values.
+    report: Vec<(String, Vec<(String, String)>)>,
+}
+
+struct Told {
+    name: String,
+    content: std::sync::Arc<crate::content::Content>,
+    values: Vec<(String, bool, Vec<f64>)>,
+    directions: Option<Vec<[Option<DVec3>; 2]>>,
+}
+
+impl ExhibitGiven<'_> {
+    fn told(self) -> Result<Told, Failure> {
+        let mesh = &*self.mesh;
+        let field = |(name, array): &(String, PyReadonlyArray1<'_, f64>)| {
+            let found = values(mesh, Some(array))?;
+            Ok(found.map(|(on_vertices, values)| (name.clone(), on_vertices, values)))
+        };
+        let fields = self.values.iter().map(field).collect::<Result<Vec<_>, Failure>>()?;
+        let directions = match &self.directions {
+            Some(array) => Some(directions(array, mesh.model().soup.vertex_count())?),
+            None => None,
+        };
+        let values = fields.into_iter().flatten().collect();
+        Ok(Told { name: self.name, content: mesh.content(), values, directions })
+    }
+}
+
+fn directions(
+    array: &PyReadonlyArray3<'_, f64>,
+    vertices: usize,
+) -> Result<Vec<[Option<DVec3>; 2]>, Failure> {
+    let array = array.as_array();
+    if array.shape() != [vertices, 2, 3] {
+        let message =
+            format!("directions have the shape {:?}; it must be ({vertices}, 2, 3)", array.shape());
+        return Err(Failure::new("ArrayError", message));
+    }
+    let vector = |v: usize, k: usize| {
+        let vector = DVec3::new(array[[v, k, 0]], array[[v, k, 1]], array[[v, k, 2]]);
+        Some(vector).filter(|vector| vector.is_finite())
+    };
+    Ok((0..vertices).map(|v| [vector(v, 0), vector(v, 1)]).collect())
+}
+
+/// The page as HTML.
+#[pyfunction]
+pub(crate) fn page(
+    py: Python<'_>,
+    call: &Call,
+    exhibits: Vec<ExhibitGiven<'_>>,
+    given: PageGiven,
+) -> PyResult<String> {
+    let settings = || -> Result<_, Failure> {
+        let layouts = Layout::ALL.iter().map(|&layout| (layout.name(), layout)).collect::<Vec<_>>();
+        let layout = crate::failure::choose("layout", &given.layout, &layouts)?;
+        let map = given.colormap.as_deref().map(str::parse::<ColorMap>).transpose();
+        let told = exhibits.into_iter().map(ExhibitGiven::told).collect::<Result<Vec<_>, _>>()?;
+        Ok((layout, map.map_err(Failure::option)?, told))
+    };
+    let (layout, map, told) = settings().map_err(|failure| failure.raise(py))?;
+    run(py, call, move |watch| {
+        let exhibits = told.into_iter().map(exhibit).collect::<Result<Vec<_>, Ended>>()?;
+        watch.check()?;
+        let mut page = Page::new(given.title, exhibits);
+        page.layout = layout;
+        page.most_faces = given.most_faces.max(1);
+        if given.exact_positions {
+            page.precision = Precision::Single;
+        }
+        page.start.map = map;
+        page.start.range = given.range;
+        page.start.smooth = given.smooth;
+        page.start.edges = given.edges;
+        page.start.color = given.color.map(|color| key(&page, color)).transpose()?;
+        page.report =
+            given.report.into_iter().map(|(title, rows)| Section::of_rows(&title, rows)).collect();
+        Ok(page.to_html().map_err(Failure::from)?)
+    })
+}
+
+fn exhibit(told: Told) -> Result<Exhibit, Ended> {
+    let Told { name, content, values, directions } = told;
+    let mut exhibit = Exhibit::of_model(name, &content.model, |_| None).map_err(Failure::from)?;
+    let numbers = exhibit.face_numbers.clone();
+    for (name, on_vertices, values) in values {
+        exhibit.fields.retain(|field| field.name != name);
+        // Values of polygons are those of their triangles.
+        let (on, values) = match (&numbers, on_vertices) {
+            (_, true) => (On::Vertices, values),
+            (None, false) => (On::Faces, values),
+            (Some(of), false) => (On::Faces, of.iter().map(|&f| values[f as usize]).collect()),
+        };
+        exhibit.fields.push(Field::new(name, on, values));
+    }
+    if let Some(directions) = directions {
+        let set = |name: &str, color, k: usize| Directions {
+            name: name.into(),
+            color,
+            vectors: directions.iter().map(|pair| pair[k]).collect(),
+            shown: false,
+        };
+        exhibit.directions = vec![
+            set("Direction of k1", [200, 30, 40], 0),
+            set("Direction of k2", [25, 80, 190], 1),
+        ];
+    }
+    Ok(exhibit)
+}
+
+/// What the page calls a field of this name.
+fn key(page: &Page, color: String) -> Result<String, Failure> {
+    let fields = || page.exhibits.iter().flat_map(|exhibit| &exhibit.fields);
+    if let Some(field) = fields().find(|field| field.name == color) {
+        return Ok(field.key());
+    }
+    if ["plain", "material", "vertexColors", "faceColors"].contains(&&*color) {
+        return Ok(color);
+    }
+    let mut names: Vec<&str> = fields().map(|field| &*field.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    Err(Failure::option(format!("there is no data {color:?}; there are {names:?} and \"plain\"")))
+}

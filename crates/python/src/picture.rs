@@ -1,0 +1,175 @@
+//! `curvmesh.render`.
+
+use mesh_core::glam::DVec3;
+use mesh_render::{
+    ColorBar, ColorMap, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style, View,
+    render as draw, sheet,
+};
+use mesh_work::Painting;
+use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::failure::{Ended, Failure};
+use crate::host::{Call, run};
+use crate::mesh::MeshData;
+use crate::options::angle;
+
+/// From where a mesh is seen.
+#[derive(FromPyObject)]
+pub(crate) enum Directions {
+    Vector([f64; 3]),
+    Sides(Vec<String>),
+}
+
+/// How a mesh is drawn, as it comes from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct StyleGiven {
+    direction: Directions,
+    up: [f64; 3],
+    size: [u32; 2],
+    edges: f64,
+    outlines: f64,
+    crease: Option<f64>,
+    smooth: bool,
+    transparent: bool,
+    supersampling: u32,
+    plain: bool,
+    label: String,
+    colormap: Option<String>,
+    range: String,
+    log: bool,
+    bar: bool,
+}
+
+enum Seen {
+    From(DVec3, DVec3),
+    Sides(Vec<Side>),
+}
+
+/// The options that numbers become colours by.
+pub(crate) fn scale_options(
+    colormap: Option<&str>,
+    range: &str,
+    log: bool,
+) -> Result<ScaleOptions, Failure> {
+    let colors = colormap.map(str::parse::<ColorMap>).transpose().map_err(Failure::option)?;
+    let range = range.parse::<Range>().map_err(Failure::option)?;
+    Ok(ScaleOptions { colors, range, signed: false, log })
+}
+
+impl StyleGiven {
+    fn seen(&self) -> Result<Seen, Failure> {
+        let vector = |name: &str, [x, y, z]: [f64; 3]| match DVec3::new(x, y, z) {
+            v if v.is_finite() && v != DVec3::ZERO => Ok(v),
+            _ => {
+                Err(Failure::option(format!("{name} must have three finite numbers, not all zero")))
+            }
+        };
+        let side = |name: &String| {
+            let found = Side::ALL.iter().copied().find(|side| side.name() == name);
+            found.ok_or_else(|| {
+                let names: Vec<_> = Side::ALL.iter().map(|side| side.name()).collect();
+                Failure::option(format!(
+                    "there is no side {name:?}; there are {}",
+                    names.join(", ")
+                ))
+            })
+        };
+        match &self.direction {
+            Directions::Vector(toward) => {
+                Ok(Seen::From(vector("direction", *toward)?, vector("up", self.up)?))
+            }
+            Directions::Sides(names) => {
+                Ok(Seen::Sides(names.iter().map(side).collect::<Result<_, _>>()?))
+            }
+        }
+    }
+
+    fn style(&self) -> Result<Style, Failure> {
+        Ok(Style {
+            size: self.size,
+            smooth: self.smooth,
+            edge_width: self.edges,
+            silhouette_width: self.outlines,
+            crease: angle("crease", self.crease)?,
+            background: (!self.transparent).then_some([255; 3]),
+            supersampling: self.supersampling,
+            ..Style::default()
+        })
+    }
+}
+
+/// The values of vertices or faces that are to be shown.
+pub(crate) fn values(
+    mesh: &MeshData,
+    values: Option<&PyReadonlyArray1<'_, f64>>,
+) -> Result<Option<(bool, Vec<f64>)>, Failure> {
+    let Some(values) = values else { return Ok(None) };
+    let soup = &mesh.model().soup;
+    let (found, vertices, faces) = (values.len(), soup.vertex_count(), soup.face_count());
+    if found != vertices && found != faces {
+        let message = format!(
+            "there are {found} values, but {vertices} vertices and {faces} faces; give one for each \
+             vertex or for each face"
+        );
+        return Err(Failure::new("ArrayError", message));
+    }
+    Ok(Some((found == vertices, values.as_array().to_vec())))
+}
+
+/// A picture: PNG bytes, and its pixels.
+#[pyfunction]
+pub(crate) fn render<'py>(
+    py: Python<'py>,
+    call: &Call,
+    mesh: &MeshData,
+    shown: Option<PyReadonlyArray1<'py, f64>>,
+    style: StyleGiven,
+) -> PyResult<(Bound<'py, PyBytes>, Bound<'py, PyAny>, Option<[f64; 2]>)> {
+    let settings = || -> Result<_, Failure> {
+        let scale = scale_options(style.colormap.as_deref(), &style.range, style.log)?;
+        Ok((values(mesh, shown.as_ref())?, style.seen()?, style.style()?, scale))
+    };
+    let (shown, seen, how, scale) = settings().map_err(|failure| failure.raise(py))?;
+    let content = mesh.content();
+    let (png, picture, range) = run(py, call, move |_| -> Result<_, Ended> {
+        let source = content.source()?;
+        let painting = match &shown {
+            Some((true, values)) => Painting::of_vertex_values(source, values, scale),
+            Some((false, values)) => Painting::of_face_values(source, values, scale),
+            None if style.plain => Painting::Plain,
+            None => Painting::of_content(source, |_| None).map_err(Failure::from)?,
+        };
+        let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
+        let from = |toward, up| -> Result<Picture, Ended> {
+            let view = View::of(source.mesh, toward, up);
+            let view = view.ok_or_else(|| Failure::cannot("the mesh has no faces"))?;
+            Ok(draw(&scene, &view, &how).map_err(Failure::from)?)
+        };
+        let mut picture = match seen {
+            Seen::From(toward, up) => from(toward, up)?,
+            Seen::Sides(sides) if sides.len() == 1 => from(sides[0].toward(), sides[0].up())?,
+            Seen::Sides(sides) => {
+                let view = |side: &Side| -> Result<_, Ended> {
+                    Ok((from(side.toward(), side.up())?, side.name().to_owned()))
+                };
+                let views = sides.iter().map(view).collect::<Result<Vec<_>, Ended>>()?;
+                let options = SheetOptions { background: how.background, ..Default::default() };
+                sheet(&views, &options).map_err(Failure::from)?
+            }
+        };
+        let scale = painting.scale();
+        if let Some(scale) = scale.filter(|_| style.bar) {
+            let bar = ColorBar::new(scale, style.label.clone());
+            picture = bar.beside(&picture, how.background).map_err(Failure::from)?;
+        }
+        let png = picture.to_png().map_err(Failure::from)?;
+        Ok((png, picture, scale.map(|scale| [scale.low, scale.high])))
+    })?;
+    let shape = [picture.height() as usize, picture.width() as usize, 4];
+    let pixels: Vec<u8> = picture.pixels().as_flattened().to_vec();
+    let pixels = pixels.into_pyarray(py).reshape(shape)?.into_any();
+    Ok((PyBytes::new(py, &png), pixels, range))
+}

@@ -1,0 +1,247 @@
+//! `curvmesh.simplify`.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+use ::simplify::{
+    CollapseLog, Limits, LogEntry, Options, Phase, PlacementRule, Preset, Progress, Simplified,
+    simplify_observed, simplify_with,
+};
+use mesh_work::{AttributeRules, Attributes, Choices};
+use numpy::IntoPyArray;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::collapse_functions::CollapseFunctions;
+use crate::content::Content;
+use crate::failure::{Ended, Failure, choose};
+use crate::host::{Call, State, Watch, run};
+use crate::length::{Given, length, units};
+use crate::mesh::MeshData;
+use crate::options::{angle, not_negative, seconds};
+use crate::views::signed;
+
+const PLACEMENTS: &[(&str, PlacementRule)] = &[
+    ("optimal-volume", PlacementRule::OptimalVolume),
+    ("optimal", PlacementRule::Optimal),
+    ("endpoint", PlacementRule::Endpoint),
+    ("midpoint", PlacementRule::Midpoint),
+    ("butterfly", PlacementRule::Butterfly),
+];
+
+/// What is changed of a preset, as it comes from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ChoicesGiven {
+    preset: String,
+    placement: Option<String>,
+    curvature_weight: Option<f64>,
+    fit_rounds: Option<usize>,
+    lock_boundary: bool,
+    feature_angle: Option<f64>,
+    no_intersections: bool,
+    min_component_vertices: Option<usize>,
+    verify: bool,
+    seed: u64,
+}
+
+impl ChoicesGiven {
+    pub(crate) fn choices(&self) -> Result<Choices, Failure> {
+        let placement = self.placement.as_deref();
+        Ok(Choices {
+            preset: self.preset.parse::<Preset>().map_err(Failure::option)?,
+            placement: placement.map(|name| choose("placement", name, PLACEMENTS)).transpose()?,
+            curvature_weight: not_negative("curvature_weight", self.curvature_weight)?,
+            fit_rounds: self.fit_rounds,
+            lock_boundary: self.lock_boundary,
+            feature_angle: angle("feature_angle", self.feature_angle)?,
+            no_intersections: self.no_intersections,
+            min_component_vertices: self.min_component_vertices,
+            verify: self.verify,
+            seed: self.seed,
+        })
+    }
+}
+
+/// What becomes of attributes, as it comes from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct RulesGiven {
+    attribute_weight: f64,
+    normal_weight: f64,
+    crease_angle: f64,
+    keep_creases: bool,
+    attributes: bool,
+}
+
+impl RulesGiven {
+    pub(crate) fn rules(&self) -> Result<AttributeRules, Failure> {
+        let given = AttributeRules::default();
+        let weight = |option, value| not_negative(option, Some(value));
+        Ok(AttributeRules {
+            attribute_weight: weight("attribute_weight", self.attribute_weight)?
+                .unwrap_or(given.attribute_weight),
+            normal_weight: weight("normal_weight", self.normal_weight)?
+                .unwrap_or(given.normal_weight),
+            crease_angle: angle("crease_angle", Some(self.crease_angle))?
+                .unwrap_or(given.crease_angle),
+            keep_creases: self.keep_creases,
+            carry: self.attributes,
+        })
+    }
+}
+
+/// When to stop, as it comes from Python.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct TargetsGiven {
+    faces: Option<usize>,
+    vertices: Option<usize>,
+    ratio: Option<f64>,
+    max_error: Option<Given>,
+    max_cost: Option<f64>,
+    time_limit: Option<f64>,
+    relative: bool,
+}
+
+/// The collapses of a run, with the mesh that they belong to.
+#[pyclass(frozen, module = "curvmesh._core")]
+pub(crate) struct LogData {
+    pub(crate) log: Arc<CollapseLog>,
+    pub(crate) content: Arc<Content>,
+}
+
+#[pymethods]
+impl LogData {
+    fn __len__(&self) -> usize {
+        self.log.len()
+    }
+
+    /// The collapses as columns.
+    fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let entries = self.log.entries();
+        let found = PyDict::new(py);
+        let ids =
+            |of: fn(&LogEntry) -> u32| signed(entries.iter().map(of).collect()).into_pyarray(py);
+        found.set_item("removed", ids(|e| e.removed.get()))?;
+        found.set_item("kept", ids(|e| e.kept.get()))?;
+        found.set_item("faces_before", ids(|e| e.faces_before))?;
+        let costs: Vec<f64> = entries.iter().map(|e| e.cost).collect();
+        found.set_item("cost", costs.into_pyarray(py))?;
+        let positions = entries.iter().map(|e| e.position).collect();
+        found.set_item("position", crate::views::points(py, positions)?)?;
+        Ok(found)
+    }
+}
+
+/// Where a run of collapses is.
+pub(crate) fn state(now: &Progress) -> State {
+    let Progress { phase, faces_before, faces, face_target, collapses } = *now;
+    let whole = faces_before.saturating_sub(face_target).max(1) as f64;
+    let collapsed = faces_before.saturating_sub(faces) as f64 / whole;
+    // What comes after the collapses has no end that is known before.
+    let fraction = match phase {
+        Phase::Collapse => 0.5 * collapsed,
+        Phase::Search | Phase::Fit => 0.6,
+        Phase::Anneal => 0.7,
+        Phase::Peaks | Phase::Squeeze => 0.8,
+        _ => 0.9,
+    };
+    State { phase: phase.name(), fraction, faces: Some(faces), steps: collapses as u64, cost: None }
+}
+
+struct Done {
+    mesh: MeshData,
+    result: Simplified,
+    map: Vec<i32>,
+}
+
+/// Simplifies a mesh.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "groups of options of Python")]
+pub(crate) fn simplify<'py>(
+    py: Python<'py>,
+    call: &Call,
+    mesh: &MeshData,
+    targets: TargetsGiven,
+    choices: ChoicesGiven,
+    rules: RulesGiven,
+    cost: Option<Py<PyAny>>,
+    weight: Option<Py<PyAny>>,
+    guard: Option<Py<PyAny>>,
+) -> PyResult<(MeshData, Bound<'py, PyDict>)> {
+    let settings = || -> Result<_, Failure> {
+        let max_error = length("max_error", targets.max_error)?;
+        let limits = Limits {
+            faces: targets.faces,
+            vertices: targets.vertices,
+            ratio: targets.ratio,
+            cost: targets.max_cost,
+            collapses: None,
+            time: seconds("time_limit", targets.time_limit)?,
+        };
+        Ok((limits, max_error, choices.choices()?, rules.rules()?))
+    };
+    let (limits, max_error, choices, rules) = settings().map_err(|f| f.raise(py))?;
+    let content = mesh.content();
+    let shared = Arc::clone(&content);
+    let functions = CollapseFunctions { cost, weight, guard };
+    let done = run(py, call, move |watch| {
+        let content = shared;
+        let whole = content.whole()?;
+        let source = content.source()?;
+        let attributes = Attributes::find(source, &rules).map_err(Failure::from)?;
+        let mut options: Options = choices.options(&whole.mesh, limits);
+        options.collapse.record = true;
+        attributes.constrain(&whole.mesh, &mut options);
+        if let Some(error) = units(max_error, &whole.mesh, targets.relative)? {
+            options = options.within(error, choices.check());
+        }
+        let result = reduce(&whole.mesh, &options, functions, watch)?;
+        let model =
+            attributes.carry(source, &result.mesh, &result.vertex_map).map_err(Failure::from)?;
+        let map = result.vertex_map.as_slice().iter();
+        let map = map.map(|v| v.map_or(-1, |v| v.index() as i32)).collect();
+        Ok(Done { mesh: MeshData::new(model, false), map: whole.of_vertices(map, -1), result })
+    })?;
+    report(py, done, content)
+}
+
+fn reduce(
+    mesh: &mesh_core::TriMesh,
+    options: &Options,
+    functions: CollapseFunctions,
+    watch: &Arc<Watch>,
+) -> Result<Simplified, Ended> {
+    let observe = &mut |now: &Progress| -> ControlFlow<()> { watch.tell(state(now)) };
+    let result = if functions.is_none() {
+        simplify_observed(mesh, options, observe)
+    } else {
+        let (policies, options) = functions.policies(options, watch)?;
+        simplify_with(mesh, policies, &options, observe)
+    };
+    Ok(result.map_err(Failure::from)?)
+}
+
+fn report<'py>(
+    py: Python<'py>,
+    done: Done,
+    content: Arc<Content>,
+) -> PyResult<(MeshData, Bound<'py, PyDict>)> {
+    let Done { mesh, result, map } = done;
+    let found = PyDict::new(py);
+    found.set_item("vertex_map", map.into_pyarray(py))?;
+    found.set_item("stop", result.stop.name())?;
+    found.set_item("max_cost", result.max_cost)?;
+    found.set_item("error", result.error.map(|e| (e.lower, e.upper)))?;
+    found.set_item("boundary_shift", result.boundary_shift)?;
+    let refused = PyDict::new(py);
+    for (reason, count) in result.refusals.iter() {
+        refused.set_item(reason.name(), count)?;
+    }
+    found.set_item("refused", refused)?;
+    let fit = result.fit.map(|fit| (fit.rounds, fit.flips, fit.rms_before, fit.rms_last));
+    found.set_item("fit", fit)?;
+    found.set_item("log", LogData { log: Arc::new(result.log), content })?;
+    Ok((mesh, found))
+}

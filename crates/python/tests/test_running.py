@@ -1,0 +1,225 @@
+"""Interrupts, threads, progress, memory and the time to import."""
+
+from __future__ import annotations
+
+import _thread
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import curvmesh as cm
+
+LONG: list[tuple[str, Callable[[cm.Mesh], object]]] = [
+    ("simplify", lambda m: cm.simplify(m, ratio=0.01, preset="quality")),
+    ("error", lambda m: cm.simplify(m, max_error="0.05%", verify=True)),
+    ("lod", lambda m: cm.lod(m, ratios=[0.5, 0.1, 0.01])),
+    ("flip", lambda m: cm.flip(m, cost="f1", look_ahead=3)),
+    ("anneal", lambda m: cm.flip(m, cost="f2", anneal_steps=500)),
+    ("face", lambda m: cm.curvature(m, estimator="face", radius="3%")),
+    ("ball", lambda m: cm.curvature(m, estimator="ball", radius="4%")),
+    ("distance", lambda m: cm.distance(m, cm.shapes.sphere(7), samples=5_000_000)),
+    ("exact", lambda m: cm.distance(m, cm.shapes.sphere(7), samples=1000, exact="0.002%")),
+    ("patch", lambda m: cm.patch(m, tolerance="0.1%")),
+    ("subdivide", lambda m: cm.subdivide(m, steps=2)),
+    ("view", lambda m: cm.view(*[m] * 8)),
+    ("function", lambda m: cm.simplify(m, ratio=0.1, cost=lambda edges: edges.lengths)),
+]
+
+
+@pytest.mark.parametrize("work", [work for _, work in LONG], ids=[name for name, _ in LONG])
+def test_an_interrupt_ends_every_long_call(work: Callable[[cm.Mesh], object], large: cm.Mesh) -> None:
+    # Built before, so that it is the work itself that is interrupted.
+    cm.curvature(large)
+    sent = [0.0]
+
+    def send() -> None:
+        sent[0] = time.perf_counter()
+        signal.raise_signal(signal.SIGINT) if os.name == "nt" else os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.25, send)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        work(large)
+        # A quick machine may be done by now; then it is this that is interrupted.
+        time.sleep(5)
+    waited = time.perf_counter() - sent[0]
+    timer.join()
+    # A tenth of a second, and as much as a busy machine may add.
+    assert waited < 1.5, waited
+
+
+def test_the_best_so_far_is_kept_on_demand(large: cm.Mesh) -> None:
+    timer = threading.Timer(0.3, _thread.interrupt_main)
+    timer.start()
+    small = cm.simplify(large, faces=100, preset="fast", keep_partial=True)
+    timer.join()
+    assert small.stop in ("cancelled", "faces")
+    small.mesh.validate()
+
+
+def test_a_callback_ends_the_run(large: cm.Mesh) -> None:
+    states: list[cm.State] = []
+
+    def stop(state: cm.State) -> bool:
+        states.append(state)
+        return len(states) < 3
+
+    small = cm.simplify(large, faces=100, preset="fast", callback=stop)
+    assert small.stop == "cancelled" and small.mesh.face_count > 100
+    assert states[0].phase == "collapse" and states[0].faces is not None
+    flipped = cm.flip(large, cost="f1", callback=lambda state: False)
+    assert flipped.stop == "cancelled"
+
+
+def test_progress_is_told_and_exceptions_come_back(large: cm.Mesh) -> None:
+    fractions: list[float] = []
+    cm.simplify(large, ratio=0.3, preset="fast", progress=fractions.append)
+    assert fractions == sorted(fractions) and fractions[-1] == 1.0
+
+    def angry(_: float) -> None:
+        raise RuntimeError("no more")
+
+    with pytest.raises(RuntimeError, match="no more"):
+        cm.flip(large, cost="f1", look_ahead=2, progress=angry)
+
+
+def test_a_bar_is_shown(bumpy: cm.Mesh, capsys: pytest.CaptureFixture[str]) -> None:
+    cm.simplify(bumpy, faces=500, progress=True)
+    assert "simplifying" in capsys.readouterr().err
+
+
+def test_eight_threads_on_one_mesh(bumpy: cm.Mesh) -> None:
+    mesh = bumpy.copy()
+
+    def work(number: int) -> Any:
+        small = cm.simplify(mesh, faces=400 + 100 * (number % 4), threads=1 + number % 3)
+        k = cm.curvature(mesh)
+        d = cm.distance(mesh, small.mesh, samples=5_000)
+        return small.mesh.faces.tobytes(), k.mean.tobytes(), d.max
+
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(work, range(32)))
+    for number in range(4, 32):
+        assert found[number] == found[number % 4]
+
+
+def test_other_threads_go_on(large: cm.Mesh) -> None:
+    count = [0]
+    done = threading.Event()
+
+    def tick() -> None:
+        while not done.is_set():
+            count[0] += 1
+            time.sleep(0.001)
+
+    ticker = threading.Thread(target=tick)
+    ticker.start()
+    start = time.perf_counter()
+    cm.simplify(large, ratio=0.2, preset="fast")
+    seconds = time.perf_counter() - start
+    done.set()
+    ticker.join()
+    assert count[0] > 20 * min(seconds, 1)
+
+
+def resident() -> int:
+    """Resident memory in bytes."""
+    pages = Path("/proc/self/statm").read_text().split()[1]
+    return int(pages) * os.sysconf("SC_PAGESIZE")
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
+def test_nothing_leaks_over_a_thousand_calls() -> None:
+    ball = cm.shapes.sphere(3)
+
+    def work() -> None:
+        mesh = cm.Mesh(ball.vertices, ball.faces)
+        mesh.vertex_data["x"] = mesh.vertices[:, 0]
+        small = cm.simplify(mesh, faces=300, preset="fast", callback=lambda state: None)
+        cm.curvature(small.mesh).directions.sum()
+        cm.flip(small.mesh, cost=cm.FaceCost(lambda t: t[:, 0, 0], 1), max_flips=3)
+        cm.distance(mesh, small.mesh, samples=100)
+        try:
+            cm.Mesh(ball.vertices, ball.faces + 9999)
+        except cm.OutOfRangeError:
+            pass
+
+    def after(calls: int) -> int:
+        for _ in range(calls):
+            work()
+        gc.collect()
+        return resident()
+
+    after(200)
+    before = resident()
+    grown = after(1000) - before
+    assert grown < 8e6, grown
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="memory is read from /proc")
+def test_arrays_are_copied_once() -> None:
+    """What a mesh of arrays takes is what it holds: positions, corners and ends, and no second copy."""
+    code = """
+import resource, numpy as np, curvmesh as cm
+ball = cm.shapes.sphere(8)
+v, f = ball.vertices.copy(), ball.faces.copy()
+del ball
+held = lambda: int(open('/proc/self/status').read().split('VmHWM:')[1].split()[0]) * 1024
+open('/proc/self/clear_refs', 'w').write('5')
+before = held()
+mesh = cm.Mesh(v, f)
+grown = held() - before
+print(grown / (v.nbytes + f.nbytes + 4 * len(f)))
+"""
+    try:
+        found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    except subprocess.CalledProcessError as error:
+        if "clear_refs" in error.stderr:
+            pytest.skip("the peak of memory cannot be reset here")
+        raise
+    assert float(found.stdout) < 1.4, found.stdout
+
+
+def test_import_is_quick_and_imports_little() -> None:
+    code = """
+import sys, time
+start = time.perf_counter()
+import curvmesh
+print(time.perf_counter() - start)
+print(*[name for name in ("numpy", "trimesh", "open3d", "pyvista", "meshio", "tqdm") if name in sys.modules])
+"""
+    runs = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        for _ in range(5)
+    ]
+    assert not runs[0].stdout.splitlines()[1:] or runs[0].stdout.splitlines()[1] == ""
+    seconds = min(float(run.stdout.split()[0]) for run in runs)
+    assert seconds < 0.03, seconds
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_a_forked_process_works(bumpy: cm.Mesh) -> None:
+    expected = cm.simplify(bumpy, faces=500).mesh.faces.sum()
+    child = os.fork()
+    if child == 0:
+        right = cm.simplify(bumpy, faces=500).mesh.faces.sum() == expected
+        os._exit(0 if right else 1)
+    _, status = os.waitpid(child, 0)
+    assert status == 0
+
+
+def test_all_that_is_exported_is_documented() -> None:
+    for name in cm.__all__:
+        assert name == "__version__" or getattr(cm, name).__doc__, name
+    assert np.all([name in dir(cm) for name in cm.__all__])

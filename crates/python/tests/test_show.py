@@ -1,0 +1,83 @@
+"""Pictures, pages, and what shows itself in a notebook."""
+
+from __future__ import annotations
+
+import html
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import curvmesh as cm
+
+
+def test_a_picture_shows_values(bumpy: cm.Mesh, tmp_path: Path) -> None:
+    k = cm.curvature(bumpy)
+    picture = cm.render(bumpy, k.mean, size=(200, 160), label="H", range=(-1.0, 1.0))
+    assert picture.pixels.shape[0] == 160 and picture.pixels.shape[1] > 200
+    assert picture.range == (-1.0, 1.0)
+    assert len(np.unique(picture.pixels.reshape(-1, 4), axis=0)) > 500
+    picture.save(tmp_path / "picture.png")
+    assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+    of_faces = cm.render(bumpy, np.arange(bumpy.face_count), size=(90, 90), bar=False)
+    assert of_faces.pixels.shape == (90, 90, 4)
+    sheet = cm.render(bumpy, direction=["front", "top"], size=(80, 80), transparent=True)
+    assert sheet.pixels.shape[1] > 160 and (sheet.pixels[..., 3] == 0).any()
+    with pytest.raises(cm.ArrayError):
+        cm.render(bumpy, [1.0, 2.0])
+    for options in ({"direction": "below"}, {"colormap": "grey"}, {"range": "some"}, {"values": "none"}):
+        with pytest.raises(cm.OptionError):
+            cm.render(bumpy, **options)  # type: ignore[arg-type]
+
+
+def test_a_page_turns_meshes(bumpy: cm.Mesh, tmp_path: Path) -> None:
+    small = cm.simplify(bumpy, faces=500)
+    d = cm.distance(small.mesh, bumpy, samples=1000)
+    page = cm.view(
+        bumpy, small.mesh, values=[{}, {"distance": d.of_vertices}], color="distance", report={"faces": 500}
+    )
+    page.save(tmp_path / "page.html")
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert text == page.html and "distance" in text and "<script" in text
+    assert "://" not in text.replace("http://www.w3.org", "")
+    framed = page._repr_html_()
+    assert "<iframe" in framed and "<script" not in framed and framed.isascii()
+    inside = re.search('srcdoc="(.*?)"', framed, re.DOTALL)
+    assert inside is not None and html.unescape(inside[1]) == page.html
+    k = cm.view(cm.curvature(bumpy))
+    assert "shape_index" in k.html and "Direction of k1" in k.html
+    broken = cm.Mesh(bumpy.vertices, np.vstack([bumpy.faces, bumpy.faces[:1]]))
+    assert cm.view(broken).html
+    with pytest.raises(cm.OptionError):
+        cm.view(bumpy, color="nothing")
+    with pytest.raises(cm.OptionError):
+        cm.view()
+
+
+def test_hostile_names_do_nothing() -> None:
+    mesh = cm.shapes.octahedron()
+    mesh.vertex_data["<script>alert(1)</script>"] = np.arange(6)
+    assert "<script>alert" not in cm.view(mesh, names=["</title><script>alert(1)</script>"]).html
+    assert "<script>" not in mesh._repr_html_()
+
+
+def test_notebooks_show_meshes_and_reports(bumpy: cm.Mesh) -> None:
+    shown = bumpy._repr_html_()
+    assert "data:image/png;base64," in shown and "5,120" in shown
+    broken = cm.Mesh(bumpy.vertices, np.vstack([bumpy.faces, bumpy.faces[:1]]))
+    assert "drop_duplicates" in broken._repr_html_() and "data:image" not in broken._repr_html_()
+    small = cm.simplify(bumpy, faces=500)
+    reports: list[Any] = [
+        small,
+        cm.curvature(bumpy),
+        cm.flip(small.mesh),
+        cm.distance(bumpy, small.mesh, samples=1000),
+        cm.patch(small.mesh, tolerance="2%"),
+        cm.info(bumpy),
+        cm.repair(broken),
+        cm.lod(bumpy, ratios=[0.5]),
+    ]
+    for report in reports:
+        assert "<table>" in report._repr_html_() and len(repr(report)) > 20

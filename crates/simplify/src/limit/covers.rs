@@ -1,0 +1,119 @@
+//! Which triangles belong to which faces, in linked lists both ways.
+
+use mesh_core::{FaceId, Handle};
+
+/// Pairs of a triangle and a face. A face gives all of its triangles up at once.
+pub(super) struct Covers {
+    of_face: Vec<u32>,
+    of_triangle: Vec<u32>,
+    pairs: Vec<Pair>,
+    /// A list of pairs that are free again, by their triangles' lists.
+    free: u32,
+}
+
+#[derive(Clone, Copy)]
+struct Pair {
+    triangle: u32,
+    face: u32,
+    /// The next one of the same face, and of the same triangle.
+    next_of_face: u32,
+    next_of_triangle: u32,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Covers {
+    pub(super) fn new(faces: usize, triangles: usize) -> Self {
+        let (of_face, of_triangle) = (vec![NONE; faces], vec![NONE; triangles]);
+        Self { of_face, of_triangle, pairs: Vec::new(), free: NONE }
+    }
+
+    /// Adds a pair that is not there yet.
+    pub(super) fn add(&mut self, triangle: u32, face: FaceId) {
+        let (first_of_face, first_of_triangle) =
+            (&mut self.of_face[face.index()], &mut self.of_triangle[triangle as usize]);
+        let face = face.index() as u32;
+        let (next_of_face, next_of_triangle) = (*first_of_face, *first_of_triangle);
+        let pair = Pair { triangle, face, next_of_face, next_of_triangle };
+        let place = match self.free {
+            NONE => {
+                self.pairs.push(pair);
+                self.pairs.len() as u32 - 1
+            }
+            place => {
+                self.free = self.pairs[place as usize].next_of_triangle;
+                self.pairs[place as usize] = pair;
+                place
+            }
+        };
+        (*first_of_face, *first_of_triangle) = (place, place);
+    }
+
+    pub(super) fn of_face(&self, face: FaceId) -> impl Iterator<Item = u32> + '_ {
+        let following = |&i: &u32| some(self.pairs[i as usize].next_of_face);
+        core::iter::successors(some(self.of_face[face.index()]), following)
+            .map(|i| self.pairs[i as usize].triangle)
+    }
+
+    pub(super) fn of_triangle(&self, triangle: u32) -> impl Iterator<Item = FaceId> + '_ {
+        let following = |&i: &u32| some(self.pairs[i as usize].next_of_triangle);
+        core::iter::successors(some(self.of_triangle[triangle as usize]), following)
+            .map(|i| FaceId::from_index(self.pairs[i as usize].face as usize))
+    }
+
+    /// Removes all pairs of a face.
+    pub(super) fn clear(&mut self, face: FaceId) {
+        let mut next = core::mem::replace(&mut self.of_face[face.index()], NONE);
+        while next != NONE {
+            let place = next;
+            let Pair { triangle, next_of_face, next_of_triangle, .. } = self.pairs[place as usize];
+            next = next_of_face;
+            // Few faces have the same triangle.
+            let mut before = self.of_triangle[triangle as usize];
+            if before == place {
+                self.of_triangle[triangle as usize] = next_of_triangle;
+            } else {
+                while self.pairs[before as usize].next_of_triangle != place {
+                    before = self.pairs[before as usize].next_of_triangle;
+                }
+                self.pairs[before as usize].next_of_triangle = next_of_triangle;
+            }
+            self.pairs[place as usize].next_of_triangle = self.free;
+            self.free = place;
+        }
+    }
+}
+
+fn some(place: u32) -> Option<u32> {
+    Some(place).filter(|&place| place != NONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_found_from_both_sides_until_the_face_gives_them_up() {
+        let mut covers = Covers::new(4, 3);
+        let face = FaceId::from_index;
+        for (triangle, f) in [(0, 0), (0, 1), (0, 2), (1, 1), (2, 1), (2, 3)] {
+            covers.add(triangle, face(f));
+        }
+        covers.clear(face(1));
+        let faces = |covers: &Covers, t| {
+            let mut faces: Vec<usize> = covers.of_triangle(t).map(Handle::index).collect();
+            faces.sort_unstable();
+            faces
+        };
+        assert_eq!([0, 1, 2].map(|t| faces(&covers, t)), [vec![0, 2], vec![], vec![3]]);
+        assert_eq!(covers.of_face(face(1)).count(), 0);
+        // What was given up is used again.
+        covers.add(1, face(2));
+        covers.add(0, face(3));
+        assert_eq!(covers.pairs.len(), 6);
+        assert_eq!([0, 1, 2].map(|t| faces(&covers, t)), [vec![0, 2, 3], vec![2], vec![3]]);
+        let mut of_two: Vec<u32> = covers.of_face(face(2)).collect();
+        of_two.sort_unstable();
+        assert_eq!(of_two, [0, 1]);
+    }
+}

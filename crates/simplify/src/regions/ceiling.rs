@@ -1,0 +1,66 @@
+//! The cost up to which regions are collapsed, so that together they leave as many faces as wanted.
+
+use crate::regions::rules::Rules;
+use crate::regions::waiting::{BUCKETS, bucket};
+
+/// A cost up to which all regions of a pass are collapsed, to a ninth part of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Ceiling(usize);
+
+/// How many faces a region has, and how many of them go at which costs.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Forecast {
+    faces: u64,
+    /// By bucket, from the cheapest up.
+    gone: Vec<(usize, u32)>,
+}
+
+impl Forecast {
+    pub(super) fn of(faces: usize) -> Self {
+        Self { faces: faces as u64, gone: Vec::new() }
+    }
+
+    pub(super) fn add(&mut self, bucket: usize, faces: u32) {
+        match self.gone.last_mut() {
+            Some((last, count)) if *last == bucket => *count += faces,
+            _ => self.gone.push((bucket, faces)),
+        }
+    }
+}
+
+impl Ceiling {
+    /// Nothing collapses.
+    pub const NONE: Self = Self(0);
+    /// Everything collapses that can.
+    pub const ALL: Self = Self(BUCKETS);
+
+    /// A cost, in the unit of the quadrics: area times squared distance.
+    #[must_use]
+    pub fn at(cost: f64, rules: &Rules) -> Self {
+        Self(bucket(cost * rules.scale))
+    }
+
+    /// The highest one that, as these regions tell, leaves at least this share of all faces; what was
+    /// collapsed to a ceiling itself tells nothing of higher ones.
+    #[must_use]
+    pub fn leaving(share: f64, regions: &[&Forecast]) -> Self {
+        let mut gone = vec![0_u64; BUCKETS];
+        for &(bucket, faces) in regions.iter().flat_map(|of_region| &of_region.gone) {
+            gone[bucket] += u64::from(faces);
+        }
+        let faces: u64 = regions.iter().map(|of_region| of_region.faces).sum();
+        let allowed = ((1.0 - share) * faces as f64) as u64;
+        let mut total = 0;
+        let is_too_much = |&faces: &u64| {
+            total += faces;
+            total > allowed
+        };
+        Self(gone.iter().position(is_too_much).unwrap_or(BUCKETS))
+    }
+
+    pub(super) fn bucket(self) -> usize {
+        self.0
+    }
+}

@@ -1,0 +1,211 @@
+//! A region of a sheet: all that its collapses need, and what they leave.
+
+use glam::DVec3;
+
+use crate::collapse::quadric::Quadric;
+use crate::collapse::refusal::Refusals;
+use crate::regions::ceiling::{Ceiling, Forecast};
+use crate::regions::partition::Partition;
+use crate::regions::rules::Rules;
+use crate::regions::sheet::Sheet;
+use crate::regions::tile::{Goal, Part, Step, Tile};
+use crate::regions::waiting::BUCKETS;
+
+/// A region of a sheet, by itself: plain data, which can be collapsed anywhere, with the same bits.
+///
+/// It has all faces that have a corner in the region. Vertices of other regions are there for the sake
+/// of these, and neither they nor those next to them move.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Region {
+    part: Part,
+    /// The faces of the original, and how many of them the region hands on; these come first.
+    face_ids: Vec<u32>,
+    handed_on: usize,
+    /// The vertices, in numbers of the sheet and of the original.
+    vertices: Vec<u32>,
+    vertex_ids: Vec<u32>,
+}
+
+/// What a region has become.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Reduced {
+    /// The vertices that are left, in numbers of the sheet and of the original.
+    pub(super) vertices: Vec<u32>,
+    pub(super) vertex_ids: Vec<u32>,
+    pub(super) positions: Vec<DVec3>,
+    pub(super) quadrics: Vec<Quadric>,
+    /// In numbers of the sheet.
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) face_ids: Vec<u32>,
+    pub(super) half_edges: Vec<[u32; 3]>,
+    pub(super) forecast: Forecast,
+    pub(super) done: Done,
+}
+
+/// What was done with a region, in numbers of the original.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Done {
+    /// The vertices that have gone, and those that they have become.
+    pub(super) merged: Vec<[u32; 2]>,
+    /// Every collapse, if they are recorded.
+    pub(super) steps: Vec<Step>,
+    pub(super) refusals: Refusals,
+    pub(super) max_cost: f64,
+}
+
+impl Reduced {
+    /// The number of faces that are left.
+    #[must_use]
+    pub fn face_count(&self) -> usize {
+        self.triangles.len()
+    }
+
+    /// The number of collapses.
+    #[must_use]
+    pub fn collapses(&self) -> usize {
+        self.done.merged.len()
+    }
+
+    /// What went at which costs.
+    #[must_use]
+    pub fn forecast(&self) -> &Forecast {
+        &self.forecast
+    }
+}
+
+impl Region {
+    /// Cuts a region out of a sheet.
+    ///
+    /// # Panics
+    /// The partition is one of another sheet, or has no such region.
+    #[must_use]
+    pub fn new(sheet: &Sheet<'_>, partition: &Partition, region: usize, rules: &Rules) -> Self {
+        let own = partition.vertices(region);
+        let first = partition.first(region);
+        let corners = |face: u32| sheet.triangle(face as usize).unwrap_or_default();
+        let of_region = |v: u32| partition.region_of(v);
+        // A face belongs to the first of the regions of its corners.
+        let is_handed_on =
+            |&face: &u32| corners(face).into_iter().map(of_region).min() == Some(region);
+        let (mut faces, others): (Vec<u32>, Vec<u32>) =
+            partition.mixed(region).iter().partition(|&face| is_handed_on(face));
+        let mut strangers: Vec<u32> = Vec::new();
+        for &face in faces.iter().chain(&others) {
+            strangers.extend(corners(face).into_iter().filter(|&v| of_region(v) != region));
+        }
+        faces.extend_from_slice(partition.inner(region));
+        let handed_on = faces.len();
+        faces.extend(others);
+        strangers.sort_unstable();
+        strangers.dedup();
+        let number = |v: u32| {
+            // Very large for vertices before the region.
+            let place = partition.rank(v).wrapping_sub(first as u32);
+            if (place as usize) < own.len() {
+                return place;
+            }
+            let (Ok(place) | Err(place)) = strangers.binary_search(&v);
+            (own.len() + place) as u32
+        };
+        let triangles = faces.iter().map(|&face| corners(face).map(number)).collect();
+        let half_edges = if rules.record {
+            faces.iter().map(|&face| sheet.half_edges(face as usize)).collect()
+        } else {
+            Vec::new()
+        };
+        let quadrics = if sheet.quadrics.is_empty() {
+            Vec::new()
+        } else {
+            own.iter().map(|&v| sheet.quadrics[v as usize]).collect()
+        };
+        let vertices: Vec<u32> = own.iter().chain(&strangers).copied().collect();
+        let positions = vertices.iter().map(|&v| sheet.positions[v as usize]).collect();
+        Self {
+            part: Part { triangles, positions, quadrics, own: own.len(), half_edges },
+            face_ids: faces.iter().map(|&face| sheet.face_id(face as usize)).collect(),
+            handed_on,
+            vertex_ids: vertices.iter().map(|&v| sheet.vertex_id(v)).collect(),
+            vertices,
+        }
+    }
+
+    /// All of a sheet.
+    pub(super) fn whole(sheet: Sheet<'_>, rules: &Rules) -> Self {
+        let vertices: Vec<u32> = sheet.vertices().collect();
+        if sheet.whole.is_some() || !rules.record && !sheet.half_edges.is_empty() {
+            let partition = Partition::whole(&sheet);
+            return Self::new(&sheet, &partition, 0, rules);
+        }
+        let Sheet { positions, quadrics, vertex_ids, triangles, face_ids, half_edges, .. } = sheet;
+        let (own, handed_on) = (vertices.len(), triangles.len());
+        let positions = positions.into_owned();
+        let part = Part { triangles, positions, quadrics, own, half_edges };
+        Self { part, face_ids, handed_on, vertices, vertex_ids }
+    }
+
+    /// What would go at which costs if the region were collapsed until this share of its faces is left.
+    #[must_use]
+    pub fn forecast(self, rules: &Rules, share: f64) -> Forecast {
+        let faces = self.part.triangles.len();
+        let mut forecast = Forecast::of(faces);
+        let part = Part { half_edges: Vec::new(), ..self.part };
+        let mut tile = Tile::new(part, *rules);
+        let goal = Goal { end: BUCKETS, faces: (share * faces as f64) as usize };
+        tile.run(goal, &mut |_, _| true, &mut |bucket, faces| forecast.add(bucket, faces));
+        forecast
+    }
+
+    /// Collapses the edges of the region that cost less than a ceiling.
+    #[must_use]
+    pub fn reduce(self, rules: &Rules, ceiling: Ceiling) -> Reduced {
+        let goal = Goal { end: ceiling.bucket(), faces: 0 };
+        self.reduce_to(rules, goal, &mut |_, _| true).0
+    }
+
+    /// The same with a number of faces to stop at; also tells whether `goes_on` never said no.
+    pub(super) fn reduce_to(
+        self,
+        rules: &Rules,
+        goal: Goal,
+        goes_on: &mut dyn FnMut(usize, usize) -> bool,
+    ) -> (Reduced, bool) {
+        let Self { part, face_ids, handed_on, vertices, vertex_ids } = self;
+        let own = part.own;
+        let mut forecast = Forecast::of(part.triangles.len());
+        let mut tile = Tile::new(part, *rules);
+        let is_whole = tile.run(goal, goes_on, &mut |bucket, faces| forecast.add(bucket, faces));
+        let mut is_gone = vec![false; own];
+        tile.merged.iter().for_each(|&[removed, _]| is_gone[removed as usize] = true);
+        let left: Vec<usize> = (0..own).filter(|&v| !is_gone[v]).collect();
+        let (mut triangles, mut faces, mut half_edges) = (Vec::new(), Vec::new(), Vec::new());
+        for (face, triangle) in tile.triangles().take_while(|&(face, _)| face < handed_on) {
+            triangles.push(triangle.map(|v| vertices[v as usize]));
+            faces.push(face_ids[face]);
+            if rules.record {
+                half_edges.push(tile.half_edges(face));
+            }
+        }
+        let id = |v: u32| vertex_ids[v as usize];
+        let step = |step: &Step| Step { removed: id(step.removed), kept: id(step.kept), ..*step };
+        let reduced = Reduced {
+            vertices: left.iter().map(|&v| vertices[v]).collect(),
+            vertex_ids: left.iter().map(|&v| vertex_ids[v]).collect(),
+            positions: left.iter().map(|&v| tile.position(v)).collect(),
+            quadrics: left.iter().map(|&v| tile.quadric(v)).collect(),
+            triangles,
+            face_ids: faces,
+            half_edges,
+            forecast,
+            done: Done {
+                merged: tile.merged.iter().map(|pair| pair.map(id)).collect(),
+                steps: tile.steps.iter().map(step).collect(),
+                refusals: tile.refusals,
+                max_cost: tile.max_cost,
+            },
+        };
+        (reduced, is_whole)
+    }
+}

@@ -1,0 +1,295 @@
+//! A run in regions: pass after pass until few enough faces are left, and then in one piece.
+
+use core::ops::ControlFlow;
+use std::time::Instant;
+
+use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
+
+use crate::collapse::log::{CollapseLog, LogEntry};
+use crate::collapse::quadric::Quadric;
+use crate::collapse::refusal::Refusals;
+use crate::collapse::run::{Phase, Progress, Run};
+use crate::collapse::stop::{Limits, StopReason};
+use crate::regions::ceiling::{Ceiling, Forecast};
+use crate::regions::partition::Partition;
+use crate::regions::pass::merge_steps;
+use crate::regions::region::{Done, Reduced, Region};
+use crate::regions::rules::Rules;
+use crate::regions::sheet::{Ordered, Sheet};
+use crate::regions::tile::Goal;
+use crate::regions::waiting::BUCKETS;
+
+/// The fewest faces that are worth being cut into regions.
+pub(crate) const FEWEST: usize = 20_000;
+/// A pass leaves no fewer than one in so many faces; by then, rims stand out.
+const PASS: usize = 4;
+/// So many times the faces that are wanted are collapsed in one piece.
+const LAST: f64 = 1.5;
+/// Regions of which one is looked at beforehand.
+const FORECAST: usize = 16;
+/// Regions that are at work between two questions whether to go on.
+const WAVE: usize = 64;
+
+/// What is left of a mesh, and how it came about.
+pub(crate) struct Regional {
+    pub(crate) mesh: TriMesh,
+    /// For each vertex of the original, the one that it has become.
+    pub(crate) became: VertexMap<Option<VertexId>>,
+    /// What each vertex remembers; nothing when nothing has collapsed.
+    pub(crate) quadrics: Vec<Quadric>,
+    /// The vertices of the original that are left.
+    pub(crate) vertices: Vec<VertexId>,
+    /// By half-edge: that of the original; nothing unless collapses are recorded.
+    pub(crate) half_edges: Vec<HalfEdgeId>,
+    /// What was done; it cannot be cut off.
+    pub(crate) run: Run,
+}
+
+/// How a run in regions ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// At the number of faces, or one fewer.
+    Exact,
+    /// As close to it as passes come; there may be many more.
+    Rough,
+}
+
+/// The state of a run.
+struct Passes<'a, 'o> {
+    rules: Rules,
+    limits: &'a Limits,
+    target: usize,
+    faces_before: usize,
+    observe: &'o mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    start: Instant,
+    /// By vertex of the original: itself, or the one that it was merged into.
+    merged_into: Vec<u32>,
+    log: Vec<LogEntry>,
+    log_faces: u32,
+    collapses: usize,
+    refusals: Refusals,
+    max_cost: f64,
+    stop: Option<StopReason>,
+}
+
+/// Collapses edges of a mesh in regions.
+pub(crate) fn collapse_in_regions(
+    mesh: &TriMesh,
+    rules: Rules,
+    limits: &Limits,
+    end: End,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Regional {
+    let faces = mesh.topology().face_count();
+    let target = limits.face_target(faces);
+    let mut passes = Passes {
+        rules,
+        limits,
+        target,
+        faces_before: faces,
+        observe,
+        start: Instant::now(),
+        merged_into: (0..mesh.topology().vertex_capacity() as u32).collect(),
+        log: Vec::new(),
+        log_faces: faces as u32,
+        collapses: 0,
+        refusals: Refusals::default(),
+        max_cost: 0.0,
+        stop: None,
+    };
+    let mut sheet = Sheet::new(mesh);
+    let mut pass = 0;
+    let last = match end {
+        End::Exact => (LAST * target as f64) as usize,
+        End::Rough => target,
+    };
+    while passes.goes_on(sheet.face_count(), 0) {
+        let faces = sheet.face_count();
+        let aim = last.max(faces / PASS);
+        if faces < FEWEST || 10 * aim > 9 * faces {
+            break;
+        }
+        sheet = passes.pass(&sheet, pass, aim);
+        pass += 1;
+        if 20 * sheet.face_count() > 19 * faces {
+            break;
+        }
+    }
+    if end == End::Exact && passes.stop.is_none() {
+        sheet = passes.in_one_piece(sheet);
+    }
+    passes.finish(mesh, &sheet)
+}
+
+impl Passes<'_, '_> {
+    /// Whether neither the clock nor the observer nor the number of faces ends the run.
+    fn goes_on(&mut self, faces: usize, collapses: usize) -> bool {
+        let progress = Progress {
+            phase: Phase::Collapse,
+            faces_before: self.faces_before,
+            faces,
+            face_target: self.target,
+            collapses: self.collapses + collapses,
+        };
+        if faces <= self.target {
+            self.stop = Some(StopReason::Faces);
+        } else if self.limits.time.is_some_and(|time| self.start.elapsed() >= time) {
+            self.stop = Some(StopReason::Time);
+        } else if (self.observe)(&progress).is_break() {
+            self.stop = Some(StopReason::Cancelled);
+        }
+        self.stop.is_none()
+    }
+
+    /// Collapses all regions to the cost at which about `aim` faces are left.
+    fn pass(&mut self, sheet: &Sheet<'_>, number: usize, aim: usize) -> Sheet<'static> {
+        let partition = sheet.partition(number);
+        let end = forecast_ceiling(sheet, &partition, &self.rules, aim);
+        let mut reduced = self.reduce_all(sheet, &partition, end);
+        let left: usize = reduced.iter().map(Reduced::face_count).sum();
+        // The regions that were looked at were not like the others: now it is known what goes where.
+        let is_too_few = left < aim - aim / 5 && left < self.target + self.target / 5;
+        if is_too_few && self.stop.is_none() {
+            let all: Vec<&Forecast> = reduced.iter().map(Reduced::forecast).collect();
+            let lower = Ceiling::leaving(aim as f64 / sheet.face_count() as f64, &all);
+            drop(reduced);
+            reduced = self.reduce_all(sheet, &partition, lower.min(end));
+        }
+        let done: Vec<Done> =
+            reduced.iter_mut().map(|region| core::mem::take(&mut region.done)).collect();
+        self.note(&done);
+        drop(done);
+        Sheet::join(reduced)
+    }
+
+    fn reduce_all(
+        &mut self,
+        sheet: &Sheet<'_>,
+        partition: &Partition,
+        end: Ceiling,
+    ) -> Vec<Reduced> {
+        let rules = self.rules;
+        let regions = partition.regions();
+        let (mut reduced, mut collapses) = (Vec::with_capacity(regions), 0);
+        for first in (0..regions).step_by(WAVE) {
+            // Once it is to stop, the others are handed on as they are.
+            let end = if self.stop.is_none() { end } else { Ceiling::NONE };
+            let wave = parallel::collect_each(WAVE.min(regions - first), |i| {
+                Region::new(sheet, partition, first + i, &rules).reduce(&rules, end)
+            });
+            collapses += wave.iter().map(Reduced::collapses).sum::<usize>();
+            reduced.extend(wave);
+            if self.stop.is_none() && first + WAVE < regions {
+                let left = sheet.face_count().saturating_sub(2 * collapses);
+                self.goes_on(left.max(self.target + 1), collapses);
+            }
+        }
+        reduced
+    }
+
+    /// Collapses what is left as one region, to the number of faces.
+    fn in_one_piece(&mut self, sheet: Sheet<'_>) -> Sheet<'static> {
+        let goal = Goal { end: BUCKETS, faces: self.target };
+        let rules = self.rules;
+        let region = Region::whole(sheet, &rules);
+        let (mut reduced, is_whole) =
+            region.reduce_to(&rules, goal, &mut |faces, done| self.goes_on(faces, done));
+        if is_whole {
+            let is_there = reduced.face_count() <= self.target;
+            self.stop = Some(if is_there { StopReason::Faces } else { StopReason::NothingLeft });
+        }
+        self.note(&[core::mem::take(&mut reduced.done)]);
+        Sheet::join(vec![reduced])
+    }
+
+    /// Takes down what was done.
+    fn note(&mut self, regions: &[Done]) {
+        for Done { merged, refusals, max_cost, .. } in regions {
+            merged.iter().for_each(|&[gone, kept]| self.merged_into[gone as usize] = kept);
+            self.collapses += merged.len();
+            self.refusals.add(refusals);
+            self.max_cost = self.max_cost.max(*max_cost);
+        }
+        merge_steps(regions, &mut self.log, &mut self.log_faces);
+    }
+
+    /// The mesh that is left: vertices and faces in the order of the original.
+    fn finish(mut self, mesh: &TriMesh, sheet: &Sheet<'_>) -> Regional {
+        let Ordered { mesh: left, vertices: order, faces } = sheet.to_ordered_mesh();
+        let mut of_id = vec![None; mesh.topology().vertex_capacity()];
+        for (new, &(id, _)) in order.iter().enumerate() {
+            of_id[id as usize] = Some(VertexId::new(new as u32));
+        }
+        // Where all that a vertex was merged into leads, which later look-ups then find at once.
+        for v in 0..self.merged_into.len() {
+            let mut root = v as u32;
+            while self.merged_into[root as usize] != root {
+                root = self.merged_into[root as usize];
+            }
+            let mut on_the_way = v as u32;
+            while on_the_way != root {
+                on_the_way = core::mem::replace(&mut self.merged_into[on_the_way as usize], root);
+            }
+        }
+        let became = self.merged_into.iter().map(|&v| of_id[v as usize]).collect();
+        let quadrics = order.iter().filter_map(|&(_, v)| sheet.quadrics.get(v as usize).copied());
+        let run = Run {
+            stop: self.stop.unwrap_or(StopReason::Faces),
+            collapses: self.collapses,
+            log: CollapseLog::from_entries(self.log),
+            refusals: self.refusals,
+            max_cost: self.max_cost,
+            ..Run::new()
+        };
+        Regional {
+            quadrics: quadrics.collect(),
+            vertices: order.iter().map(|&(id, _)| VertexId::new(id)).collect(),
+            half_edges: original_half_edges(&left, sheet, &faces, self.rules.record),
+            mesh: left,
+            became: VertexMap::from_vec(became),
+            run,
+        }
+    }
+}
+
+/// By half-edge: the one of the original that it is; none unless collapses are recorded.
+fn original_half_edges(
+    left: &TriMesh,
+    sheet: &Sheet<'_>,
+    faces: &[(u32, u32)],
+    is_recorded: bool,
+) -> Vec<HalfEdgeId> {
+    if !is_recorded {
+        return Vec::new();
+    }
+    let topology = left.topology();
+    let mut all = vec![HalfEdgeId::new(0); topology.half_edge_capacity()];
+    for (face, &(_, f)) in faces.iter().enumerate() {
+        let sides = topology.face_half_edges(FaceId::from_index(face));
+        for (side, id) in sides.into_iter().zip(sheet.half_edges(f as usize)) {
+            all[side.index()] = HalfEdgeId::new(id);
+            if topology.is_exterior(side.twin()) {
+                all[side.twin().index()] = HalfEdgeId::new(id).twin();
+            }
+        }
+    }
+    all
+}
+
+/// The ceiling at which about `aim` faces are left, as some of the regions tell.
+fn forecast_ceiling(
+    sheet: &Sheet<'_>,
+    partition: &Partition,
+    rules: &Rules,
+    aim: usize,
+) -> Ceiling {
+    let regions = partition.regions();
+    let share = aim as f64 / sheet.face_count() as f64;
+    let asked = regions.div_ceil(FORECAST).max(regions.min(3));
+    let forecasts = parallel::collect_each(asked, |i| {
+        // Those that are asked lie evenly in the order, and none at its ends. Some lose more than others.
+        let region = (2 * i + 1) * regions / (2 * asked);
+        Region::new(sheet, partition, region, rules).forecast(rules, 0.4 * share)
+    });
+    Ceiling::leaving(share, &forecasts.iter().collect::<Vec<_>>())
+}

@@ -1,0 +1,132 @@
+//! A mesh between two passes, as flat arrays.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId};
+
+use crate::collapse::quadric::Quadric;
+
+/// Vertices and triangles without gaps, and where they come from; before the first pass, those of
+/// the mesh itself, which has gaps where it has removed elements.
+#[derive(Clone, Debug)]
+pub struct Sheet<'a> {
+    /// The mesh before anything has collapsed; then everything else but the positions is empty.
+    pub(super) whole: Option<&'a TriMesh>,
+    pub(super) positions: Cow<'a, [DVec3]>,
+    /// What each vertex remembers of the faces that it stands for, about its position.
+    pub(super) quadrics: Vec<Quadric>,
+    /// The vertex of the original.
+    pub(super) vertex_ids: Vec<u32>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The face of the original that is left.
+    pub(super) face_ids: Vec<u32>,
+    /// The half-edges of the original that are left of the sides of each face, if collapses are
+    /// recorded.
+    pub(super) half_edges: Vec<[u32; 3]>,
+}
+
+impl<'a> Sheet<'a> {
+    /// A mesh before its first pass.
+    #[must_use]
+    pub fn new(mesh: &'a TriMesh) -> Self {
+        Self {
+            whole: Some(mesh),
+            positions: Cow::Borrowed(mesh.positions()),
+            quadrics: Vec::new(),
+            vertex_ids: Vec::new(),
+            triangles: Vec::new(),
+            face_ids: Vec::new(),
+            half_edges: Vec::new(),
+        }
+    }
+
+    /// The number of vertices, counting gaps.
+    pub(super) fn vertex_capacity(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// The number of faces, counting gaps.
+    pub(super) fn face_capacity(&self) -> usize {
+        self.whole.map_or(self.triangles.len(), |mesh| mesh.topology().face_capacity())
+    }
+
+    /// The number of faces.
+    #[must_use]
+    pub fn face_count(&self) -> usize {
+        self.whole.map_or(self.triangles.len(), |mesh| mesh.topology().face_count())
+    }
+
+    /// The vertices.
+    pub(super) fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
+        let is_there = |&v: &u32| {
+            self.whole.is_none_or(|mesh| mesh.topology().contains_vertex(VertexId::new(v)))
+        };
+        (0..self.vertex_capacity() as u32).filter(is_there)
+    }
+
+    /// The corners of a face, if it is there.
+    #[inline]
+    pub(super) fn triangle(&self, face: usize) -> Option<[u32; 3]> {
+        let Some(mesh) = self.whole else { return Some(self.triangles[face]) };
+        let face = FaceId::from_index(face);
+        let is_there = mesh.topology().contains_face(face);
+        is_there.then(|| mesh.topology().face_vertices(face).map(VertexId::get))
+    }
+
+    /// The half-edges of the original that are left of the sides of a face.
+    #[inline]
+    pub(super) fn half_edges(&self, face: usize) -> [u32; 3] {
+        match self.whole {
+            Some(mesh) => {
+                mesh.topology().face_half_edges(FaceId::from_index(face)).map(HalfEdgeId::get)
+            }
+            None => self.half_edges.get(face).copied().unwrap_or_default(),
+        }
+    }
+
+    pub(super) fn vertex_id(&self, v: u32) -> u32 {
+        if self.whole.is_some() { v } else { self.vertex_ids[v as usize] }
+    }
+
+    pub(super) fn face_id(&self, face: usize) -> u32 {
+        if self.whole.is_some() { face as u32 } else { self.face_ids[face] }
+    }
+
+    /// The mesh that the sheet is: vertices and faces in the order of the original.
+    #[must_use]
+    pub fn to_mesh(&self) -> TriMesh {
+        self.to_ordered_mesh().mesh
+    }
+
+    pub(super) fn to_ordered_mesh(&self) -> Ordered {
+        let mut vertices: Vec<(u32, u32)> =
+            self.vertices().map(|v| (self.vertex_id(v), v)).collect();
+        vertices.sort_unstable();
+        let mut number = vec![u32::MAX; self.vertex_capacity()];
+        for (new, &(_, v)) in vertices.iter().enumerate() {
+            number[v as usize] = new as u32;
+        }
+        let positions: Vec<DVec3> =
+            vertices.iter().map(|&(_, v)| self.positions[v as usize]).collect();
+        let mut faces: Vec<(u32, u32)> = (0..self.face_capacity())
+            .filter(|&f| self.triangle(f).is_some())
+            .map(|f| (self.face_id(f), f as u32))
+            .collect();
+        faces.sort_unstable();
+        let triangle = |&(_, f): &(u32, u32)| {
+            self.triangle(f as usize).unwrap_or_default().map(|v| number[v as usize])
+        };
+        let triangles: Vec<[u32; 3]> = faces.iter().map(triangle).collect();
+        #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
+        let mesh = TriMesh::from_triangles(&positions, &triangles).expect("a manifold");
+        Ordered { mesh, vertices, faces }
+    }
+}
+
+/// A sheet as a mesh, with the numbers in the original and in the sheet of its vertices and faces.
+pub(super) struct Ordered {
+    pub(super) mesh: TriMesh,
+    pub(super) vertices: Vec<(u32, u32)>,
+    pub(super) faces: Vec<(u32, u32)>,
+}

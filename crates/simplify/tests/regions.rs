@@ -1,0 +1,318 @@
+//! Collapses in regions: the same bits on any number of threads, whole meshes, a record that replays.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use core::ops::ControlFlow;
+use std::time::Duration;
+
+use common::model;
+use glam::DVec3;
+use mesh_core::shapes::{Irregular, Plane, Sphere, Torus, Wave};
+use mesh_core::{TriMesh, VertexId};
+use mesh_metric::{CompareOptions, Surface, compare};
+use simplify::regions::{Ceiling, Reduced, Region, Rules, Sheet};
+use simplify::{Options, Preset, Simplified, StopReason, Update, simplify, simplify_observed};
+
+/// A bent torus that is worth regions.
+fn torus(rings: usize) -> TriMesh {
+    let soup = Torus { major: 5.0, minor: 2.0 }.mesh(rings, rings / 2).unwrap();
+    let mut mesh = TriMesh::from_soup(&soup).unwrap();
+    for p in mesh.positions_mut() {
+        p.z += 0.1 * ((3.0 * p.x).sin() * (4.0 * p.y).sin() + (5.0 * p.z).sin());
+    }
+    mesh
+}
+
+/// An open sheet with hills.
+fn hills(cells: usize) -> TriMesh {
+    let wave = Wave { amplitude: 0.15, wavelength: 0.7, half_width: 1.0 };
+    let soup = wave.irregular_mesh(cells, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+    TriMesh::from_soup(&soup).unwrap()
+}
+
+fn quick(preset: Preset) -> Options {
+    let mut options = Options::preset(preset);
+    options.finish = simplify::FinishOptions::default();
+    options.collapse.record = true;
+    options
+}
+
+fn bits(mesh: &TriMesh) -> (Vec<[u64; 3]>, Vec<[u32; 3]>) {
+    let positions = mesh.positions().iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+    (positions, mesh.topology().triangles().collect())
+}
+
+fn mean_error(mesh: &TriMesh, result: &TriMesh) -> f64 {
+    let [a, b] = [mesh, result].map(|mesh| Surface::new(mesh).unwrap());
+    compare(&a, &b, &CompareOptions { samples: 60_000, ..CompareOptions::default() }).mean()
+}
+
+/// What must hold of every result.
+fn assert_whole(mesh: &TriMesh, result: &Simplified, faces: usize) {
+    let left = &result.mesh;
+    left.topology().validate().unwrap();
+    let count = left.topology().face_count();
+    assert!(count == faces || count + 1 == faces, "{count}");
+    assert_eq!(result.stop, StopReason::Faces);
+    assert!(left.positions().iter().all(|p| p.is_finite()));
+    assert_eq!(left.topology().components().count, mesh.topology().components().count);
+    let before = mesh.topology().vertex_count();
+    assert_eq!(before - result.collapses, left.topology().vertex_count());
+    assert!(result.vertex_map.as_slice().iter().all(Option::is_some));
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let meshes = [torus(400), hills(220)];
+    for mesh in &meshes {
+        for preset in [Preset::Draft, Preset::Fast, Preset::Default] {
+            let options = quick(preset).to_faces(2500);
+            let run = |threads: usize| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| simplify(mesh, &options).unwrap())
+            };
+            let one = run(1);
+            assert_whole(mesh, &one, 2500);
+            for threads in [2, 3, 8] {
+                let other = run(threads);
+                assert!(bits(&one.mesh) == bits(&other.mesh), "{preset} {threads}");
+                assert_eq!(one.log, other.log);
+                assert_eq!(one.vertex_map, other.vertex_map);
+                assert_eq!(one.refusals, other.refusals);
+            }
+        }
+    }
+}
+
+/// The log is that of the driver: legal collapses of the original, in an order in which every number
+/// of them is a level.
+#[test]
+fn the_record_replays_to_the_same_bits_and_to_levels() {
+    for mesh in [torus(300), hills(200)] {
+        for (preset, faces) in
+            [(Preset::Draft, 3000), (Preset::Fast, 20_000), (Preset::Default, 1200)]
+        {
+            let result = simplify(&mesh, &quick(preset).to_faces(faces)).unwrap();
+            assert_eq!(result.log.len(), result.collapses);
+            let (level, became) = result.log.level(&mesh, result.log.len()).unwrap();
+            assert!(bits(&level) == bits(&result.mesh), "{preset} {faces}");
+            assert_eq!(became, result.vertex_map);
+            let count = result.log.count_for_faces(2 * faces);
+            let (level, _) = result.log.level(&mesh, count).unwrap();
+            level.topology().validate().unwrap();
+            let of_level = mean_error(&mesh, &level);
+            let mut alone = quick(preset);
+            alone.collapse.update = Update::Lazy;
+            let alone = simplify(&mesh, &alone.to_faces(2 * faces)).unwrap();
+            let of_alone = mean_error(&mesh, &alone.mesh);
+            assert!(of_level < 1.3 * of_alone, "{preset} {faces}: {of_level} {of_alone}");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_recorded_unless_asked() {
+    let mesh = torus(200);
+    let options = Options::preset(Preset::Draft).to_faces(2000);
+    let bare = simplify(&mesh, &options).unwrap();
+    assert!(bare.log.is_empty() && bare.collapses > 10_000);
+    let mut recorded = options;
+    recorded.collapse.record = true;
+    let recorded = simplify(&mesh, &recorded).unwrap();
+    assert!(bits(&bare.mesh) == bits(&recorded.mesh));
+    assert_eq!(bare.vertex_map, recorded.vertex_map);
+}
+
+/// As close to the original as one queue for the whole mesh is; on grids, where most costs are the
+/// same, nearly so.
+#[test]
+fn regions_cost_no_accuracy() {
+    let made = [torus(400), hills(220)].map(|mesh| (mesh, 1.1));
+    let real = ["igea.ply", "armadillo_52k.off"].into_iter().filter_map(model);
+    for (mesh, most) in made.into_iter().chain(real.map(|mesh| (mesh, 1.03))) {
+        for faces in [1500, 6000, 25_000] {
+            let error = |update: Update| {
+                let mut options = quick(Preset::Fast).to_faces(faces);
+                options.collapse.update = update;
+                mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
+            };
+            let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
+            assert!(regions < most * lazy, "{faces}: {regions} {lazy}");
+            // The presets with the hybrid metric, at what is a start in regions or not, by the number.
+            for faces in [faces, mesh.topology().face_count() / 49] {
+                let error = |update: Update| {
+                    let mut options = quick(Preset::Default).to_faces(faces);
+                    options.collapse.update = update;
+                    mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
+                };
+                let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
+                assert!(regions < most * lazy, "default {faces}: {regions} {lazy}");
+            }
+            let draft = simplify(&mesh, &quick(Preset::Draft).to_faces(faces)).unwrap();
+            let draft = mean_error(&mesh, &draft.mesh);
+            assert!(draft < 1.5 * lazy, "{faces}: {draft} {lazy}");
+        }
+    }
+}
+
+/// All the detail in one corner, where no region is looked at beforehand: no pass goes too far.
+#[test]
+fn uneven_meshes_come_to_the_number_of_faces() {
+    for (corner, faces) in [(DVec3::new(7.0, 0.0, 0.0), 40_000), (DVec3::ZERO, 12_000)] {
+        let mut mesh = torus(400);
+        for (i, p) in mesh.positions_mut().iter_mut().enumerate() {
+            let near = (1.0 - p.distance(corner) / 3.0).max(0.0);
+            p.z += near * 0.05 * ((i * i % 97) as f64 / 97.0 - 0.5);
+        }
+        let result = simplify(&mesh, &quick(Preset::Fast).to_faces(faces)).unwrap();
+        assert_whole(&mesh, &result, faces);
+    }
+}
+
+#[test]
+fn real_meshes_stay_whole() {
+    // Closed and open, of one part and of many, with slivers.
+    let names = ["igea.ply", "helicopter.obj", "armadillo_52k.off", "beast.obj", "conrod.stl"];
+    for name in names.into_iter().chain(["zurich_georef.obj", "stanford-bunny.obj", "cow.obj"]) {
+        let Some(mesh) = model(name) else { return };
+        let before = mesh.topology().face_count();
+        for preset in [Preset::Draft, Preset::Fast] {
+            for ratio in [0.3, 0.02] {
+                let faces = (ratio * before as f64).ceil() as usize;
+                let result = simplify(&mesh, &quick(preset).to_faces(faces)).unwrap();
+                result.mesh.topology().validate().unwrap();
+                let left = result.mesh.topology().face_count();
+                let is_there = left == faces || left + 1 == faces;
+                assert!(is_there || result.stop == StopReason::NothingLeft, "{name} {left}");
+                let level = result.log.level(&mesh, result.log.len()).unwrap().0;
+                assert!(bits(&level) == bits(&result.mesh), "{name} {preset} {ratio}");
+                let closed = mesh.topology().is_closed();
+                assert_eq!(result.mesh.topology().is_closed(), closed, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn removed_and_unused_vertices_are_no_trouble() {
+    let mut mesh = torus(200);
+    for _ in 0..500 {
+        let side = mesh.topology().half_edges().nth(7).unwrap();
+        if let Ok(legal) = mesh.topology().check_collapse(side) {
+            let place = mesh.position(legal.kept());
+            mesh.collapse(legal, place);
+        }
+    }
+    mesh.add_vertex([1.0, 2.0, 3.0]).unwrap();
+    let result = simplify(&mesh, &quick(Preset::Fast).to_faces(3000)).unwrap();
+    result.mesh.topology().validate().unwrap();
+    let (level, became) = result.log.level(&mesh, result.log.len()).unwrap();
+    assert!(bits(&level) == bits(&result.mesh));
+    assert_eq!(became, result.vertex_map);
+    let lone = VertexId::new(mesh.topology().vertex_capacity() as u32 - 1);
+    let lone = result.vertex_map[lone].unwrap();
+    assert!(result.mesh.topology().is_isolated_vertex(lone));
+}
+
+/// Whatever ends a run, what is left by then is whole.
+#[test]
+fn a_run_can_be_ended_at_any_time() {
+    let mesh = torus(400);
+    for looks in [0, 1, 2, 3, 5, 9] {
+        for preset in [Preset::Draft, Preset::Default] {
+            let mut seen = 0;
+            let result = simplify_observed(&mesh, &quick(preset).to_faces(1000), &mut |_| {
+                seen += 1;
+                if seen > looks { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            let result = result.unwrap();
+            result.mesh.topology().validate().unwrap();
+            let is_stopped = result.stop == StopReason::Cancelled;
+            assert_eq!(is_stopped, seen > looks, "{looks} {preset}");
+            assert!(is_stopped || looks > 3);
+            assert_eq!(looks == 0, result.collapses == 0);
+            let (level, _) = result.log.level(&mesh, result.log.len()).unwrap();
+            assert!(bits(&level) == bits(&result.mesh), "{looks} {preset}");
+        }
+    }
+}
+
+/// Also on meshes that are too small for regions, and for a look at the clock now and then.
+#[test]
+fn no_time_is_no_collapse() {
+    for mesh in [torus(20), torus(300)] {
+        for &preset in Preset::ALL {
+            let mut options = Options::preset(preset).to_faces(100);
+            options.collapse.limits.time = Some(Duration::ZERO);
+            let result = simplify(&mesh, &options).unwrap();
+            assert_eq!((result.stop, result.collapses), (StopReason::Time, 0), "{preset}");
+            assert!(bits(&result.mesh) == bits(&mesh));
+        }
+    }
+}
+
+#[test]
+fn scale_and_place_do_not_matter() {
+    let mesh = hills(220);
+    let run = |mesh: &TriMesh| simplify(mesh, &quick(Preset::Fast).to_faces(3000)).unwrap();
+    let here = run(&mesh);
+    let mut large = mesh.clone();
+    large.positions_mut().iter_mut().for_each(|p| *p *= 1024.0);
+    let there = run(&large);
+    let pairs = here.mesh.positions().iter().zip(there.mesh.positions());
+    assert!(pairs.clone().all(|(a, b)| (*a * 1024.0).distance(*b) < 1e-9));
+    let mut far = mesh.clone();
+    far.positions_mut().iter_mut().for_each(|p| *p += 1e6);
+    let error = mean_error(&far, &run(&far).mesh);
+    assert!(error < 1.05 * mean_error(&mesh, &here.mesh));
+}
+
+#[test]
+fn flat_and_touching_places_are_no_trouble() {
+    // A flat sheet: all costs are zero. Every vertex at one place: no costs at all.
+    let flat =
+        TriMesh::from_soup(&Plane { half_width: 1.0 }.mesh(150, Default::default()).unwrap());
+    let flat = flat.unwrap();
+    let result = simplify(&flat, &quick(Preset::Draft).to_faces(400)).unwrap();
+    assert_whole(&flat, &result, 400);
+    assert!(result.mesh.positions().iter().all(|p| p.z == 0.0 && p.abs().max_element() < 1.0001));
+    let mut point = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(5).unwrap()).unwrap();
+    point.positions_mut().iter_mut().for_each(|p| *p *= 0.0);
+    let result = simplify(&point, &quick(Preset::Draft).to_faces(400)).unwrap();
+    result.mesh.topology().validate().unwrap();
+}
+
+/// Regions that are done one by one, in any order, are those that are done together.
+#[test]
+fn regions_do_not_see_each_other() {
+    for mesh in [torus(400), hills(220)] {
+        let rules = Rules::new(&mesh);
+        let mut sheet = Sheet::new(&mesh);
+        for pass in 0..3 {
+            let partition = sheet.partition(pass);
+            let region = |i| Region::new(&sheet, &partition, i, &rules);
+            let forecast = region(1).forecast(&rules, 0.2);
+            let ceiling = Ceiling::leaving(0.5, &[&forecast]);
+            assert_eq!(Ceiling::leaving(1.0, &[&forecast]), Ceiling::leaving(2.0, &[&forecast]));
+            assert_eq!(region(0).reduce(&rules, Ceiling::NONE).collapses(), 0);
+            let count = partition.regions();
+            let mut backwards: Vec<Reduced> =
+                (0..count).rev().map(|i| region(i).reduce(&rules, ceiling)).collect();
+            backwards.reverse();
+            let faces: usize = backwards.iter().map(Reduced::face_count).sum();
+            let together = Sheet::join(backwards);
+            assert_eq!(together.face_count(), faces);
+            assert!(10 * faces < 7 * sheet.face_count(), "{faces} of {}", sheet.face_count());
+            let left = together.to_mesh();
+            left.topology().validate().unwrap();
+            assert_eq!(left.topology().is_closed(), mesh.topology().is_closed());
+            assert_eq!(left.topology().components().count, 1);
+            sheet = together;
+        }
+        let error = mean_error(&mesh, &sheet.to_mesh());
+        let options = quick(Preset::Draft).to_faces(sheet.face_count());
+        let alone = simplify(&mesh, &options).unwrap();
+        assert!(error < 1.5 * mean_error(&mesh, &alone.mesh));
+    }
+}

@@ -1,0 +1,116 @@
+//! The tools that are compared.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use simplify::Preset;
+
+/// A tool, and how it is set.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Tool {
+    /// One of our presets.
+    Ours(Preset),
+    /// The same where the largest error has to be proved.
+    OursProved(Preset),
+    /// A preset run by another build of our program.
+    OurProgram { name: String, program: PathBuf, preset: String },
+    /// meshoptimizer's `simplify`.
+    Meshopt,
+    /// CGAL's Lindstrom-Turk.
+    CgalLindstromTurk,
+    /// CGAL's Garland-Heckbert with its guard of normals.
+    CgalGarlandHeckbert,
+    /// A package of the virtual environment.
+    Python(Package),
+}
+
+/// A package with a function for it, as `simplify.py` names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Package {
+    MeshLab,
+    FastSimplification,
+    MeshLib,
+    Open3d,
+    Manifold,
+}
+
+impl Package {
+    pub(super) const ALL: [Self; 5] =
+        [Self::MeshLab, Self::FastSimplification, Self::MeshLib, Self::Open3d, Self::Manifold];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::MeshLab => "meshlab",
+            Self::FastSimplification => "fast-simplification",
+            Self::MeshLib => "meshlib",
+            Self::Open3d => "open3d",
+            Self::Manifold => "manifold",
+        }
+    }
+
+    /// The module to import.
+    pub(super) fn module(self) -> &'static str {
+        match self {
+            Self::MeshLab => "pymeshlab",
+            Self::FastSimplification => "fast_simplification",
+            Self::MeshLib => "meshlib",
+            Self::Open3d => "open3d",
+            Self::Manifold => "manifold3d",
+        }
+    }
+}
+
+impl Tool {
+    /// All tools that are known, here or not.
+    pub(super) fn all() -> Vec<Self> {
+        let ours = Preset::ALL.iter().map(|&preset| Self::Ours(preset));
+        let proved = Preset::ALL.iter().map(|&preset| Self::OursProved(preset));
+        let programs = [Self::CgalLindstromTurk, Self::CgalGarlandHeckbert, Self::Meshopt];
+        let packages = Package::ALL.map(Self::Python);
+        ours.chain(proved).chain(programs).chain(packages).collect()
+    }
+
+    /// Whether it takes part without being named.
+    pub(super) fn is_usual(&self) -> bool {
+        match self {
+            Self::Ours(preset) | Self::OursProved(preset) => {
+                !matches!(preset, Preset::Extreme | Preset::PaperL1 | Preset::PaperL2)
+            }
+            _ => true,
+        }
+    }
+
+    /// Whether it can stop at a largest error, or else at a number of faces.
+    pub(super) fn can_do(&self, bounds_errors: bool) -> bool {
+        match self {
+            Self::Ours(_) | Self::OurProgram { .. } => true,
+            Self::Python(Package::MeshLib) => true,
+            Self::OursProved(_) | Self::Python(Package::Manifold) => bounds_errors,
+            _ => !bounds_errors,
+        }
+    }
+
+    /// The same preset by another program.
+    pub(super) fn by_program(&self, name: &str, program: &str) -> Option<Self> {
+        let Self::Ours(preset) = self else { return None };
+        Some(Self::OurProgram {
+            name: name.into(),
+            program: program.into(),
+            preset: preset.to_string(),
+        })
+    }
+}
+
+impl fmt::Display for Tool {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ours(preset) => write!(f, "{preset}"),
+            Self::OursProved(preset) => write!(f, "{preset}-proved"),
+            Self::OurProgram { name, preset, .. } => write!(f, "{preset}@{name}"),
+            Self::Meshopt => f.write_str("meshoptimizer"),
+            Self::CgalLindstromTurk => f.write_str("cgal-lt"),
+            Self::CgalGarlandHeckbert => f.write_str("cgal-gh"),
+            Self::Python(package) => f.write_str(package.name()),
+        }
+    }
+}
