@@ -1,7 +1,8 @@
 //! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print,
 //! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask limits-study`
-//! counts the faces within a largest error, `cargo xtask circles` holds the files of each crate to be
-//! in layers, `cargo xtask torture` runs every command on every file of a folder, `cargo xtask peers`
+//! counts the faces within a largest error, `cargo xtask limit-study` measures the distance from the best
+//! possible mesh, `cargo xtask circles` holds the files of each crate to be in layers,
+//! `cargo xtask torture` runs every command on every file of a folder, `cargo xtask peers`
 //! measures other tools beside ours, `cargo xtask python` builds and tests the Python package, and
 //! `cargo xtask deny` checks the dependencies.
 //!
@@ -13,6 +14,7 @@ mod convex_study;
 mod decimals;
 mod deny;
 mod failure;
+mod limit_study;
 mod limits_study;
 mod peers;
 mod plot;
@@ -45,6 +47,13 @@ enum Task {
     ///     cargo xtask limits-study --models meshes --meshes cow.obj --presets fast,default,paper-l1
     #[command(verbatim_doc_comment)]
     LimitsStudy(limits_study::LimitsStudy),
+    /// Measure how far simplified meshes are from the best possible ones
+    ///
+    ///     cargo xtask limit-study --quick
+    ///     cargo xtask limit-study --surfaces sphere,torus --presets default,quality
+    ///     cargo xtask limit-study --peer "other=other-program {in} {out} --faces {faces}"
+    #[command(verbatim_doc_comment)]
+    LimitStudy(limit_study::LimitStudy),
     /// Look for circles among the files of each crate: what a file uses shall lie below it
     ///
     ///     cargo xtask circles
@@ -79,6 +88,7 @@ fn main() -> ExitCode {
     let result = match Task::parse() {
         Task::Reproduce(options) => reproduce::run(&options),
         Task::ConvexStudy(options) => convex_study::run(&options),
+        Task::LimitStudy(options) => limit_study::run(&options),
         Task::LimitsStudy(options) => limits_study::run(&options),
         Task::Circles(options) => circles::run(&options),
         Task::Torture(options) => torture::run(&options),

@@ -86,9 +86,10 @@ impl CoverCandidates<'_> {
         let (method, chosen) = self.chosen(method);
         let mesh = self.mesh();
         let SizeOptions { tolerance, overhang, .. } = *self.size();
+        let probe = PatchProbe::new(mesh);
         let patches = parallel::collect_with(
             chosen.len(),
-            || PatchProbe::new(mesh),
+            || probe.clone(),
             |probe, i| {
                 let candidate = self.get(chosen[i]);
                 CoverPatch {

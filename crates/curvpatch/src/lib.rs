@@ -7,6 +7,7 @@ mod curvature;
 mod curvature_error;
 mod export;
 mod fit;
+mod height_bracket;
 mod params;
 mod patch;
 mod probe;
@@ -18,6 +19,7 @@ mod shape;
 mod size;
 mod strip;
 mod surface_point;
+mod terrain;
 mod tessellate;
 mod trace;
 

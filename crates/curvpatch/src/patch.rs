@@ -206,7 +206,12 @@ impl Patch {
     /// A point of space in the coordinates of the frame, with P as origin.
     #[must_use]
     pub fn to_local(&self, point: DVec3) -> DVec3 {
-        let offset = point - self.origin;
+        self.turn_to_local(point - self.origin)
+    }
+
+    /// An offset from P in the coordinates of the frame.
+    #[inline]
+    pub(crate) fn turn_to_local(&self, offset: DVec3) -> DVec3 {
         DVec3::from_array(self.frame.map(|axis| axis.dot(offset)))
     }
 

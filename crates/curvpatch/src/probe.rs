@@ -8,9 +8,10 @@ use mesh_core::{FaceId, TriMesh};
 
 use crate::closest::{Feature, closest_point};
 use crate::fit::PatchFit;
+use crate::height_bracket::HeightBracket;
 use crate::patch::Patch;
-use crate::region::{Marks, Region};
-use crate::section::{SectionPlane, SectionWalk};
+use crate::region::Region;
+use crate::section::{SectionPlane, SectionWalk, WalkEnd};
 
 /// How far a patch and the mesh are apart, in model units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,7 +52,8 @@ pub(crate) enum Verdict {
     Fails,
     /// All that was looked at is within tolerance.
     Likely,
-    /// A test point is not within tolerance of what is straight under it, which says nothing yet.
+    /// A test point is not within tolerance of what is straight under it, which says nothing yet. One
+    /// beyond the boundary, where that is allowed, does not count.
     Open,
 }
 
@@ -84,24 +86,27 @@ impl TestPoint {
 #[derive(Clone, Debug)]
 pub struct PatchProbe<'a> {
     mesh: &'a TriMesh,
+    /// Of its vertices, those in the footprint that are within tolerance are picked.
     region: Region,
-    /// The vertices in the footprint that are within tolerance.
-    fitted: Marks,
     pending: Vec<TestPoint>,
     turns: Turns,
+    /// Vertices that were out of tolerance of patches at the same point, the last one last.
+    witnesses: Vec<DVec3>,
+    /// Some of the vertices of the largest region that was grown for patches at the same point.
+    sample: Vec<DVec3>,
 }
 
 impl<'a> PatchProbe<'a> {
     /// A probe for patches of this mesh.
     #[must_use]
     pub fn new(mesh: &'a TriMesh) -> Self {
-        let fitted = Marks::new(mesh.topology().vertex_capacity());
         Self {
             mesh,
             region: Region::new(mesh),
-            fitted,
             pending: Vec::new(),
             turns: Turns::default(),
+            witnesses: Vec::new(),
+            sample: Vec::new(),
         }
     }
 
@@ -144,85 +149,121 @@ impl<'a> PatchProbe<'a> {
             let local = fit.patch.to_local(*corner);
             fit.patch.contains(local.x, local.y)
         };
-        let faces = self.region.faces().iter().copied();
-        faces.filter(|&face| self.mesh.triangle(face).iter().all(in_footprint)).collect()
+        let under = self.region.triangles().filter(|(_, corners)| corners.iter().all(in_footprint));
+        let mut faces: Vec<FaceId> = under.map(|(face, _)| face).collect();
+        faces.reverse();
+        faces
+    }
+
+    /// Forgets what it knows about patches at another point.
+    pub(crate) fn start(&mut self) {
+        self.witnesses.clear();
+        self.sample.clear();
     }
 
     /// What can be told of a patch without looking at all of the faces under it: it fails when a
-    /// vertex of a face straight under a test point is out of tolerance and the section leads there
-    /// through faces of the region.
+    /// vertex that another patch at the point has failed by is out of tolerance of this one, too, or a
+    /// vertex along a section to a test point on its boundary, if the section leads there through faces
+    /// of the region, or one of a sample of the regions so far.
     pub(crate) fn screen(&mut self, fit: &PatchFit, limits: &Limits) -> Verdict {
         if limits.ends_only {
             return Verdict::Open;
         }
-        let (mesh, patch) = (self.mesh, &fit.patch);
-        let [l1, l2] = patch.arcs();
-        let reach = l1.max(l2) + 2.0 * limits.tolerance;
-        let is_bad = |face: FaceId| {
-            mesh.topology().face_vertices(face).into_iter().any(|vertex| {
-                height_error(patch, mesh.position(vertex))
-                    .is_some_and(|error| error > limits.tolerance)
-            })
-        };
-        self.turns.set(limits.angles);
-        self.pending.clear();
-        for local in self.turns.full_test(patch) {
+        if self.is_ruled_out(fit, limits) {
+            return Verdict::Fails;
+        }
+        let Self { mesh, turns, .. } = self;
+        let patch = &fit.patch;
+        let heights = Heights::new(patch, limits.tolerance);
+        let reach = reach(patch, 2.0 * limits.tolerance);
+        turns.set(limits.angles);
+        let mut verdict = Verdict::Likely;
+        for local in turns.ring(patch, 1.0) {
             let mut in_region = true;
+            let mut is_bad = false;
             let under = follow(mesh, fit, local, |walk| {
                 in_region &= walk.crossing().length_squared() <= reach * reach
                     && mesh.face_cross(walk.face()).dot(patch.frame()[2]) > 0.0;
+                is_bad = in_region && heights.place_of(walk.apex()) == Place::Beyond;
+                !is_bad
             });
-            let at = patch.to_world(local);
-            let near = under.is_some_and(|face| is_near(mesh, face, at, limits.tolerance));
-            if !near {
-                return Verdict::Open;
-            }
-            if in_region && under.is_some_and(is_bad) {
+            if is_bad {
                 return Verdict::Fails;
             }
+            let is_fine = match under {
+                Under::Face(face) => {
+                    distance(patch.to_world(local), mesh, face) <= limits.tolerance
+                }
+                Under::Beyond(_) => limits.overhang,
+                Under::Unknown => false,
+            };
+            if !is_fine {
+                verdict = Verdict::Open;
+            }
         }
-        Verdict::Likely
+        let is_bad = |at: &&DVec3| heights.place(**at) == Place::Beyond;
+        if let Some(&witness) = self.sample.iter().find(is_bad) {
+            self.testify(witness);
+            return Verdict::Fails;
+        }
+        verdict
+    }
+
+    /// Notes a vertex that is out of tolerance of a patch.
+    fn testify(&mut self, witness: DVec3) {
+        if self.witnesses.len() == WITNESSES {
+            self.witnesses.remove(0);
+        }
+        self.witnesses.push(witness);
+    }
+
+    /// Whether a vertex that another patch at the point has failed by is out of tolerance of this
+    /// one, too.
+    pub(crate) fn is_ruled_out(&self, fit: &PatchFit, limits: &Limits) -> bool {
+        let heights = Heights::new(&fit.patch, limits.tolerance);
+        let mut newest_first = self.witnesses.iter().rev();
+        newest_first.any(|&at| heights.place(at) == Place::Beyond)
     }
 
     /// How many faces the patch that was tested last has in its region.
     pub(crate) fn region_size(&self) -> usize {
-        self.region.faces().len()
+        self.region.len()
     }
 
     /// Whether a patch keeps its limits; if so, [`PatchProbe::covered`] has its faces.
     pub(crate) fn accepts(&mut self, fit: &PatchFit, limits: &Limits) -> bool {
-        self.test_over_sections(fit, limits);
-        if self.grow_within(fit, limits).is_break() {
+        if let ControlFlow::Break(witness) = self.grow_within(fit, limits) {
+            self.testify(witness);
             return false;
         }
-        let mut pending = core::mem::take(&mut self.pending);
-        self.measure(&mut pending);
-        let kept = pending.iter().all(|p| p.error(limits.overhang) <= limits.tolerance);
-        self.pending = pending;
-        kept
+        self.look_under_test_points(fit, limits);
+        self.settle(limits)
     }
 
     /// The faces whose vertices all lie in the footprint of the patch that was accepted last and
     /// within tolerance of it. The footprint is convex, so it has the whole of these faces.
     pub(crate) fn covered(&self) -> impl Iterator<Item = FaceId> + '_ {
-        let topology = self.mesh.topology();
-        let fitted = move |&face: &FaceId| {
-            topology.face_vertices(face).iter().all(|v| self.fitted.contains(v.index()))
-        };
-        self.region.faces().iter().copied().filter(fitted)
+        self.region.picked_faces()
     }
 
-    /// Leaves in `pending` the test points that are not within tolerance of the face that lies
-    /// straight under them, which the section in their direction leads to.
-    fn test_over_sections(&mut self, fit: &PatchFit, limits: &Limits) {
-        let Self { mesh, pending, turns, .. } = self;
+    /// Leaves in `pending` the test points that are not within tolerance of the face that the section in
+    /// their direction leads to, straight under them or at the boundary, if that is of the region. The
+    /// nearest face is not farther than their distance is then.
+    fn look_under_test_points(&mut self, fit: &PatchFit, limits: &Limits) {
+        let Self { mesh, pending, turns, region, .. } = self;
         pending.clear();
         let patch = &fit.patch;
         let test = |local: DVec3| {
             let at = patch.to_world(local);
-            let under = follow(mesh, fit, local, |_| {});
-            if !under.is_some_and(|face| is_near(mesh, face, at, limits.tolerance)) {
-                pending.push(TestPoint::new(at));
+            let mut point = TestPoint::new(at);
+            if let Under::Face(face) | Under::Beyond(face) = follow(mesh, fit, local, |_| true)
+                && region.contains(face)
+            {
+                // Only what is nearer needs a look, and this face itself.
+                point.distance = 1.000_001 * distance(at, mesh, face);
+            }
+            if point.distance > 1.000_001 * limits.tolerance {
+                pending.push(point);
             }
         };
         if limits.ends_only {
@@ -233,66 +274,103 @@ impl<'a> PatchProbe<'a> {
         }
     }
 
-    /// Grows the region and marks the vertices of the footprint; breaks at the first one that is
-    /// out of tolerance.
-    fn grow_within(&mut self, fit: &PatchFit, limits: &Limits) -> ControlFlow<()> {
-        let Self { mesh, region, fitted, .. } = self;
-        let patch = &fit.patch;
-        let [l1, l2] = patch.arcs();
-        let reach = l1.max(l2) + 2.0 * limits.tolerance;
-        fitted.clear();
-        region.grow(mesh, fit.point.face(), patch, reach, |vertex| {
-            match height_error(patch, mesh.position(vertex)) {
-                Some(error) if error <= limits.tolerance => {
-                    fitted.insert(vertex.index());
-                }
-                Some(_) if !limits.ends_only => return ControlFlow::Break(()),
-                _ => {}
+    /// Whether all pending points are within tolerance of the region, or beyond the boundary where
+    /// that is allowed.
+    fn settle(&mut self, limits: &Limits) -> bool {
+        let mut pending = core::mem::take(&mut self.pending);
+        for (face, corners) in self.region.triangles() {
+            if pending.is_empty() {
+                break;
             }
-            ControlFlow::Continue(())
+            let measured = MeasuredFace::new(self.mesh, face, corners);
+            pending.retain_mut(|point| {
+                measured.measure(point);
+                point.distance > limits.tolerance
+            });
+        }
+        let kept = pending.iter().all(|point| point.error(limits.overhang) <= limits.tolerance);
+        self.pending = pending;
+        kept
+    }
+
+    /// Grows the region and picks the vertices of the footprint; breaks at the first one that is
+    /// out of tolerance.
+    fn grow_within(&mut self, fit: &PatchFit, limits: &Limits) -> ControlFlow<DVec3> {
+        let patch = &fit.patch;
+        let heights = Heights::new(patch, limits.tolerance);
+        let reach = reach(patch, 2.0 * limits.tolerance);
+        let Self { region, sample, .. } = self;
+        let mut met = 0;
+        region.grow(fit.point.face(), patch, reach, |at| {
+            met += 1;
+            // Regions at one point begin with nearly the same vertices.
+            if met / SAMPLED > sample.len() {
+                sample.push(at);
+            }
+            match heights.place(at) {
+                Place::Within => ControlFlow::Continue(true),
+                Place::Beyond if !limits.ends_only => ControlFlow::Break(at),
+                Place::Beyond | Place::Outside => ControlFlow::Continue(false),
+            }
         })
     }
 
     /// Grows the region and returns the largest height error.
     fn grow_whole(&mut self, fit: &PatchFit, margin: f64) -> f64 {
-        let Self { mesh, region, .. } = self;
         let patch = &fit.patch;
-        let [l1, l2] = patch.arcs();
-        let reach = l1.max(l2) + margin;
         let mut heights = 0.0_f64;
-        let _ = region.grow(mesh, fit.point.face(), patch, reach, |vertex| {
-            heights = heights.max(height_error(patch, mesh.position(vertex)).unwrap_or(0.0));
-            ControlFlow::Continue(())
+        let _ = self.region.grow(fit.point.face(), patch, reach(patch, margin), |at| {
+            heights = heights.max(height_error(patch, patch.to_local(at)).unwrap_or(0.0));
+            ControlFlow::Continue(false)
         });
         heights
     }
 
     /// The exact distances of points from the faces of the region.
     fn measure(&self, points: &mut [TestPoint]) {
-        if points.is_empty() {
-            return;
-        }
-        for &face in self.region.faces() {
-            let corners = self.mesh.triangle(face);
-            let [a, b, c] = corners;
-            let size = a.distance_squared(b).max(a.distance_squared(c)).sqrt();
+        for (face, corners) in self.region.triangles() {
+            let measured = MeasuredFace::new(self.mesh, face, corners);
             for point in &mut *points {
-                let reach = point.distance + size;
-                if point.at.distance_squared(a) > reach * reach {
-                    continue;
-                }
-                let (closest, feature) = closest_point(point.at, corners);
-                let distance = closest.distance(point.at);
-                if distance < point.distance {
-                    point.distance = distance;
-                    point.nearest_on_boundary = self.is_on_boundary(face, feature);
-                }
+                measured.measure(point);
             }
         }
     }
+}
 
-    fn is_on_boundary(&self, face: FaceId, feature: Feature) -> bool {
-        let topology = self.mesh.topology();
+/// A face that distances are measured from.
+struct MeasuredFace<'a> {
+    mesh: &'a TriMesh,
+    face: FaceId,
+    corners: [DVec3; 3],
+    /// The square of how far the other corners are from the first at most.
+    square_size: f64,
+}
+
+impl<'a> MeasuredFace<'a> {
+    fn new(mesh: &'a TriMesh, face: FaceId, corners: [DVec3; 3]) -> Self {
+        let [a, b, c] = corners;
+        let square_size = a.distance_squared(b).max(a.distance_squared(c));
+        Self { mesh, face, corners, square_size }
+    }
+
+    /// Notes in the point how far it is from here, if that is nearest so far.
+    #[inline]
+    fn measure(&self, point: &mut TestPoint) {
+        // The square of a sum is at most twice the sum of the squares; and a bit for rounding.
+        let square_reach = 2.000_001 * (point.distance * point.distance + self.square_size);
+        if point.at.distance_squared(self.corners[0]) > square_reach {
+            return;
+        }
+        let (closest, feature) = closest_point(point.at, self.corners);
+        let distance = closest.distance(point.at);
+        if distance < point.distance {
+            point.distance = distance;
+            point.nearest_on_boundary = self.is_on_boundary(feature);
+        }
+    }
+
+    fn is_on_boundary(&self, feature: Feature) -> bool {
+        let (topology, face) = (self.mesh.topology(), self.face);
         match feature {
             Feature::Corner(i) => topology.is_boundary_vertex(topology.face_vertices(face)[i]),
             Feature::Side(i) => topology.is_boundary_edge(topology.face_half_edges(face)[i].edge()),
@@ -301,10 +379,63 @@ impl<'a> PatchProbe<'a> {
     }
 }
 
-/// The height of a point over or under the patch; `None` outside the footprint.
-#[inline]
-fn height_error(patch: &Patch, point: DVec3) -> Option<f64> {
-    let local = patch.to_local(point);
+/// How many vertices that patches have failed by are asked again.
+const WITNESSES: usize = 8;
+
+/// One in so many vertices of a region is asked again by a first look.
+const SAMPLED: usize = 16;
+
+/// How far the region of a patch goes.
+fn reach(patch: &Patch, margin: f64) -> f64 {
+    let [l1, l2] = patch.arcs();
+    l1.max(l2) + margin
+}
+
+/// Where a point is, as seen from a patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    /// Not over or under the footprint.
+    Outside,
+    /// Within tolerance of the patch.
+    Within,
+    /// Farther over or under it.
+    Beyond,
+}
+
+/// The heights of a patch, for looking at many points.
+struct Heights<'p> {
+    patch: &'p Patch,
+    bracket: Option<HeightBracket>,
+    tolerance: f64,
+}
+
+impl<'p> Heights<'p> {
+    fn new(patch: &'p Patch, tolerance: f64) -> Self {
+        Self { patch, bracket: HeightBracket::new(patch), tolerance }
+    }
+
+    #[inline]
+    fn place(&self, point: DVec3) -> Place {
+        self.place_of(point - self.patch.origin())
+    }
+
+    /// The place of a point that is given relative to the origin of the patch.
+    #[inline]
+    fn place_of(&self, offset: DVec3) -> Place {
+        let local = self.patch.turn_to_local(offset);
+        if !self.patch.contains(local.x, local.y) {
+            return Place::Outside;
+        }
+        let quick = self.bracket.and_then(|bracket| bracket.is_within(local, self.tolerance));
+        let is_within = quick.unwrap_or_else(|| {
+            height_error(self.patch, local).is_none_or(|error| error <= self.tolerance)
+        });
+        if is_within { Place::Within } else { Place::Beyond }
+    }
+}
+
+/// The height of a point over or under the patch, given in its frame; `None` outside the footprint.
+fn height_error(patch: &Patch, local: DVec3) -> Option<f64> {
     patch.height_in_footprint(local.x, local.y).map(|z| (local.z - z).abs())
 }
 
@@ -323,45 +454,62 @@ impl Turns {
 
     /// The points of the full test, in the frame of the patch.
     fn full_test<'t>(&'t self, patch: &'t Patch) -> impl Iterator<Item = DVec3> + 't {
-        let ring = |u: f64| {
-            let arms = patch.arms(u);
-            self.0.iter().map(move |&[sin, cos]| patch.point_of_arms(arms, sin, cos))
-        };
-        ring(1.0).chain(ring(0.5))
+        self.ring(patch, 1.0).chain(self.ring(patch, 0.5))
+    }
+
+    /// Those of them with this u.
+    fn ring<'t>(&'t self, patch: &'t Patch, u: f64) -> impl Iterator<Item = DVec3> + 't {
+        let arms = patch.arms(u);
+        self.0.iter().map(move |&[sin, cos]| patch.point_of_arms(arms, sin, cos))
     }
 }
 
-/// Whether a face is within a distance of a point.
-fn is_near(mesh: &TriMesh, face: FaceId, at: DVec3, distance: f64) -> bool {
-    closest_point(at, mesh.triangle(face)).0.distance(at) <= distance
+/// The distance of a point from a face.
+fn distance(at: DVec3, mesh: &TriMesh, face: FaceId) -> f64 {
+    closest_point(at, mesh.triangle(face)).0.distance(at)
 }
 
-/// The face straight under a point of the patch, if the section leads there; the walker is shown in
-/// every face but the first.
-fn follow(
-    mesh: &TriMesh,
+/// What lies straight under a point of a patch.
+enum Under {
+    /// This face.
+    Face(FaceId),
+    /// Nothing: the section comes to the boundary of the mesh before, in this face.
+    Beyond(FaceId),
+    /// The section turns back or goes round, or the visitor has ended it.
+    Unknown,
+}
+
+/// Follows the section to what is straight under a point of the patch. The walker is shown in every
+/// face but the first, as long as `visit` wants to see more.
+#[inline]
+fn follow<'a>(
+    mesh: &'a TriMesh,
     fit: &PatchFit,
     local: DVec3,
-    mut visit: impl FnMut(&SectionWalk<'_>),
-) -> Option<FaceId> {
+    mut visit: impl FnMut(&SectionWalk<'a>) -> bool,
+) -> Under {
     let [e1, e2, e3] = fit.patch.frame();
     let distance = local.truncate().length();
     let tangent = (local.x * e1 + local.y * e2) / distance;
     let plane = SectionPlane::new(fit.patch.origin(), e3, tangent);
-    let [mut walk, _] = SectionWalk::both_ways(mesh, fit.point.face(), &plane)?;
+    let walks = SectionWalk::both_ways(mesh, fit.point.face(), &plane);
+    let Some([mut walk, _]) = walks else { return Under::Unknown };
     let mut last = 0.0;
     loop {
         let ahead = walk.crossing().dot(tangent);
         if ahead >= distance {
-            return Some(walk.face());
+            return Under::Face(walk.face());
         }
         // Where the section turns back, the mesh folds over and nothing is straight under.
         if ahead < last {
-            return None;
+            return Under::Unknown;
         }
         last = ahead;
-        walk.step().ok()?;
-        visit(&walk);
+        match walk.step() {
+            Ok(()) if visit(&walk) => {}
+            Err(WalkEnd::Boundary) => return Under::Beyond(walk.face()),
+            Ok(()) | Err(WalkEnd::Wrapped) => return Under::Unknown,
+        }
     }
 }
 

@@ -62,6 +62,8 @@ pub(crate) struct SectionWalk<'a> {
     from: Sighting,
     to: Sighting,
     steps_left: usize,
+    /// The corner of `face` that the face before did not have, relative to the origin.
+    apex: DVec3,
 }
 
 impl<'a> SectionWalk<'a> {
@@ -88,6 +90,7 @@ impl<'a> SectionWalk<'a> {
                 from,
                 to,
                 steps_left: most_steps(topology.face_count()),
+                apex: seen[(i + 2) % 3].at,
             })
         });
         let (first, second) = (exits.next()?, exits.next()?);
@@ -98,6 +101,13 @@ impl<'a> SectionWalk<'a> {
     /// The face that the walker stands in.
     pub(crate) fn face(&self) -> FaceId {
         self.face
+    }
+
+    /// Where the corner of the face is that the face before did not have, relative to the origin of
+    /// the section.
+    #[inline]
+    pub(crate) fn apex(&self) -> DVec3 {
+        self.apex
     }
 
     /// Where the section leaves the face, relative to the origin of the section.
@@ -122,6 +132,7 @@ impl<'a> SectionWalk<'a> {
         // round, followed by `from` - `apex` and `apex` - `to`.
         let second = topology.next(entry);
         let apex = sight(self.mesh, &self.plane, topology.target(second));
+        self.apex = apex.at;
         if apex.is_above() == self.from.is_above() {
             self.exit = topology.next(second);
             self.from = apex;

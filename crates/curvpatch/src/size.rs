@@ -152,12 +152,14 @@ pub struct PatchSizer<'e, 'a> {
     max_radius: f64,
     probe: PatchProbe<'a>,
     /// The curvatures of the ladder's rungs at the current point, which all shapes share.
-    rungs: Vec<Result<DiscCurvature, CurvatureError>>,
+    rungs: Vec<Option<Result<DiscCurvature, CurvatureError>>>,
     /// The sections of the face's own planes at the current point.
     sections: Sections<'a>,
     /// Whether patches have become so large that a first look is quicker than a full test.
     is_large: bool,
-    /// The faces of the best patch so far.
+    /// The patch that the probe looked at last, if it is admissible.
+    accepted: Option<PatchFit>,
+    /// The faces of the patch that was confirmed last.
     faces: Vec<FaceId>,
 }
 
@@ -181,6 +183,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             rungs: Vec::new(),
             sections: Sections::default(),
             is_large: false,
+            accepted: None,
             faces: Vec::new(),
         })
     }
@@ -200,7 +203,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         shape: Shape,
     ) -> Result<SizedPatch, Unfit> {
         let point = point.into();
-        self.rungs.clear();
+        self.start();
         self.climb(point, shape)
     }
 
@@ -213,9 +216,17 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         point: impl Into<SurfacePoint>,
         shapes: &[Shape],
     ) -> Result<SizedPatch, Unfit> {
-        let point = point.into();
+        self.fit_largest(point.into(), shapes).map(|(_, sized)| sized)
+    }
+
+    /// As [`PatchSizer::fit_best`], with the area of the faces that it covers.
+    pub(crate) fn fit_largest(
+        &mut self,
+        point: SurfacePoint,
+        shapes: &[Shape],
+    ) -> Result<(f64, SizedPatch), Unfit> {
         let mesh = self.estimator.mesh();
-        self.rungs.clear();
+        self.start();
         let mut best: Option<(f64, SizedPatch)> = None;
         let mut failure = None;
         for &shape in shapes {
@@ -232,42 +243,56 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             }
         }
         let nothing = Unfit::NoRadius { smallest: 0.0, stop: StopReason::MaxRadius };
-        best.map(|(_, sized)| sized).ok_or(failure.unwrap_or(nothing))
+        best.ok_or(failure.unwrap_or(nothing))
     }
 
-    /// Climbs the ladder of radii, then bisects.
+    /// Forgets what is known about another point.
+    fn start(&mut self) {
+        self.rungs.clear();
+        self.accepted = None;
+        self.probe.start();
+    }
+
+    /// Climbs the ladder of radii, then narrows the gap above the largest admissible one.
     ///
-    /// Once patches are large, radii that are likely to be admissible are passed over until the ladder
-    /// ends; then the largest one is looked at closely, and where that fails the next one below.
+    /// Once patches are large, the ladder is taken some rungs at a time, and radii that are likely to
+    /// be admissible are passed over until it ends; then the largest one is looked at closely, and
+    /// where that fails the next one below.
     fn climb(&mut self, point: SurfacePoint, shape: Shape) -> Result<SizedPatch, Unfit> {
         let smallest = self.smallest_radius(point)?;
         self.is_large = false;
-        let mut rungs: Vec<(f64, Result<Tried, StopReason>)> = Vec::new();
+        // None where one is passed over.
+        let mut rungs: Vec<Option<Result<Tried, StopReason>>> = Vec::new();
         let mut failures = 0;
-        for rung in 0.. {
-            let radius = smallest * self.options.growth.powi(rung);
-            if radius > self.max_radius {
-                rungs.push((radius, Err(StopReason::MaxRadius)));
+        loop {
+            let rung = rungs.len();
+            let tried = self.try_rung(point, shape, smallest, rung);
+            failures = if tried.is_err() { failures + 1 } else { 0 };
+            let is_end = matches!(tried, Err(StopReason::MaxRadius))
+                || failures >= 2 && self.radius_of(smallest, rung) >= 3.0 * smallest;
+            rungs.push(Some(tried));
+            if is_end {
                 break;
             }
-            let tried = self.try_rung(point, shape, rung as usize, radius);
-            failures = if tried.is_err() { failures + 1 } else { 0 };
-            rungs.push((radius, tried));
-            if failures >= 2 && radius >= 3.0 * smallest {
-                break;
+            if failures == 0 && self.is_large {
+                rungs.extend((1..STRIDE).map(|_| None));
             }
         }
         let mut stop = StopReason::MaxRadius;
-        while let Some((radius, tried)) = rungs.pop() {
-            match tried.and_then(|tried| self.confirm(tried)) {
-                Ok(fit) => {
-                    let fit = self.bisect(shape, radius, fit);
-                    return Ok(SizedPatch { fit, stop, faces: self.faces.clone() });
-                }
+        while let Some(tried) = rungs.pop() {
+            let rung = rungs.len();
+            let tried = tried.unwrap_or_else(|| self.try_rung(point, shape, smallest, rung));
+            match tried.and_then(|tried| self.widest(shape, tried)) {
+                Ok(fit) => return Ok(SizedPatch { fit, stop, faces: self.faces.clone() }),
                 Err(reason) => stop = reason,
             }
         }
         Err(self.unfit(smallest, stop))
+    }
+
+    /// The radius of a rung of the ladder.
+    fn radius_of(&self, smallest: f64, rung: usize) -> f64 {
+        smallest * self.options.growth.powi(rung as i32)
     }
 
     /// The smallest radius that is tried: just large enough to reach over the face.
@@ -283,23 +308,32 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
 
     /// What to say about a point without admissible radius.
     fn unfit(&self, smallest: f64, stop: StopReason) -> Unfit {
-        match self.rungs.iter().find_map(|rung| rung.err()) {
-            Some(error) if self.rungs.iter().all(Result::is_err) => Unfit::Curvature(error),
+        let mut known = self.rungs.iter().flatten();
+        match known.clone().find_map(|rung| rung.err()) {
+            Some(error) if known.all(Result::is_err) => Unfit::Curvature(error),
             _ => Unfit::NoRadius { smallest, stop },
         }
     }
 
+    /// The patch of a rung, unless it is above the largest radius or not admissible.
     fn try_rung(
         &mut self,
         point: SurfacePoint,
         shape: Shape,
+        smallest: f64,
         rung: usize,
-        radius: f64,
     ) -> Result<Tried, StopReason> {
-        while self.rungs.len() <= rung {
-            self.rungs.push(self.estimator.at_again(&mut self.sections, point, radius));
+        let radius = self.radius_of(smallest, rung);
+        if radius > self.max_radius {
+            return Err(StopReason::MaxRadius);
         }
-        let curvature = self.rungs[rung].map_err(|_| StopReason::Boundary)?;
+        if self.rungs.len() <= rung {
+            self.rungs.resize(rung + 1, None);
+        }
+        let (estimator, sections) = (self.estimator, &mut self.sections);
+        let curvature =
+            self.rungs[rung].get_or_insert_with(|| estimator.at_again(sections, point, radius));
+        let curvature = curvature.map_err(|_| StopReason::Boundary)?;
         self.try_curvature(point, shape, curvature)
     }
 
@@ -331,12 +365,9 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         let limits = self.limits();
         let verdict = if self.is_large { self.probe.screen(&fit, &limits) } else { Verdict::Open };
         match verdict {
-            Verdict::Likely => Ok(Tried { fit, faces: None }),
+            Verdict::Likely => Ok(Tried { fit, is_certain: false }),
             Verdict::Fails => Err(StopReason::Tolerance),
-            Verdict::Open => {
-                let faces = self.faces_of(&fit)?;
-                Ok(Tried { fit, faces: Some(faces) })
-            }
+            Verdict::Open => self.look_at(&fit).map(|()| Tried { fit, is_certain: true }),
         }
     }
 
@@ -349,61 +380,100 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         }
     }
 
-    /// The faces of a patch, when it is admissible.
-    fn faces_of(&mut self, fit: &PatchFit) -> Result<Vec<FaceId>, StopReason> {
-        let accepted = self.probe.accepts(fit, &self.limits());
+    /// Looks at all of a patch; an error when it is not admissible.
+    fn look_at(&mut self, fit: &PatchFit) -> Result<(), StopReason> {
+        let is_accepted = self.probe.accepts(fit, &self.limits());
         self.is_large |= self.probe.region_size() >= LARGE;
-        if !accepted {
-            return Err(StopReason::Tolerance);
-        }
-        Ok(self.probe.covered().collect())
+        self.accepted = is_accepted.then_some(*fit);
+        if is_accepted { Ok(()) } else { Err(StopReason::Tolerance) }
     }
 
     /// The patch, when it is admissible; its faces are kept then.
-    fn confirm(&mut self, tried: Tried) -> Result<PatchFit, StopReason> {
-        self.faces = match tried.faces {
-            Some(faces) => faces,
-            None => self.faces_of(&tried.fit)?,
-        };
+    fn confirm(&mut self, tried: &Tried) -> Result<PatchFit, StopReason> {
+        if self.accepted != Some(tried.fit) {
+            self.look_at(&tried.fit)?;
+        }
+        self.faces.clear();
+        self.faces.extend(self.probe.covered());
         Ok(tried.fit)
     }
 
-    /// Narrows the gap between the largest admissible rung and the next: first by what is likely,
-    /// and where the end of that is not admissible, step by step.
-    fn bisect(&mut self, shape: Shape, radius: f64, fit: PatchFit) -> PatchFit {
-        let limit = (radius * self.options.growth).min(self.max_radius);
-        let (mut low, mut high) = (radius, limit);
-        let mut largest = None;
-        for _ in 0..self.options.bisections {
-            let middle = (low * high).sqrt();
-            match self.try_radius(fit.point, shape, middle) {
-                Ok(tried) => (low, largest) = (middle, Some(tried)),
-                Err(_) => high = middle,
+    /// The largest admissible patch from a rung up to the next one; an error when not even that of
+    /// the rung is admissible.
+    ///
+    /// To look closely takes long, so that is done to the largest one that is likely to be admissible.
+    /// What it fails by rules out others quickly, and then the largest one that is likely now is next;
+    /// after some failures the next one below that was likely before.
+    fn widest(&mut self, shape: Shape, rung: Tried) -> Result<PatchFit, StopReason> {
+        let radius = rung.fit.curvature.radius;
+        let mut limit = (radius * self.options.growth).min(self.max_radius);
+        let mut likely = vec![rung];
+        let mut failures = 0;
+        let mut reason = StopReason::Tolerance;
+        loop {
+            while failures < PATIENCE
+                && let Some(low) = likely.last()
+                && let Some(middle) = self.between(low.fit.curvature.radius, limit)
+            {
+                match self.try_radius(low.fit.point, shape, middle) {
+                    Ok(tried) => likely.push(tried),
+                    Err(_) => limit = middle,
+                }
+            }
+            let Some(tried) = likely.pop() else { return Err(reason) };
+            match self.confirm(&tried) {
+                Ok(fit) => return Ok(self.bisect(shape, fit, limit)),
+                Err(other) => (reason, limit) = (other, tried.fit.curvature.radius),
+            }
+            failures += 1;
+            let limits = self.limits();
+            while let Some(tried) = likely.last()
+                && !tried.is_certain
+                && self.probe.is_ruled_out(&tried.fit, &limits)
+            {
+                limit = tried.fit.curvature.radius;
+                likely.pop();
             }
         }
-        let Some(largest) = largest else { return fit };
-        if let Ok(fit) = self.confirm(largest) {
-            return fit;
-        }
-        let (mut best, mut low, mut high) = (fit, radius, limit);
-        for _ in 0..self.options.bisections {
-            let middle = (low * high).sqrt();
+    }
+
+    /// Narrows the gap between an admissible radius and one that is not as far as the options ask
+    /// for, looking closely at each step.
+    fn bisect(&mut self, shape: Shape, fit: PatchFit, limit: f64) -> PatchFit {
+        let (mut best, mut high) = (fit, limit);
+        while let Some(middle) = self.between(best.curvature.radius, high) {
             let tried = self.try_radius(fit.point, shape, middle);
-            match tried.and_then(|tried| self.confirm(tried)) {
-                Ok(fit) => (best, low) = (fit, middle),
+            match tried.and_then(|tried| self.confirm(&tried)) {
+                Ok(fit) => best = fit,
                 Err(_) => high = middle,
             }
         }
         best
     }
+
+    /// The radius to try next between one that is admissible and one that is not; `None` when they
+    /// are as close as the options ask for.
+    fn between(&self, low: f64, high: f64) -> Option<f64> {
+        // A step of the ladder, halved so many times, and not once more.
+        let halvings = f64::from(1_u32 << self.options.bisections.min(31));
+        let is_wide = high > low * self.options.growth.powf(1.5 / halvings);
+        is_wide.then(|| (low * high).sqrt())
+    }
 }
 
 /// So many faces under a patch take longer to look at than a few sections over them.
-const LARGE: usize = 512;
+const LARGE: usize = 128;
 
-/// A patch that no first look has refused, with its faces where all of it has been looked at.
+/// After so many patches that were likely to be admissible and are not, no others are looked for.
+const PATIENCE: usize = 4;
+
+/// Of the ladder's rungs, every so many-th is tried on the way up once patches are large.
+const STRIDE: usize = 3;
+
+/// A patch that no first look has refused.
 #[derive(Clone, Debug)]
 struct Tried {
     fit: PatchFit,
-    faces: Option<Vec<FaceId>>,
+    /// Whether all of it has been looked at.
+    is_certain: bool,
 }

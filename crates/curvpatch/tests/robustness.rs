@@ -70,7 +70,7 @@ fn the_number_of_threads_changes_no_bit() {
         rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(compute)
     };
     let (discs, covered) = with_threads(1);
-    for threads in [2, 8] {
+    for threads in [2, 3, 8] {
         let (other_discs, other) = with_threads(threads);
         assert_eq!(discs, other_discs);
         assert_eq!(covered, other);
@@ -278,6 +278,47 @@ fn records_survive_json() {
     let broken = text.replacen("\"arcs\":[", "\"arcs\":[-", 1);
     let patch: Result<CoverRecord, _> = serde_json::from_str(&broken);
     assert!(patch.is_ok_and(|record| Patch::try_from(record.patches[0].patch).is_err()));
+}
+
+/// A sheet over a lattice with some vertices moved to other places of it, so that it folds over itself
+/// and passes by itself.
+fn crumpled_sheet(random: &mut SplitMix64) -> Option<TriMesh> {
+    let side = 5;
+    let mut whole = |limit: f64| (limit * random.symmetric()).round();
+    let mut points: Vec<[f64; 3]> =
+        (0..side * side).map(|i| [f64::from(i % side), f64::from(i / side), whole(2.0)]).collect();
+    for _ in 0..6 {
+        let moved = (random.uniform() * points.len() as f64) as usize;
+        let mut whole = |limit: f64| (limit * random.symmetric()).round();
+        points[moved] = [whole(4.0), whole(4.0), whole(4.0)];
+    }
+    let cells = (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| x + y * side));
+    let triangles: Vec<[u32; 3]> = cells
+        .flat_map(|a| [[a, a + 1, a + side + 1], [a, a + side + 1, a + side]])
+        .map(|corners| corners.map(|corner| corner as u32))
+        .collect();
+    let soup = PolygonSoup::from_triangles(&points, &triangles).ok()?;
+    Some(build(&soup, &Repair::lenient()).ok()?.mesh)
+}
+
+/// What lies straight under a point of a patch may be reached by a section that leaves the patch's
+/// region on its way: it does not count, and neither does the error of a patch that counts on it.
+#[test]
+fn no_cover_of_a_sheet_that_folds_over_is_out_of_tolerance() {
+    let mut random = SplitMix64::new(5);
+    let mut patches = 0;
+    for _ in 0..400 {
+        let Some(mesh) = crumpled_sheet(&mut random) else { continue };
+        let tolerance = 0.02 + 2.0 * random.uniform();
+        let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
+        for shape in Shape::ALL {
+            let options = CoverOptions { shapes: vec![*shape], ..CoverOptions::new(tolerance) };
+            let cover = cover(&estimator, &options).unwrap();
+            patches += cover.patches.len();
+            assert!(cover.max_error() <= tolerance, "{} > {tolerance}", cover.max_error());
+        }
+    }
+    assert!(patches > 1000, "{patches}");
 }
 
 /// Random small soups, repaired: folded, pinched, with needles and several components.

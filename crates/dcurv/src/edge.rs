@@ -1,10 +1,13 @@
 //! Curvature of the edges of a mesh.
 
+use core::iter::zip;
+
+use fearless_simd::Level;
 use glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, Handle, TriMesh, parallel};
 
 use crate::dihedral::dihedral_angle;
-use crate::intersection::intersection_angle;
+use crate::intersection::{intersection_angle, intersection_angles_of};
 use crate::quantity::Integral;
 
 /// The signed dihedral angle of an edge, in radians; see [`dihedral_angle`]. `None` for a boundary
@@ -56,7 +59,27 @@ pub fn edge_mean_curvatures(mesh: &TriMesh) -> EdgeMap<Option<Integral>> {
 /// [`edge_intersection_angle`] of all edges; `None` for removed edges, too.
 #[must_use]
 pub fn intersection_angles(mesh: &TriMesh) -> EdgeMap<Option<f64>> {
-    map_edges(mesh, edge_intersection_angle)
+    const BLOCK: usize = 64;
+    let topology = mesh.topology();
+    let level = Level::new();
+    let of_block = |(): &mut (), indices: core::ops::Range<usize>| {
+        let mut points = [[DVec3::ZERO; 4]; BLOCK];
+        let mut angles = [None; BLOCK];
+        for ((row, angle), edge) in
+            zip(zip(&mut points, &mut angles), indices.map(EdgeId::from_index))
+        {
+            let diamond = || edge_diamond(mesh, edge);
+            if let Some(diamond) = topology.contains_edge(edge).then(diamond).flatten() {
+                (*row, *angle) = (diamond, Some(0.0));
+            }
+        }
+        for (angle, found) in zip(&mut angles, intersection_angles_of(level, &points)) {
+            *angle = angle.map(|_| found);
+        }
+        angles
+    };
+    let count = topology.edge_capacity();
+    EdgeMap::from_vec(parallel::collect_blocks(count, || (), of_block))
 }
 
 fn map_edges<T: Send>(

@@ -1,5 +1,6 @@
 //! Bobenko's intersection angle: how the circumcircles of two triangles meet.
 
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
 
 use crate::angle::unit_scale;
@@ -24,12 +25,59 @@ use crate::atan2::atan2;
 pub fn intersection_angle(i: DVec3, j: DVec3, k: DVec3, l: DVec3) -> f64 {
     let sides = [l - i, j - l, k - j, i - k];
     let (minus_real, imaginary) = product(sides);
-    // The product is as long as the four lengths multiplied. Its squares must fit.
-    let size = minus_real.abs() + imaginary;
-    if size > 1e-100 && size < 1e150 {
+    if is_in_range(minus_real, imaginary) {
         return atan2(imaginary, minus_real);
     }
     scaled_intersection_angle(sides)
+}
+
+/// [`intersection_angle`] of many edges side by side, with vector instructions and the same bits.
+/// Each row has the four points of one.
+pub(crate) fn intersection_angles_of<const N: usize>(
+    level: Level,
+    rows: &[[DVec3; 4]; N],
+) -> [f64; N] {
+    let mut columns = [[0.0; N]; 12];
+    for (i, row) in rows.iter().enumerate() {
+        for (point, three) in row.iter().zip(columns.as_chunks_mut::<3>().0) {
+            (three[0][i], three[1][i], three[2][i]) = (point.x, point.y, point.z);
+        }
+    }
+    let mut angles = [0.0; N];
+    let mut in_range = [false; N];
+    dispatch!(level, _ => evaluate(&columns, &mut angles, &mut in_range));
+    for (i, [p, q, r, s]) in rows.iter().enumerate() {
+        if !in_range[i] {
+            angles[i] = intersection_angle(*p, *q, *r, *s);
+        }
+    }
+    angles
+}
+
+/// The angles of rows whose coordinates stand in columns; those out of range mean nothing.
+#[inline(always)]
+fn evaluate<const N: usize>(
+    columns: &[[f64; N]; 12],
+    angles: &mut [f64; N],
+    in_range: &mut [bool; N],
+) {
+    let (mut real, mut other) = ([0.0; N], [0.0; N]);
+    for n in 0..N {
+        let at = |c: usize| DVec3::new(columns[c][n], columns[c + 1][n], columns[c + 2][n]);
+        let [i, j, k, l] = [at(0), at(3), at(6), at(9)];
+        (real[n], other[n]) = product([l - i, j - l, k - j, i - k]);
+    }
+    for n in 0..N {
+        angles[n] = atan2(other[n], real[n]);
+        in_range[n] = is_in_range(real[n], other[n]);
+    }
+}
+
+/// Whether the product, which is as long as the four lengths multiplied, has squares that fit.
+#[inline(always)]
+fn is_in_range(minus_real: f64, imaginary: f64) -> bool {
+    let size = minus_real.abs() + imaginary;
+    size > 1e-100 && size < 1e150
 }
 
 /// Minus the real part of the product of four imaginary quaternions, and the length of its
@@ -130,6 +178,22 @@ mod tests {
         let apex = |height: f64| DVec3::new(0.5, height, 0.0);
         let found = intersection_angle(i * 1e-60, j * 1e-60, apex(1e60), apex(-1e60));
         assert!((found - PI).abs() < 1e-15 || found.abs() < 1e-15, "{found}");
+    }
+
+    /// Also out of range, and without length.
+    #[test]
+    fn many_have_the_bits_of_each() {
+        let mut random = SplitMix64::new(6);
+        for exponent in [0, 0, 0, -60, 60, -150, 150] {
+            let mut rows = [(); 19].map(|()| random_points(&mut random));
+            rows[4] = rows[4].map(|p| p * 10.0_f64.powi(exponent));
+            rows[7][2] = rows[7][1];
+            rows[8] = [DVec3::X; 4];
+            let expected = rows.map(|[i, j, k, l]| intersection_angle(i, j, k, l));
+            for level in [Level::new(), Level::baseline()] {
+                assert_eq!(intersection_angles_of(level, &rows), expected);
+            }
+        }
     }
 
     #[test]

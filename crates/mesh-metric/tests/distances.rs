@@ -6,7 +6,8 @@ use mesh_core::shapes::{Plane, Sphere, SplitMix64, polyhedra};
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_metric::{
     CertifyOptions, CompareOptions, SignedDistance, Surface, SurfaceError, closest_on_triangle,
-    compare, hausdorff_bounds, one_sided_bounds, sample_surface, vertex_distances,
+    compare, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds, sample_surface,
+    vertex_distances,
 };
 use proptest::prelude::*;
 
@@ -47,6 +48,86 @@ fn closest_points_agree_with_brute_force() {
         let on_face = closest_on_triangle(point, &mesh.triangle(closest.face));
         assert_eq!(closest.offset, on_face);
         assert_eq!(surface.distance(point), by_force);
+    }
+}
+
+#[test]
+fn only_what_is_closer_than_a_distance_is_found() {
+    let surface = Surface::new(&sphere()).unwrap();
+    let points = random_points(3000, 2.0, 4);
+    let all: Vec<f64> = points.iter().map(|&p| surface.distance(p)).collect();
+    // Just above, just below, and at the distance.
+    let than: Vec<f64> =
+        all.iter().zip(0..).map(|(&d, i)| d * [1.0 + 1e-9, 1.0 - 1e-9, 1.0][i % 3]).collect();
+    for (i, found) in surface.closer_points(&points, &than).into_iter().enumerate() {
+        match i % 3 {
+            0 => assert_eq!(found.unwrap().distance, all[i]),
+            1 => assert!(found.is_none()),
+            // Squares of roots are rounded to either side.
+            _ => assert!(found.is_none_or(|found| found.distance == all[i])),
+        }
+    }
+}
+
+#[test]
+fn a_surface_follows_its_mesh() {
+    let mut mesh = sphere();
+    let mut surface = Surface::new(&mesh).unwrap();
+    let count = surface.triangle_count();
+    let mut order: Vec<u32> = surface.in_space().to_vec();
+    order.sort_unstable();
+    assert!(order.into_iter().eq(0..count as u32));
+    mesh = moved(&mesh, |p| DVec3::new(p.x, 2.0 * p.y, p.z + 0.1 * p.x));
+    let edges: Vec<_> = mesh.topology().edges().step_by(7).collect();
+    let mut flips = 0;
+    for edge in edges {
+        if let Ok(flip) = mesh.topology().check_flip(edge) {
+            mesh.flip(flip);
+            flips += 1;
+        }
+    }
+    assert!(flips > 50);
+    surface.follow(&mesh).unwrap();
+    let anew = Surface::new(&mesh).unwrap();
+    assert_eq!(surface.bounding_box(), anew.bounding_box());
+    let points = random_points(2000, 2.5, 6);
+    let neighbours = surface.closest_to_neighbours(&points);
+    for ((&p, d), by_neighbour) in points.iter().zip(anew.distances(&points)).zip(neighbours) {
+        assert_eq!(surface.distance(p), d);
+        assert_eq!(by_neighbour.distance, d);
+    }
+    let other = mesh_of_two();
+    let error = surface.follow(&other).unwrap_err();
+    assert_eq!(error, SurfaceError::OtherFaces { count, found: 2 });
+    assert_eq!(surface.triangle_count(), count);
+}
+
+fn mesh_of_two() -> TriMesh {
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    TriMesh::from_triangles(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap()
+}
+
+#[test]
+fn a_proof_ends_whenever_it_is_told_to() {
+    let other = mesh(&Sphere { radius: 1.0 }.random_hull(300, 8).unwrap());
+    let [a, b] = [&sphere(), &other].map(|mesh| Surface::new(mesh).unwrap());
+    let options = CertifyOptions { tolerance: 1e-7, ..CertifyOptions::default() };
+    let mut asked = 0;
+    let never = &mut || {
+        asked += 1;
+        false
+    };
+    let whole = hausdorff_bounds_until(&a, &b, &options, never).unwrap();
+    assert_eq!(whole, hausdorff_bounds(&a, &b, &options));
+    // In every round of either direction.
+    assert!(asked > 8, "{asked}");
+    for end in 0..asked {
+        let mut left = end;
+        let stops = &mut || {
+            left -= 1;
+            left < 0
+        };
+        assert!(hausdorff_bounds_until(&a, &b, &options, stops).is_none(), "{end}");
     }
 }
 

@@ -178,14 +178,15 @@ impl<'a> CoverCandidates<'a> {
             let sized = parallel::collect_with(
                 block.len(),
                 || sizer.clone(),
-                |sizer, i| sizer.fit_best(block[i], &options.shapes).ok(),
+                |sizer, i| sizer.fit_largest(block[i].into(), &options.shapes).ok(),
             );
             for (&seed, sized) in block.iter().zip(sized) {
                 self.settle(seed);
                 self.tried[seed] = true;
                 // A patch that leaves out its own face stands for nothing.
-                if let Some(sized) = sized.filter(|sized| sized.faces.contains(&seed)) {
-                    self.add(&sized);
+                if let Some((area, sized)) = sized.filter(|(_, sized)| sized.faces.contains(&seed))
+                {
+                    self.add(area, &sized);
                 }
             }
             self.seeds += block.len();
@@ -196,8 +197,7 @@ impl<'a> CoverCandidates<'a> {
         ControlFlow::Continue((gained / seeds.len().max(1) as f64).max(1.0))
     }
 
-    fn add(&mut self, sized: &SizedPatch) {
-        let area = sized.faces.iter().map(|&face| self.mesh.face_area(face)).sum();
+    fn add(&mut self, area: f64, sized: &SizedPatch) {
         for &face in &sized.faces {
             self.settle(face);
             self.covered[face] = true;

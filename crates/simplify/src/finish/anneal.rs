@@ -1,8 +1,12 @@
-//! Trading faces from where they do little for where they are missed.
+//! Annealing the layout, and trading faces from where they do little for where they are missed.
 //!
-//! Each round cuts the edges with the largest error in two, fits, collapses the cheapest edges until
+//! First the vertices and edges are annealed on the distance itself; see [`layout`](super::layout).
+//! Then each round cuts the edges with the largest error in two, fits, collapses the cheapest edges until
 //! there are as many faces as before, and fits again. The result is kept when it is closer to the
 //! original.
+
+use core::time::Duration;
+use std::time::Instant;
 
 use glam::DVec3;
 use mesh_core::{EdgeId, Handle, TriMesh, VertexId, VertexMap};
@@ -14,13 +18,20 @@ use crate::error::SimplifyError;
 use crate::finish::collapse_back::{CollapseBack, collapse_back};
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::{FitOptions, MOST_SAMPLES_PER_FACE, fit_observed};
+use crate::finish::layout::{Schedule, anneal_layout};
 use crate::finish::observer::Observer;
 
 /// How to anneal; see [`anneal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnnealOptions {
-    /// How many rounds.
+    /// How many sweeps of jumps, flips and smoothing; 0 for none.
+    pub sweeps: usize,
+    /// How far vertices jump at first, in mean lengths of their edges.
+    pub jump: f64,
+    /// The longest time for all of it. The only option that makes results depend on the machine.
+    pub time_limit: Option<Duration>,
+    /// How many rounds of trading faces.
     pub rounds: usize,
     /// The part of the edges that are cut in each round, before it is adapted to what succeeds.
     pub share: f64,
@@ -33,13 +44,23 @@ pub struct AnnealOptions {
 impl Default for AnnealOptions {
     fn default() -> Self {
         let fit = FitOptions { rounds: 2, ..FitOptions::default() };
-        Self { rounds: 12, share: 0.03, samples_per_face: 30, fit }
+        Self {
+            sweeps: 160,
+            jump: 0.2,
+            time_limit: None,
+            rounds: 12,
+            share: 0.03,
+            samples_per_face: 30,
+            fit,
+        }
     }
 }
 
 impl AnnealOptions {
     /// Whether the options make sense.
     pub(crate) fn check(&self) -> Result<(), SimplifyError> {
+        let is_length = self.jump >= 0.0 && self.jump.is_finite();
+        SimplifyError::unless(is_length, "anneal jump", self.jump, "at least 0 and finite")?;
         let is_part = (0.0..=1.0).contains(&self.share);
         SimplifyError::unless(is_part, "anneal share", self.share, "between 0 and 1")?;
         let samples = self.samples_per_face;
@@ -50,10 +71,19 @@ impl AnnealOptions {
     }
 }
 
+/// Samples per face that the layout is annealed on.
+const LAYOUT_SAMPLES: usize = 12;
+/// The fewest rounds of fitting after that.
+const SETTLE: usize = 6;
+
 /// What annealing did.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnnealReport {
+    /// How many sweeps were made.
+    pub sweeps: usize,
+    /// Whether what they left was better, and kept.
+    pub is_layout_kept: bool,
     /// How many rounds were made.
     pub rounds: usize,
     /// How many of them were kept.
@@ -98,11 +128,34 @@ pub(crate) fn anneal_observed(
     let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
     let mut state = State::new(mesh.clone(), constraints.clone(), &points)?;
     let rms_before = state.rms();
+    let deadline = options.time_limit.and_then(|limit| Instant::now().checked_add(limit));
+    let mut sweeps = 0;
+    let mut is_layout_kept = false;
+    if options.sweeps > 0 && !observer.is_stopped() {
+        let schedule = Schedule {
+            sweeps: options.sweeps,
+            jump: options.jump,
+            samples_per_face: LAYOUT_SAMPLES,
+            seed: options.fit.seed,
+            forbid_intersections: options.fit.forbid_intersections,
+            deadline,
+        };
+        let mut next = state.mesh.clone();
+        sweeps = anneal_layout(&mut next, original, &state.constraints, &schedule, observer)?;
+        let settle = FitOptions { rounds: options.fit.rounds.max(SETTLE), ..options.fit };
+        fit_observed(&mut next, original, &state.constraints, &settle, observer)?;
+        let next = State::new(next, state.constraints.clone(), &points)?;
+        is_layout_kept = next.squares < state.squares;
+        if is_layout_kept {
+            state = next;
+        }
+    }
     let mut kept = 0;
     let mut share = options.share;
     let mut rounds = 0;
     for round in 0..options.rounds {
-        if observer.stops(Phase::Anneal, &state.mesh) {
+        let is_over = deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        if is_over || observer.stops(Phase::Anneal, &state.mesh) {
             break;
         }
         let seed = options.fit.seed.wrapping_add(round as u64);
@@ -119,7 +172,15 @@ pub(crate) fn anneal_observed(
     }
     let rms_after = state.rms();
     (*mesh, *constraints) = (state.mesh, state.constraints);
-    Ok(AnnealReport { rounds, kept, rms_before, rms_after, vertex_map: state.map })
+    Ok(AnnealReport {
+        sweeps,
+        is_layout_kept,
+        rounds,
+        kept,
+        rms_before,
+        rms_after,
+        vertex_map: state.map,
+    })
 }
 
 /// A mesh and its error.

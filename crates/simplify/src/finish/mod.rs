@@ -15,7 +15,7 @@
 //! Uses the rooms `collapse`, to get rid of faces again, and `attributes`; and `mesh-metric` for
 //! closest points. It proves nothing about distances: that is for `limit`, above.
 //!
-//! From the bottom: `curve`, `face_lists` and `observer`; `fit`; `texture_fit` and `collapse_back`; `anneal` and
+//! From the bottom: `curve`, `face_lists` and `observer`; `fit`; `layout`, `texture_fit` and `collapse_back`; `anneal` and
 //! `peaks`; `finishing`, which does one after the other.
 
 pub(crate) mod anneal;
@@ -24,6 +24,7 @@ pub(crate) mod curve;
 pub(crate) mod face_lists;
 pub(crate) mod finishing;
 pub(crate) mod fit;
+pub(crate) mod layout;
 pub(crate) mod observer;
 pub(crate) mod peaks;
 pub(crate) mod texture_fit;

@@ -1,0 +1,173 @@
+//! Between which heights a patch lies over a point of its footprint, without a sine.
+//!
+//! With w = u² and turns αᵢ = (κᵢ Lᵢ)², the equation (x / A₁)² + (y / A₂)² = 1 for u is
+//!
+//! ```text
+//! w = (x / L₁)² g(α₁ w) + (y / L₂)² g(α₂ w),   g(t²) = (t / sin t)²,
+//! ```
+//!
+//! and the height is τ - κ₁ x² f(α₁ w) - κ₂ y² f(α₂ w) with f(t²) = 1 / (1 + cos t). Both f and g have
+//! series of positive terms only, so that sums of the first ones are below and the right side grows
+//! with w: put in for w, a number below the root gives one nearer to it from below, and one above it
+//! one from above.
+
+use glam::{DVec2, DVec3};
+
+use crate::patch::Patch;
+
+/// Terms of g(s) up to s⁵; the rest is less than [`REST_OF_G`] s⁶ up to s = [`MAX_TURN`].
+const G: [f64; 6] = [1.0, 1.0 / 3.0, 1.0 / 15.0, 2.0 / 189.0, 1.0 / 675.0, 2.0 / 10_395.0];
+const REST_OF_G: f64 = 3.2e-5;
+
+/// Terms of f(s) up to s⁵; the rest is less than [`REST_OF_F`] s⁶.
+const F: [f64; 6] = [0.5, 0.125, 1.0 / 48.0, 17.0 / 5760.0, 31.0 / 80_640.0, 691.0 / 14_515_200.0];
+const REST_OF_F: f64 = 8e-6;
+
+/// The largest square of an angle, in square radians, that the series are good for.
+const MAX_TURN: f64 = 1.5;
+
+/// More than rounding, as a share of what is added up.
+const ROUNDING: f64 = 1e-9;
+
+/// How often a bracket that does not decide is narrowed.
+const NARROWINGS: usize = 2;
+
+/// What the heights of a patch over all points have in common.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeightBracket {
+    curvatures: DVec2,
+    /// 1 / Lᵢ².
+    inverse_arcs: DVec2,
+    /// (κᵢ Lᵢ)².
+    turns: DVec2,
+    translation: f64,
+    /// An upper bound of the right side over w, for w ≤ 1.
+    growth: f64,
+}
+
+impl HeightBracket {
+    /// `None` for a patch that turns by more than the series are good for.
+    pub(crate) fn new(patch: &Patch) -> Option<Self> {
+        let curvatures = DVec2::from_array(patch.curvatures());
+        let arcs = DVec2::from_array(patch.arcs());
+        let turns = curvatures * curvatures * arcs * arcs;
+        (turns.max_element() <= MAX_TURN).then(|| Self {
+            curvatures,
+            inverse_arcs: (arcs * arcs).recip(),
+            turns,
+            translation: patch.translation(),
+            growth: above(&G, REST_OF_G, turns.max_element()),
+        })
+    }
+
+    /// Whether a point over or under the footprint is within a distance of the patch, measured along
+    /// its normal; `None` when that is too close to call.
+    #[inline]
+    pub(crate) fn is_within(&self, local: DVec3, distance: f64) -> Option<bool> {
+        let squares = DVec2::new(local.x * local.x, local.y * local.y);
+        let weights = squares * self.inverse_arcs;
+        let start = weights.element_sum();
+        let [mut low, mut high] = [start, (start * self.growth).min(1.0)];
+        let bend = self.curvatures * squares;
+        let height = local.z - self.translation;
+        let size = bend.abs().element_sum() + local.z.abs() + self.translation.abs();
+        for narrowing in 0..=NARROWINGS {
+            // f at both ends, for both arms.
+            let least = (self.turns * low).to_array().map(|s| below(&F, s));
+            let most = (self.turns * high).to_array().map(|s| above(&F, REST_OF_F, s));
+            let arm = |i: usize| {
+                let [a, b] = [bend[i] * least[i], bend[i] * most[i]];
+                [a.min(b), a.max(b)]
+            };
+            let [first, second] = [arm(0), arm(1)];
+            let slack = ROUNDING * size;
+            let lowest = height + first[0] + second[0] - slack;
+            let highest = height + first[1] + second[1] + slack;
+            if -distance <= lowest && highest <= distance {
+                return Some(true);
+            }
+            if highest < -distance || lowest > distance {
+                return Some(false);
+            }
+            if narrowing < NARROWINGS {
+                let g = (self.turns * low).to_array().map(|s| below(&G, s));
+                low = weights.dot(DVec2::from_array(g)).min(1.0);
+                let g = (self.turns * high).to_array().map(|s| above(&G, REST_OF_G, s));
+                high = weights.dot(DVec2::from_array(g)).min(1.0);
+            }
+        }
+        None
+    }
+}
+
+/// A polynomial with these coefficients.
+#[inline]
+fn below(coefficients: &[f64; 6], at: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * at + coefficient)
+}
+
+#[inline]
+fn above(coefficients: &[f64; 6], rest: f64, at: f64) -> f64 {
+    coefficients.iter().rev().fold(rest, |sum, coefficient| sum * at + coefficient)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::patch::PatchData;
+    use mesh_core::shapes::SplitMix64;
+
+    #[test]
+    fn the_series_enclose_their_functions() {
+        for step in 1..=1000 {
+            let square = MAX_TURN * f64::from(step) / 1000.0;
+            let (sin, cos) = square.sqrt().sin_cos();
+            let (g, f) = (square / (sin * sin), 1.0 / (1.0 + cos));
+            let tiny = 1e-14;
+            assert!(below(&G, square) <= g + tiny && g <= above(&G, REST_OF_G, square) + tiny);
+            assert!(below(&F, square) <= f + tiny && f <= above(&F, REST_OF_F, square) + tiny);
+        }
+    }
+
+    /// Patches of all signs and turns against the heights by Newton's method: never a wrong answer,
+    /// and hardly ever none.
+    #[test]
+    fn agrees_with_the_height_or_says_nothing() {
+        let mut random = SplitMix64::new(11);
+        let (mut asked, mut open) = (0, 0);
+        for _ in 0..400 {
+            let mut draw = |limit: f64| limit * random.symmetric();
+            let arcs = [1.0 + draw(0.9), 1.0 + draw(0.9)];
+            let curvatures = arcs.map(|arc| draw(1.2) / arc);
+            let translation = draw(0.1);
+            let frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let data = PatchData { origin: [0.0; 3], frame, curvatures, arcs, translation };
+            let patch = Patch::try_from(data).unwrap();
+            let bracket = HeightBracket::new(&patch).unwrap();
+            let tolerance = 0.02;
+            for _ in 0..200 {
+                let [x, y] = patch.semi_axes().map(|axis| axis * random.symmetric());
+                let Some(height) = patch.height_in_footprint(x, y) else { continue };
+                let off = 2.0 * tolerance * random.symmetric();
+                let answer = bracket.is_within(DVec3::new(x, y, height + off), tolerance);
+                asked += 1;
+                open += usize::from(answer.is_none());
+                assert!(answer.is_none_or(|within| within == (off.abs() <= tolerance)));
+            }
+        }
+        assert!(asked > 50_000 && open * 20 < asked, "{open} of {asked}");
+    }
+
+    #[test]
+    fn leaves_patches_that_turn_far_to_others() {
+        let frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let data = PatchData {
+            origin: [0.0; 3],
+            frame,
+            curvatures: [1.4, 0.0],
+            arcs: [1.0, 1.0],
+            translation: 0.0,
+        };
+        assert!(HeightBracket::new(&Patch::try_from(data).unwrap()).is_none());
+    }
+}

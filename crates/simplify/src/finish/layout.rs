@@ -1,0 +1,364 @@
+//! Annealing of where the vertices are and how they are joined, by what the distance itself says.
+//!
+//! A sweep makes every vertex jump at random, by less and less; flips every edge where that brings the
+//! mesh closer to samples of the original; and then smooths: with the squared distance E of the samples
+//! of each face, a vertex goes to
+//!
+//! ```text
+//! x = Σ E^(1/3) c / Σ E^(1/3)
+//! ```
+//!
+//! over the centroids c of its faces, and from there to the original. Over a surface of Gaussian
+//! curvature K a face of area a has E ~ |K| a³, so the weights are the areas times the density |K|^(1/3)
+//! that makes the root mean square distance least, and no curvature has to be known. The formula is
+//! that of optimal Delaunay triangulations (Chen and Holst 2011) and does not change under affine maps,
+//! nor do flips by distance: so faces get the shape that the curvature wants, not an equilateral one.
+//!
+//! All of this holds where K > 0. On a saddle straight lines lie on the surface, and any thin triangle
+//! along them is as good as a round one, to first order. So what happens at faces with the original on
+//! both sides is left to the fit.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use mesh_core::shapes::SplitMix64;
+use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId};
+use mesh_metric::{Surface, SurfaceError, closest_on_triangle, sample_surface};
+
+use crate::collapse::intersection::{ChangedFace, Intersections};
+use crate::collapse::run::Phase;
+use crate::finish::face_lists::FaceLists;
+use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::observer::Observer;
+
+/// How to anneal a layout.
+pub(crate) struct Schedule {
+    pub(crate) sweeps: usize,
+    /// How far vertices jump at first, in mean lengths of their edges.
+    pub(crate) jump: f64,
+    pub(crate) samples_per_face: usize,
+    pub(crate) seed: u64,
+    pub(crate) forbid_intersections: bool,
+    pub(crate) deadline: Option<Instant>,
+}
+
+/// The part of the sweeps in which vertices jump; smoothing alone comes after it.
+const WARM: f64 = 0.8;
+/// How much of the sum of the distances has to be on one side of a face for it to be domed.
+const DOMED: f64 = 0.8;
+/// How much round triangles are preferred, relative to close ones: a little, so that those at places
+/// without curvature keep a shape.
+const ROUNDNESS: f64 = 0.1;
+/// How often smoothing is repeated in a sweep.
+const SMOOTHINGS: usize = 2;
+/// How often all edges are tried after that.
+const FLIP_PASSES: usize = 2;
+
+/// Anneals until the schedule, the time or the observer ends it. Says how many sweeps were made. The
+/// vertices are on the original then: the mesh is to be fitted.
+pub(crate) fn anneal_layout(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    constraints: &FitConstraints,
+    schedule: &Schedule,
+    observer: &mut Observer<'_>,
+) -> Result<usize, SurfaceError> {
+    let mut random = SplitMix64::new(schedule.seed);
+    let found = schedule.forbid_intersections.then(|| Intersections::new(mesh));
+    let movable = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index);
+    let movable: Vec<VertexId> = movable.filter(|&v| is_movable(mesh, constraints, v)).collect();
+    let mut layout = Layout {
+        mesh,
+        original,
+        constraints,
+        found,
+        movable,
+        points: Vec::new(),
+        squares: Vec::new(),
+        lists: FaceLists::new(0),
+        faces: Vec::new(),
+        touched: Vec::new(),
+        domed: Vec::new(),
+        roundness: 0.0,
+    };
+    let start = Instant::now();
+    layout.settle();
+    layout.draw(schedule.samples_per_face, schedule.seed)?;
+    let mut made = 0;
+    while made < schedule.sweeps && !observer.stops(Phase::Anneal, layout.mesh) {
+        // With a time limit, the jumps get smaller in the time that there is.
+        let by_time = schedule.deadline.map_or(0.0, |deadline| {
+            let all = deadline.saturating_duration_since(start).as_secs_f64();
+            start.elapsed().as_secs_f64() / all.max(f64::MIN_POSITIVE)
+        });
+        if by_time >= 1.0 {
+            break;
+        }
+        let share = (made as f64 / schedule.sweeps as f64).max(by_time);
+        let jump = schedule.jump * (1.0 - share / WARM);
+        if jump > 0.0 {
+            layout.jump(jump, &mut random);
+        }
+        for smoothing in 0..SMOOTHINGS {
+            let number = (SMOOTHINGS * made + smoothing) as u64;
+            layout.draw(schedule.samples_per_face, schedule.seed.wrapping_add(number))?;
+            layout.flip_all();
+            layout.smooth();
+        }
+        made += 1;
+    }
+    layout.draw(schedule.samples_per_face, schedule.seed)?;
+    layout.flip_all();
+    Ok(made)
+}
+
+/// Whether nothing holds a vertex: no boundary, no feature, no lock.
+fn is_movable(mesh: &TriMesh, constraints: &FitConstraints, v: VertexId) -> bool {
+    let topology = mesh.topology();
+    let fixed = constraints.fixed.as_ref().and_then(|map| map.get(v)) == Some(&true);
+    topology.contains_vertex(v)
+        && !fixed
+        && !topology.is_isolated_vertex(v)
+        && !topology.is_boundary_vertex(v)
+        && !topology.edges_of_vertex(v).any(|e| constraints.is_feature(e))
+}
+
+struct Layout<'a> {
+    mesh: &'a mut TriMesh,
+    original: &'a Surface,
+    constraints: &'a FitConstraints,
+    found: Option<Intersections>,
+    movable: Vec<VertexId>,
+    points: Vec<DVec3>,
+    /// The squared distance of each sample from its face.
+    squares: Vec<f64>,
+    /// The samples of each face.
+    lists: FaceLists,
+    /// The faces that a flip touches, and their samples with the face and the squared distance that
+    /// each would have.
+    faces: Vec<FaceId>,
+    touched: Vec<(u32, u32, f64)>,
+    /// Which faces have the original on one side of them.
+    domed: Vec<bool>,
+    /// How much the [`spread`] of a face counts.
+    roundness: f64,
+}
+
+impl Layout<'_> {
+    fn draw(&mut self, samples_per_face: usize, seed: u64) -> Result<(), SurfaceError> {
+        let count = samples_per_face.saturating_mul(self.mesh.topology().face_count());
+        let samples = sample_surface(self.original, count.min(u32::MAX as usize), seed);
+        self.points = samples.iter().map(|sample| sample.position).collect();
+        self.lists = FaceLists::new(self.mesh.topology().face_capacity());
+        self.squares.clear();
+        let mut sums = vec![(0.0, 0.0); self.mesh.topology().face_capacity()];
+        for closest in Surface::new(self.mesh)?.closest_points(&self.points) {
+            self.lists.push(closest.face, self.squares.len() as u32);
+            self.squares.push(closest.offset.length_squared());
+            let height = closest.offset.dot(self.mesh.face_cross(closest.face));
+            let (sum, absolute) = &mut sums[closest.face.index()];
+            *sum += height;
+            *absolute += height.abs();
+        }
+        let is_domed = |(sum, absolute): (f64, f64)| sum.abs() > DOMED * absolute;
+        self.domed = sums.into_iter().map(is_domed).collect();
+        let spreads = self.mesh.topology().faces().map(|f| spread(self.mesh.triangle(f)));
+        let ratio = self.squares.iter().sum::<f64>() / spreads.sum::<f64>();
+        self.roundness = if ratio.is_finite() { ROUNDNESS * ratio } else { 0.0 };
+        Ok(())
+    }
+
+    /// Puts the vertices on the original.
+    fn settle(&mut self) {
+        self.domed = vec![true; self.mesh.topology().face_capacity()];
+        let places = self.movable.iter().map(|&v| self.mesh.position(v)).collect();
+        self.move_to(places);
+    }
+
+    /// Makes every vertex jump at random along the mesh.
+    fn jump(&mut self, size: f64, random: &mut SplitMix64) {
+        let topology = self.mesh.topology();
+        let targets = self.movable.iter().map(|&v| {
+            let at = self.mesh.position(v);
+            let lengths = topology.one_ring(v).map(|w| self.mesh.position(w).distance(at));
+            let length = lengths.sum::<f64>() / topology.valence(v).max(1) as f64;
+            let shift = DVec3::new(random.normal(), random.normal(), random.normal());
+            at + size * length * shift.reject_from_normalized(self.normal(v))
+        });
+        let targets = targets.collect();
+        self.move_to(targets);
+    }
+
+    /// Smooths once: see the top of this file.
+    fn smooth(&mut self) {
+        let topology = self.mesh.topology();
+        let mut weights = vec![0.0; topology.face_capacity()];
+        for face in topology.faces() {
+            let squares = self.lists.of_face(face).map(|sample| self.squares[sample as usize]);
+            weights[face.index()] =
+                (squares.sum::<f64>() + self.roundness * spread(self.mesh.triangle(face))).cbrt();
+        }
+        let targets = self.movable.iter().map(|&v| {
+            let at = self.mesh.position(v);
+            let (mut sum, mut all) = (DVec3::ZERO, 0.0);
+            for face in topology.faces_of_vertex(v) {
+                let [a, b, c] = self.mesh.triangle(face);
+                let weight = weights[face.index()];
+                sum += weight * (a + b + c) / 3.0;
+                all += weight;
+            }
+            if all > 0.0 {
+                at + (sum / all - at).reject_from_normalized(self.normal(v))
+            } else {
+                at
+            }
+        });
+        let targets = targets.collect();
+        self.move_to(targets);
+    }
+
+    /// The mean of the normals of the faces, or some direction where they cancel.
+    fn normal(&self, v: VertexId) -> DVec3 {
+        let crosses = self.mesh.topology().faces_of_vertex(v).map(|f| self.mesh.face_cross(f));
+        crosses.sum::<DVec3>().normalize_or(DVec3::Z)
+    }
+
+    /// Moves vertices to the points of the original closest to these, as far as their faces keep their
+    /// side and run into no others.
+    fn move_to(&mut self, targets: Vec<DVec3>) {
+        let feet = self.original.closest_points(&targets);
+        for i in 0..self.movable.len() {
+            let (v, to) = (self.movable[i], feet[i].point);
+            let topology = self.mesh.topology();
+            if !topology.faces_of_vertex(v).all(|face| self.domed[face.index()]) {
+                continue;
+            }
+            let keeps = topology.faces_of_vertex(v).all(|face| {
+                let corners = topology.face_vertices(face);
+                let triangle = corners.map(|w| if w == v { to } else { self.mesh.position(w) });
+                keeps_side(cross(triangle), self.mesh.face_cross(face))
+            });
+            let crosses =
+                || self.found.as_ref().is_some_and(|found| found.would_arise_at(self.mesh, v, to));
+            if !keeps || crosses() {
+                continue;
+            }
+            self.mesh.positions_mut()[v.index()] = to;
+            if let Some(found) = &mut self.found {
+                found.update(self.mesh, self.mesh.topology().faces_of_vertex(v));
+            }
+        }
+    }
+
+    /// Flips every edge whose flip brings its faces closer to their samples.
+    fn flip_all(&mut self) {
+        for _ in 0..FLIP_PASSES {
+            for index in 0..self.mesh.topology().edge_capacity() {
+                self.flip(EdgeId::from_index(index));
+            }
+        }
+    }
+
+    fn flip(&mut self, edge: EdgeId) {
+        let topology = self.mesh.topology();
+        if !topology.contains_edge(edge) || self.constraints.is_feature(edge) {
+            return;
+        }
+        let [Some(left), Some(right)] = topology.edge_faces(edge) else { return };
+        if !(self.domed[left.index()] && self.domed[right.index()]) {
+            return;
+        }
+        let [h, twin] = edge.half_edges();
+        let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return };
+        let [a, b] = topology.edge_vertices(edge);
+        let corners = [[c, a, d], [d, b, c]];
+        let triangles = corners.map(|triangle| triangle.map(|v| self.mesh.position(v)));
+        let normal = self.mesh.face_cross(left) + self.mesh.face_cross(right);
+        if !triangles.iter().all(|&triangle| keeps_side(cross(triangle), normal)) {
+            return;
+        }
+        self.faces.clear();
+        self.faces.extend([left, right]);
+        if !self.reassign(&triangles, 1.0 - 1e-9) {
+            return;
+        }
+        let Ok(legal) = self.mesh.topology().check_flip(edge) else { return };
+        if let Some(found) = &self.found {
+            let changed = |i: usize| ChangedFace {
+                face: self.faces[i],
+                triangle: (corners[i], triangles[i]),
+            };
+            if found.would_arise(self.mesh, &[changed(0), changed(1)], &[]) {
+                return;
+            }
+        }
+        self.mesh.flip(legal);
+        // Which of the two faces is which may have changed: the samples go by what is there.
+        let now = self.faces.iter().map(|&face| self.mesh.triangle(face)).collect::<Vec<_>>();
+        self.reassign(&now, f64::INFINITY);
+        self.take();
+    }
+
+    /// Finds the closest of the new triangles for each sample of the faces. Says whether the sum of the
+    /// squared distances gets less than this part of what it was.
+    fn reassign(&mut self, triangles: &[[DVec3; 3]], part: f64) -> bool {
+        self.touched.clear();
+        for &face in &self.faces {
+            self.touched.extend(self.lists.of_face(face).map(|sample| (sample, 0, 0.0)));
+        }
+        let before: f64 = self.touched.iter().map(|t| self.squares[t.0 as usize]).sum();
+        let spread_before: f64 = self.faces.iter().map(|&f| spread(self.mesh.triangle(f))).sum();
+        let spread_after: f64 = triangles.iter().map(|&t| spread(t)).sum();
+        let mut left = if part.is_finite() {
+            part * (before + self.roundness * spread_before) - self.roundness * spread_after
+        } else {
+            part
+        };
+        for (sample, place, squared) in &mut self.touched {
+            let point = self.points[*sample as usize];
+            *squared = f64::INFINITY;
+            for (i, triangle) in triangles.iter().enumerate() {
+                let distance = closest_on_triangle(point, triangle).length_squared();
+                if distance < *squared {
+                    (*place, *squared) = (i as u32, distance);
+                }
+            }
+            left -= *squared;
+            if left <= 0.0 {
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Gives the samples to their new faces.
+    fn take(&mut self) {
+        for &face in &self.faces {
+            self.lists.clear(face);
+        }
+        for &(sample, place, squared) in &self.touched {
+            self.lists.push(self.faces[place as usize], sample);
+            self.squares[sample as usize] = squared;
+        }
+        if let Some(found) = &mut self.found {
+            found.update(self.mesh, self.faces.iter().copied());
+        }
+    }
+}
+
+fn cross([p, q, r]: [DVec3; 3]) -> DVec3 {
+    (q - p).cross(r - p)
+}
+
+/// What the distance of a triangle would be, squared and integrated, over a surface that is curved
+/// alike in all directions: its area times the square of the sum of its squared sides, up to a factor.
+fn spread(triangle: [DVec3; 3]) -> f64 {
+    let [a, b, c] = triangle;
+    let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
+    0.5 * cross(triangle).length() * sides * sides
+}
+
+/// Whether a face with the vector area `new` is turned by less than sixty degrees from `old`.
+fn keeps_side(new: DVec3, old: DVec3) -> bool {
+    new.dot(old) > 0.5 * new.length() * old.length()
+}
