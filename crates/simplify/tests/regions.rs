@@ -89,7 +89,7 @@ fn threads_do_not_change_a_bit() {
 /// of them is a level.
 #[test]
 fn the_record_replays_to_the_same_bits_and_to_levels() {
-    for mesh in [torus(300), hills(200)] {
+    for mesh in [torus(340), hills(200)] {
         for (preset, faces) in
             [(Preset::Draft, 3000), (Preset::Fast, 20_000), (Preset::Default, 1200)]
         {
