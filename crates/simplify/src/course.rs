@@ -13,10 +13,13 @@ use crate::collapse::run::{Progress, Run};
 use crate::collapse::stop::{Limits, StopReason};
 use crate::named::{Regional, collapse, collapse_rest, regional};
 use crate::options::Options;
-use crate::regions::run::{self as regions, End, FEWEST, collapse_in_regions};
+use crate::regions::run::{self as regions, End, collapse_in_regions};
 
 /// The metrics that regions do not know take over at so many times the faces that are wanted.
-const REST: usize = 16;
+const REST: usize = 24;
+
+/// With fewer faces there is little time to be saved, and the largest error is a matter of single edges.
+const LARGE: usize = 100_000;
 
 /// Collapses the edges of a mesh as the options say.
 pub(crate) fn collapse_to_level(
@@ -35,7 +38,7 @@ pub(crate) fn collapse_to_level(
             (Level { mesh, marks: Marks::default(), became }, run)
         }
         Some(Regional { rules, is_start: true })
-            if faces >= FEWEST.max(2 * REST * target) && target > 0 =>
+            if faces >= LARGE.max(2 * REST * target) && target > 0 =>
         {
             let rough = Limits { faces: Some(REST * target), ratio: None, ..*limits };
             let first = collapse_in_regions(mesh, rules, &rough, End::Rough, observe);

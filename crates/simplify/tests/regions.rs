@@ -89,7 +89,7 @@ fn threads_do_not_change_a_bit() {
 /// of them is a level.
 #[test]
 fn the_record_replays_to_the_same_bits_and_to_levels() {
-    for mesh in [torus(300), hills(200)] {
+    for mesh in [torus(340), hills(200)] {
         for (preset, faces) in
             [(Preset::Draft, 3000), (Preset::Fast, 20_000), (Preset::Default, 1200)]
         {
@@ -129,9 +129,9 @@ fn nothing_is_recorded_unless_asked() {
 #[test]
 fn regions_cost_no_accuracy() {
     let made = [torus(400), hills(220)].map(|mesh| (mesh, 1.1));
-    let real = ["igea.ply", "armadillo_52k.off"].into_iter().filter_map(model);
+    let real = ["igea.ply"].into_iter().filter_map(model);
     for (mesh, most) in made.into_iter().chain(real.map(|mesh| (mesh, 1.03))) {
-        for faces in [1500, 6000, 25_000] {
+        for faces in [1500, 25_000] {
             let error = |update: Update| {
                 let mut options = quick(Preset::Fast).to_faces(faces);
                 options.collapse.update = update;
@@ -139,20 +139,18 @@ fn regions_cost_no_accuracy() {
             };
             let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
             assert!(regions < most * lazy, "{faces}: {regions} {lazy}");
-            // The presets with the hybrid metric, at what is a start in regions or not, by the number.
-            for faces in [faces, mesh.topology().face_count() / 49] {
-                let error = |update: Update| {
-                    let mut options = quick(Preset::Default).to_faces(faces);
-                    options.collapse.update = update;
-                    mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
-                };
-                let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
-                assert!(regions < most * lazy, "default {faces}: {regions} {lazy}");
-            }
             let draft = simplify(&mesh, &quick(Preset::Draft).to_faces(faces)).unwrap();
             let draft = mean_error(&mesh, &draft.mesh);
             assert!(draft < 1.5 * lazy, "{faces}: {draft} {lazy}");
         }
+        // The presets with the hybrid metric, where they begin in regions.
+        let error = |update: Update| {
+            let mut options = quick(Preset::Default).to_faces(mesh.topology().face_count() / 49);
+            options.collapse.update = update;
+            mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
+        };
+        let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
+        assert!(regions < most * lazy, "default: {regions} {lazy}");
     }
 }
 

@@ -43,10 +43,11 @@ pub enum Update {
     ///
     /// Regions know accumulated quadrics ([`GarlandHeckbert`](crate::GarlandHeckbert)), optimal
     /// placement, [`NormalGuard`](crate::NormalGuard) and [`ShapeGuard`](crate::ShapeGuard). With the
-    /// [`Hybrid`](crate::Hybrid) metric, with or without a curvature factor, they go from at least 32
-    /// times the wanted faces to 16 times; the rest is `Lazy`. Where anything else is asked for, all of it is:
-    /// other metrics and placements, attributes, locked vertices and boundaries, features, other
-    /// guards, policies of one's own, a largest error, and limits other than faces and time.
+    /// [`Hybrid`](crate::Hybrid) metric, with or without a curvature factor, they go from 100,000 faces or
+    /// more, and at least 48 times the wanted ones, to 24 times these; the rest is `Lazy`. Where anything
+    /// else is asked for, all of it is: other metrics and placements, attributes, locked vertices and
+    /// boundaries, features, other guards, policies of one's own, a largest error, and limits other than
+    /// faces and time.
     Regions,
     /// Strictly the cheapest first. All edges within [`Cost::reach`](crate::Cost::reach) of a
     /// collapse are evaluated at once. Takes several times as long.

@@ -20,7 +20,7 @@ use crate::regions::tile::Goal;
 use crate::regions::waiting::BUCKETS;
 
 /// The fewest faces that are worth being cut into regions.
-pub(crate) const FEWEST: usize = 20_000;
+const FEWEST: usize = 20_000;
 /// A pass leaves no fewer than one in so many faces; by then, rims stand out.
 const PASS: usize = 4;
 /// So many times the faces that are wanted are collapsed in one piece.
