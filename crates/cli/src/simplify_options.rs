@@ -83,8 +83,19 @@ pub(crate) struct Goals {
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Simplification")]
 pub(crate) struct Policy {
-    /// draft, fast, default, quality, extreme, thin-features, paper-l1 or paper-l2
-    #[arg(long, value_name = "PRESET", default_value_t, value_parser = |s: &str| s.parse::<Preset>())]
+    /// The options to start from, from quick to careful
+    ///
+    /// - draft:         for when only speed counts
+    /// - fast:          quadrics that keep the volume, nothing after them
+    /// - default:       quadrics with a little curvature, then a short fit to the input
+    /// - quality:       the same with a long fit, and the largest errors taken down
+    /// - extreme:       the same, then annealed; takes many times as long
+    /// - thin-features: as default, with much curvature: thin parts stay
+    /// - paper-l1, paper-l2: the curvature norms of Kim, Kim, Levin 2002 as published
+    #[arg(
+        long, value_name = "PRESET", default_value_t, verbatim_doc_comment,
+        value_parser = |s: &str| s.parse::<Preset>(),
+    )]
     pub(crate) preset: Preset,
     /// Where the remaining vertex of an edge goes [default: that of the preset]
     #[arg(long, value_enum)]

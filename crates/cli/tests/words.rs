@@ -407,3 +407,22 @@ fn coordinates_beyond_the_format_are_refused_in_every_command() {
         assert!(message.contains("hold") && message.contains("vertex"), "{message}");
     }
 }
+
+#[test]
+fn helps_say_what_each_preset_and_cost_is() {
+    let help = |command: &str| String::from_utf8(curvmesh(&[command, "--help"]).stdout).unwrap();
+    for command in ["simplify", "lod"] {
+        let help = help(command);
+        for preset in simplify::Preset::ALL {
+            assert!(
+                help.contains(&format!("{preset}:")) || help.contains(&format!("{preset},")),
+                "{preset}"
+            );
+        }
+    }
+    let help = help("flip");
+    assert!(
+        dtri_flip::CostName::ALL.iter().all(|cost| help.contains(&format!("- {cost}: "))),
+        "{help}"
+    );
+}

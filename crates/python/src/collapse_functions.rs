@@ -11,7 +11,7 @@ use ::simplify::{
     Policies, Policy, Quadric, Reach, Refusal, Scratch, Surcharge,
 };
 use mesh_core::glam::DVec3;
-use mesh_core::{EdgeId, EdgeMap, Remap, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Remap, TriMesh, VertexId, VertexMap};
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -102,7 +102,7 @@ impl Told {
         let topology = mesh.topology();
         let ring = topology.one_ring(collapse.kept);
         let vertices = core::iter::once(collapse.kept).chain(ring);
-        let at = |v: VertexId| topology.outgoing(v).map(|h| h.edge());
+        let at = |v: VertexId| topology.outgoing(v).map(HalfEdgeId::edge);
         let mut edges: Vec<EdgeId> = vertices.flat_map(at).collect();
         edges.sort_unstable();
         edges.dedup();

@@ -1,7 +1,7 @@
 //! `curvmesh.curvature`.
 
 use curvpatch::DiscCurvature;
-use dcurv::{PrincipalFrame, VertexCurvature, principal_frames};
+use dcurv::{Pointwise, PrincipalFrame, VertexCurvature, principal_frames};
 use mesh_core::glam::DVec3;
 use mesh_work::{
     FaceValues, FrameValue, FrameValues, Integrals, Quantity, VertexValues, disc_quantity,
@@ -130,7 +130,7 @@ fn of_vertices(whole: &Whole, values: &VertexValues) -> Columns {
         ("boundary", flags(VertexCurvature::is_boundary)),
         ("clamped", flags(VertexCurvature::is_clamped)),
     ];
-    let principal = all.iter().map(|c| c.principal().map(|k| k.value())).collect();
+    let principal = all.iter().map(|c| c.principal().map(Pointwise::value)).collect();
     columns.principal = whole.of_vertices(principal, [f64::NAN; 2]);
     let totals = values.curvatures.totals();
     columns.totals = vec![

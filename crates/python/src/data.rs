@@ -175,7 +175,7 @@ fn matrix<const N: usize>(
     count: usize,
 ) -> Result<Option<Vec<[f32; N]>>, Refused> {
     let Some(array) = array else { return Ok(None) };
-    let array: PyReadonlyArray2<'_, f32> = array.extract().map_err(PyErr::from)?;
+    let array: PyReadonlyArray2<'_, f32> = array.extract()?;
     if array.shape() != [count, N] {
         return Err(shape(name, array.shape(), &format!("({count}, {N})")).into());
     }
@@ -195,7 +195,7 @@ fn set_numbers(
         place.map(|place| all.remove(place));
         return Ok(());
     };
-    let array: PyReadonlyArray1<'_, f64> = array.extract().map_err(PyErr::from)?;
+    let array: PyReadonlyArray1<'_, f64> = array.extract()?;
     if array.len() != count {
         return Err(shape(name, array.shape(), &format!("({count},)")).into());
     }
@@ -214,7 +214,7 @@ fn ids(
     most: usize,
 ) -> Result<Option<Vec<u32>>, Refused> {
     let Some(array) = array else { return Ok(None) };
-    let array: PyReadonlyArray1<'_, i64> = array.extract().map_err(PyErr::from)?;
+    let array: PyReadonlyArray1<'_, i64> = array.extract()?;
     if array.len() != count {
         return Err(shape(name, array.shape(), &format!("({count},)")).into());
     }

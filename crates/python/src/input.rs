@@ -1,4 +1,4 @@
-//! NumPy arrays of any strides as the arrays of a mesh.
+//! `numpy` arrays of any strides as the arrays of a mesh.
 
 use glam::DVec3;
 use mesh_core::PolygonSoup;

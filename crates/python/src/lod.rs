@@ -7,7 +7,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use ::simplify::{CollapseLog, FinishOptions, Progress, RecordError, simplify_observed};
-use mesh_io::WriteError;
 use mesh_work::{Attributes, LevelOfDetail, LevelSteps};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -105,7 +104,7 @@ pub(crate) fn save_record(
         let mesh = &content.whole()?.mesh;
         let write = |writer: &mut dyn Write| log.write(mesh, writer);
         let written = mesh_io::replace_file(&path, write);
-        Ok(written.map_err(|error| Failure::from(WriteError::from(error)))?)
+        Ok(written.map_err(Failure::from)?)
     })
 }
 

@@ -119,7 +119,10 @@ pub(crate) fn values(
     Ok(Some((found == vertices, values.as_array().to_vec())))
 }
 
-/// A picture: PNG bytes, and its pixels.
+/// The bytes of a PNG file, the pixels, and the values at the ends of the colours.
+type Drawn<'py> = (Bound<'py, PyBytes>, Bound<'py, PyAny>, Option<[f64; 2]>);
+
+/// A picture, with its pixels.
 #[pyfunction]
 pub(crate) fn render<'py>(
     py: Python<'py>,
@@ -127,7 +130,7 @@ pub(crate) fn render<'py>(
     mesh: &MeshData,
     shown: Option<PyReadonlyArray1<'py, f64>>,
     style: StyleGiven,
-) -> PyResult<(Bound<'py, PyBytes>, Bound<'py, PyAny>, Option<[f64; 2]>)> {
+) -> PyResult<Drawn<'py>> {
     let settings = || -> Result<_, Failure> {
         let scale = scale_options(style.colormap.as_deref(), &style.range, style.log)?;
         Ok((values(mesh, shown.as_ref())?, style.seen()?, style.style()?, scale))

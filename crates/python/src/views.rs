@@ -1,4 +1,4 @@
-//! The memory of a mesh as NumPy arrays, without a copy; and vectors that become arrays.
+//! The memory of a mesh as `numpy` arrays, without a copy; and vectors that become arrays.
 
 use bytemuck::Pod;
 use glam::DVec3;
@@ -59,7 +59,7 @@ pub(crate) fn frames<const N: usize>(
     rows.into_flattened().into_flattened().into_pyarray(py).reshape([count, N, 3])
 }
 
-/// Indices as NumPy has them mostly: signed.
+/// Indices as `numpy` has them mostly: signed.
 pub(crate) fn signed(indices: Vec<u32>) -> Vec<i32> {
     bytemuck::allocation::cast_vec(indices)
 }

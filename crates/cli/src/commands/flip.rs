@@ -54,8 +54,17 @@ pub(crate) struct Flip {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Optimisation")]
 struct Optimise {
-    /// What to lower: f1, f2, f3, gauss, area, delaunay, willmore or willmore-potential
-    #[arg(long, value_name = "COST", value_parser = |s: &str| s.parse::<CostName>())]
+    /// What to lower
+    ///
+    /// - f1: the integral of H²       - f2: the integral of |H|
+    /// - f3: that of |k1| + |k2|      - gauss: that of |K|
+    /// - area: the area               - delaunay: cotangents, for well-shaped faces
+    /// - willmore: as Brink, Alboul, Rodrigues 2006 print it
+    /// - willmore-potential: the Willmore energy itself
+    #[arg(
+        long, value_name = "COST", verbatim_doc_comment,
+        value_parser = |s: &str| s.parse::<CostName>(),
+    )]
     cost: CostName,
     /// The area that belongs to a vertex, for f1 and f3
     #[arg(long, value_enum, default_value_t)]

@@ -168,7 +168,7 @@ impl<'a> Peaks<'a> {
             }
         }
         let changed: Vec<FaceId> =
-            topology.faces().filter(|face| of_face[face.index()] == UNKNOWN).collect();
+            topology.faces().filter(|face| is_unknown(of_face[face.index()])).collect();
         let triangles: Vec<[u32; 3]> = changed
             .iter()
             .map(|&face| topology.face_vertices(face).map(|v| v.index() as u32))
@@ -258,6 +258,10 @@ impl<'a> Peaks<'a> {
 /// A distance that was not asked for yet.
 const UNKNOWN: f64 = -1.0;
 
+fn is_unknown(distance: f64) -> bool {
+    distance < 0.0
+}
+
 /// Fills in what is unknown of the elements that count, and 0 for the others.
 fn ask_unknown(
     distances: &mut [f64],
@@ -265,7 +269,7 @@ fn ask_unknown(
     counts: impl Fn(&usize) -> bool,
     place: impl Fn(usize) -> DVec3 + Sync,
 ) {
-    let unknown: Vec<usize> = (0..distances.len()).filter(|&i| distances[i] == UNKNOWN).collect();
+    let unknown: Vec<usize> = (0..distances.len()).filter(|&i| is_unknown(distances[i])).collect();
     unknown.iter().for_each(|&i| distances[i] = 0.0);
     let asked: Vec<usize> = unknown.into_iter().filter(counts).collect();
     let found = in_blocks(asked.len(), |range| {
