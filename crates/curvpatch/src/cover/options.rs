@@ -40,7 +40,7 @@ impl Seeds {
 
 impl Default for Seeds {
     fn default() -> Self {
-        Self::Redundancy(24.0)
+        Self::Redundancy(48.0)
     }
 }
 
