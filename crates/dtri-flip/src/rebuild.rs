@@ -78,7 +78,7 @@ const LARGEST_EVERY: u64 = 8;
 fn patch_size(settings: &Rebuild, vertices: usize, round: u64, random: &mut SplitMix64) -> usize {
     let largest = settings.largest.min(vertices).max(MIN_PATCH);
     let share = random.uniform();
-    if round % LARGEST_EVERY == 0 && largest == vertices {
+    if round.is_multiple_of(LARGEST_EVERY) && largest == vertices {
         return largest;
     }
     let ratio = largest as f64 / MIN_PATCH as f64;

@@ -144,8 +144,8 @@ fn plate(mut sphere: PolygonSoup) -> PolygonSoup {
     sphere
 }
 
-/// The closest point x has x + λ ∇f = p, so x_i = a_i² p_i / (a_i² + λ), where λ solves
-/// Σ (a_i p_i / (a_i² + λ))² = 1. Newton's method from the left of the root of this convex, falling
+/// The closest point has `x + λ ∇f = p`, so `x_i = a_i² p_i / (a_i² + λ)`, where λ solves
+/// `Σ (a_i p_i / (a_i² + λ))² = 1`. Newton's method from the left of the root of this convex, falling
 /// function.
 fn closest_on_ellipsoid(axes: DVec3, p: DVec3) -> DVec3 {
     let squares = axes * axes;

@@ -171,8 +171,8 @@ impl Layout<'_> {
     /// Puts the vertices on the original.
     fn settle(&mut self) {
         self.domed = vec![true; self.mesh.topology().face_capacity()];
-        let places = self.movable.iter().map(|&v| self.mesh.position(v)).collect();
-        self.move_to(places);
+        let places: Vec<DVec3> = self.movable.iter().map(|&v| self.mesh.position(v)).collect();
+        self.move_to(&places);
     }
 
     /// Makes every vertex jump at random along the mesh.
@@ -185,8 +185,8 @@ impl Layout<'_> {
             let shift = DVec3::new(random.normal(), random.normal(), random.normal());
             at + size * length * shift.reject_from_normalized(self.normal(v))
         });
-        let targets = targets.collect();
-        self.move_to(targets);
+        let targets: Vec<DVec3> = targets.collect();
+        self.move_to(&targets);
     }
 
     /// Smooths once: see the top of this file.
@@ -213,8 +213,8 @@ impl Layout<'_> {
                 at
             }
         });
-        let targets = targets.collect();
-        self.move_to(targets);
+        let targets: Vec<DVec3> = targets.collect();
+        self.move_to(&targets);
     }
 
     /// The mean of the normals of the faces, or some direction where they cancel.
@@ -225,10 +225,10 @@ impl Layout<'_> {
 
     /// Moves vertices to the points of the original closest to these, as far as their faces keep their
     /// side and run into no others.
-    fn move_to(&mut self, targets: Vec<DVec3>) {
-        let feet = self.original.closest_points(&targets);
-        for i in 0..self.movable.len() {
-            let (v, to) = (self.movable[i], feet[i].point);
+    fn move_to(&mut self, targets: &[DVec3]) {
+        let feet = self.original.closest_points(targets);
+        for (&v, foot) in self.movable.iter().zip(feet) {
+            let to = foot.point;
             let topology = self.mesh.topology();
             if !topology.faces_of_vertex(v).all(|face| self.domed[face.index()]) {
                 continue;
