@@ -18,7 +18,7 @@ mod tool;
 use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use mesh_core::{BoundingBox, Repair, TriMesh, build};
+use mesh_core::BoundingBox;
 
 use crate::failure::Failure;
 use environment::Environment;
@@ -90,9 +90,8 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
     let bar = ProgressBar::new(runs as u64).with_style(style);
     let mut rows = Vec::new();
     for name in &options.meshes {
-        let mesh = unit_mesh(&options.models.join(name))?;
+        let raw = unit_mesh(&options.models.join(name))?;
         let input = out.join("input.raw");
-        let raw = RawMesh::of(&mesh);
         raw.write(&input)?;
         for &target in &targets {
             for tool in &tools {
@@ -183,22 +182,14 @@ fn base(options: &Peers, tools: &[Tool]) -> Result<Tool, Failure> {
 }
 
 /// A mesh round the origin with a diagonal of one: some of the tools compute in single precision.
-fn unit_mesh(path: &Path) -> Result<TriMesh, Failure> {
-    let model = mesh_io::read(path).map_err(Failure::reading(path))?;
-    let mut mesh = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh;
-    mesh.compact();
-    let bounds = BoundingBox::of_points(mesh.positions().iter().copied())
+fn unit_mesh(path: &Path) -> Result<RawMesh, Failure> {
+    let mut mesh = RawMesh::from_file(path)?;
+    let bounds = BoundingBox::of_points(mesh.vertices.iter().copied())
         .filter(|bounds| bounds.diagonal() > 0.0)
         .ok_or_else(|| Failure::Usage(format!("{} has no extent", path.display())))?;
     let (center, diagonal) = (bounds.center(), bounds.diagonal());
-    for position in mesh.positions_mut() {
-        *position = ((*position - center) / diagonal).as_vec3().as_dvec3();
+    for vertex in &mut mesh.vertices {
+        *vertex = ((*vertex - center) / diagonal).as_vec3().as_dvec3();
     }
     Ok(mesh)
-}
-
-/// A mesh that another program of ours wrote.
-fn unit_result(path: &Path) -> Result<TriMesh, Failure> {
-    let model = mesh_io::read(path).map_err(Failure::reading(path))?;
-    Ok(build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh)
 }

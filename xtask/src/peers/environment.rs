@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::job::{Done, Job, Stop};
+use super::raw::RawMesh;
 use super::tool::{Package, Tool};
 use crate::failure::Failure;
 
@@ -149,7 +150,7 @@ impl Environment {
     /// Another build of our program reads and writes files, but tells what it took without them.
     fn run_our_program(&self, job: &Job, preset: &str) -> Result<Done, String> {
         let [input, output] = ["input.ply", "output.ply"].map(|name| self.folder.join(name));
-        let mesh = super::RawMesh::read(&job.input).and_then(|raw| raw.to_mesh());
+        let mesh = RawMesh::read(&job.input).and_then(|raw| raw.to_mesh());
         let mesh = mesh.map_err(|e| e.to_string())?;
         let options = mesh_io::WriteOptions::default();
         mesh_io::write(&input, &mesh, &options).map_err(|e| e.to_string())?;
@@ -169,7 +170,7 @@ impl Environment {
                 serde_json::from_str(&succeed(&mut command)?).map_err(|e| e.to_string())?;
             let took = report.pointer("/seconds/compute").and_then(serde_json::Value::as_f64);
             seconds = seconds.min(took.ok_or("the report does not tell the time")?);
-            let read = super::RawMesh::of(&super::unit_result(&output).map_err(|e| e.to_string())?);
+            let read = RawMesh::from_file(&output).map_err(|e| e.to_string())?;
             faces = read.triangles.len();
             read.write(&job.output).map_err(|e| e.to_string())?;
         }

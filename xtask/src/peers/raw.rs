@@ -24,6 +24,14 @@ impl RawMesh {
         Self { vertices: mesh.positions().to_vec(), triangles }
     }
 
+    /// Of a mesh file, repaired.
+    pub(super) fn from_file(path: &Path) -> Result<Self, Failure> {
+        let model = mesh_io::read(path).map_err(Failure::reading(path))?;
+        let mut mesh = build(&model.soup, &Repair::lenient()).map_err(Failure::mesh)?.mesh;
+        mesh.compact();
+        Ok(Self::of(&mesh))
+    }
+
     pub(super) fn to_mesh(&self) -> Result<TriMesh, Failure> {
         let soup = PolygonSoup::from_triangles(&self.vertices, &self.triangles);
         Ok(build(&soup.map_err(Failure::mesh)?, &Repair::lenient()).map_err(Failure::mesh)?.mesh)
