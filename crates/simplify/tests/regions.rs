@@ -1,5 +1,5 @@
 //! Collapses in regions: the same bits on any number of threads, whole meshes, a record that replays.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 mod common;
 
