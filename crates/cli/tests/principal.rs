@@ -76,10 +76,11 @@ fn fitted_surfaces_give_the_curvatures_and_directions_of_a_torus() {
     is_principal("fit", 0.02);
 }
 
-/// Balls average over what they hold: the default of four mean edges rounds the curvatures off.
+/// Balls average over what they hold: four mean edges, the default, are half the radius of the tube, and
+/// where the curvature changes most, inside the hole, they round off a fifth of it.
 #[test]
 fn balls_give_the_curvatures_and_directions_of_a_torus() {
-    is_principal("ball", 0.1);
+    is_principal("ball", 0.2);
 }
 
 /// Two diamonds at each vertex, in the two colours, flat on the surface.
