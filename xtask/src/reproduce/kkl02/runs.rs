@@ -2,7 +2,7 @@
 
 use mesh_core::TriMesh;
 use simplify::{
-    CollapseOptions, FinishOptions, Metric, Options, PlacementRule, Simplified, simplify,
+    CollapseOptions, FinishOptions, Metric, Options, PlacementRule, Simplified, Update, simplify,
 };
 
 use crate::failure::Failure;
@@ -19,6 +19,8 @@ pub(super) fn distance_only() -> Options {
         metric: Metric::Classic,
         curvature_weight: 0.0,
         placement: PlacementRule::Optimal,
+        // One edge after the other over the whole mesh, as the paper has it.
+        update: Update::Lazy,
         ..CollapseOptions::default()
     };
     Options { collapse, finish: FinishOptions::default(), ..Options::default() }
