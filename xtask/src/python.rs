@@ -70,10 +70,13 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
 
     step("the program, which results are compared with");
     let mut program = Command::new("cargo");
-    program.args(["build", "--quiet", "--package", "curvmesh"]);
-    if options.release {
-        program.arg("--release");
-    }
+    program.args(["build", "--quiet"]);
+    // With the rest of the workspace it is there already, where the workspace has been built.
+    program.args(if options.release {
+        &["--release", "--package", "curvmesh"][..]
+    } else {
+        &["--workspace", "--bins"]
+    });
     check(&mut program)?;
     let profile = if options.release { "release" } else { "debug" };
     let program = target.join(profile).join(format!("curvmesh{}", env::consts::EXE_SUFFIX));
