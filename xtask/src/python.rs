@@ -23,6 +23,9 @@ pub(crate) struct Python {
     /// The Python that the environment is made with
     #[arg(long, value_name = "PROGRAM", default_value = "python3")]
     python: String,
+    /// The program that results are compared with, instead of one that is built for it
+    #[arg(long, value_name = "FILE")]
+    program: Option<PathBuf>,
     /// Build the wheel, and nothing else
     #[arg(long)]
     wheel_only: bool,
@@ -68,18 +71,10 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     install.args(["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"]);
     check(install.arg(&wheel))?;
 
-    step("the program, which results are compared with");
-    let mut program = Command::new("cargo");
-    program.args(["build", "--quiet"]);
-    // With the rest of the workspace it is there already, where the workspace has been built.
-    program.args(if options.release {
-        &["--release", "--package", "curvmesh"][..]
-    } else {
-        &["--workspace", "--bins"]
-    });
-    check(&mut program)?;
-    let profile = if options.release { "release" } else { "debug" };
-    let program = target.join(profile).join(format!("curvmesh{}", env::consts::EXE_SUFFIX));
+    let program = match &options.program {
+        Some(program) => std::path::absolute(program).map_err(Failure::source(program))?,
+        None => build_program(&target, options.release)?,
+    };
 
     // From here on nothing of the source tree can be imported by accident.
     let outside = folder.join("outside");
@@ -114,6 +109,19 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     run(&["notebooks/gallery.py", &gallery.to_string_lossy()])?;
     println!("{}", gallery.join("index.html").display());
     Ok(())
+}
+
+/// Builds the program that results are compared with.
+fn build_program(target: &Path, release: bool) -> Result<PathBuf, Failure> {
+    step("the program, which results are compared with");
+    let mut cargo = Command::new("cargo");
+    cargo.args(["build", "--quiet", "--package", "curvmesh"]);
+    if release {
+        cargo.arg("--release");
+    }
+    check(&mut cargo)?;
+    let profile = if release { "release" } else { "debug" };
+    Ok(target.join(profile).join(format!("curvmesh{}", env::consts::EXE_SUFFIX)))
 }
 
 /// A virtual environment.
