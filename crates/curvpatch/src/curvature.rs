@@ -13,6 +13,7 @@ use crate::surface_point::SurfacePoint;
 /// What kind of point a surface has, by its principal curvatures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum PointClass {
     /// |κ₁| `r_g` < 10⁻³: no curvature to speak of on the scale of the disc.
     Flat,
