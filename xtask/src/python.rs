@@ -37,7 +37,10 @@ const TOOLS: [&str; 5] = ["maturin>=1.9,<2", "pytest", "hypothesis", "mypy", "nu
 /// What tests compare with.
 const PEERS: [&str; 5] = ["trimesh", "meshio", "libigl", "pymeshlab", "scipy"];
 
-/// The same, hundreds of megabytes each.
+/// What `curvmesh.batch` hands its tasks to, and reads and writes with.
+const ENGINES: [&str; 4] = ["distributed", "ray", "fsspec", "pyarrow"];
+
+/// More to compare with, hundreds of megabytes each.
 const LARGE_PEERS: [&str; 3] = ["open3d", "pyvista", "tqdm"];
 
 /// Where the package is.
@@ -84,6 +87,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     }
     let readme = outside.join("README.md");
     fs::copy(root.join(PACKAGE).join("README.md"), &readme).map_err(Failure::writing(&readme))?;
+    copy_folder(&root.join(PACKAGE).join("docs"), &outside.join("docs"))?;
     let pyproject = root.join(PACKAGE).join("pyproject.toml");
     let run = |arguments: &[&str]| -> Result<(), Failure> {
         let mut python = environment.python();
@@ -140,19 +144,20 @@ impl Environment {
         install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
         check(install.args(TOOLS))?;
         made.install_peers(&PEERS)?;
+        made.install_peers(&ENGINES)?;
         if options.peers {
             made.install_peers(&LARGE_PEERS)?;
         }
         Ok(made)
     }
 
-    /// Tests that compare with a package that is not there say so and are skipped.
+    /// Tests that need a package that is not there say so and are skipped.
     fn install_peers(&self, peers: &[&str]) -> Result<(), Failure> {
         for peer in peers {
             let mut install = self.python();
             install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", peer]);
             if check(&mut install).is_err() {
-                println!("{peer} cannot be installed here: nothing is compared with it");
+                println!("{peer} cannot be installed here: nothing is tested with it");
             }
         }
         Ok(())
