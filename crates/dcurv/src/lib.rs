@@ -20,14 +20,16 @@ pub mod willmore;
 
 pub use angle::{corner_angle, triangle_angles};
 pub use area::{VertexArea, corner_area};
-pub use ball::{BallCurvature, InvalidRadius, ball_curvature, ball_curvatures};
+pub use ball::{
+    BallCurvature, InvalidRadius, ball_curvature, ball_curvatures, ball_curvatures_until,
+};
 pub use curvatures::{CurvatureOptions, Curvatures};
 pub use dihedral::{dihedral_angle, hinge_angle};
 pub use edge::{
     dihedral_angles, edge_dihedral_angle, edge_intersection_angle, edge_mean_curvature,
     edge_mean_curvatures, intersection_angles,
 };
-pub use fit::{FitOptions, fitted_frame, fitted_frames};
+pub use fit::{FitOptions, fitted_frame, fitted_frames, fitted_frames_until};
 pub use intersection::intersection_angle;
 pub use principal::{PrincipalFrame, principal_frame, principal_frames};
 pub use quantity::{Area, Integral, Pointwise};

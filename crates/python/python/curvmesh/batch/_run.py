@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
@@ -337,12 +337,3 @@ def _flat(row: Row) -> dict[str, Any]:
             value = None if value is None else line(value).rstrip("\n")
         found[name] = value
     return found
-
-
-def read_manifest(path: str | os.PathLike[str]) -> Iterator[Row]:
-    """The rows of a manifest in JSON lines."""
-    with open(path, encoding="utf-8") as file:
-        for text in file:
-            row = parsed(text)
-            if row is not None:
-                yield row
