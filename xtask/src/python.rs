@@ -2,7 +2,7 @@
 //!
 //! A virtual environment under `target/python` gets everything from the package index by pip. The
 //! wheel is installed there like any other, and tests, doctests, the type checker and the notebooks
-//! run on it in a folder of their own.
+//! run on it in a folder of their own. Clippy looks at the crate, which no other command does.
 
 use std::env;
 use std::fs;
@@ -73,6 +73,12 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     let mut install = environment.python();
     install.args(["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"]);
     check(install.arg(&wheel))?;
+
+    step("lints");
+    let mut clippy = Command::new("cargo");
+    clippy.args(["clippy", "--locked", "--quiet", "--manifest-path"]);
+    clippy.arg(root.join(PACKAGE).join("Cargo.toml")).arg("--target-dir").arg(&target);
+    check(clippy.args(["--", "-D", "warnings"]))?;
 
     let program = match &options.program {
         Some(program) => std::path::absolute(program).map_err(Failure::source(program))?,

@@ -19,6 +19,9 @@ use crate::failure::Failure;
 use crate::host::Watch;
 use crate::views::{frames, matrix};
 
+/// Policies that are chosen at run time.
+pub(crate) type ChosenPolicies = Policies<Box<dyn Cost>, Box<dyn Placement>>;
+
 /// The functions of a run.
 pub(crate) struct CollapseFunctions {
     /// The cost, in place of that of the preset.
@@ -40,7 +43,7 @@ impl CollapseFunctions {
         self,
         options: &Options,
         watch: &Arc<Watch>,
-    ) -> (Policies<Box<dyn Cost>, Box<dyn Placement>>, Options) {
+    ) -> (ChosenPolicies, Options) {
         let mut options = options.clone();
         options.finish = FinishOptions::default();
         options.limit.squeeze = false;

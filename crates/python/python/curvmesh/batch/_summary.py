@@ -28,7 +28,7 @@ h1, h2 { font-weight: 600; } h2 { margin-top: 2.5rem; font-size: 1.15rem; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .9rem; }
 th, td { padding: .25rem .8rem .25rem 0; border-bottom: 1px solid var(--line); text-align: left;
-  vertical-align: top; overflow-wrap: anywhere; }
+  vertical-align: top; overflow-wrap: break-word; max-width: 40rem; }
 th { color: var(--soft); font-weight: 500; } td.number { text-align: right; white-space: nowrap; }
 svg { width: 100%; max-width: 46rem; height: auto; } svg rect { fill: var(--bar); }
 svg text { font-size: 11px; fill: var(--soft); } svg line { stroke: var(--line); }
@@ -46,7 +46,7 @@ def page(rows: Sequence[Row], store: Store) -> str:
         ("inputs", len(rows)),
         ("done", len(rows) - len(failed)),
         ("failed", len(failed)),
-        ("hours of work", round(sum(s for s in seconds if s) / 3600, 3)),
+        ("work of one processor", _span(sum(s for s in seconds if s))),
     ]
     parts = [
         "<h1>Summary</h1>",
@@ -67,6 +67,13 @@ def page(rows: Sequence[Row], store: Store) -> str:
         + "\n".join(parts)
         + "</body></html>\n"
     )
+
+
+def _span(seconds: float) -> str:
+    """A time in words."""
+    if seconds < 120:
+        return f"{seconds:.3g} s"
+    return f"{seconds / 60:.3g} min" if seconds < 7200 else f"{seconds / 3600:.3g} h"
 
 
 def error_of(row: Row) -> tuple[float, float | None] | None:
