@@ -39,9 +39,13 @@ ALL = [
 ]
 
 #: Some tenths of a second for each of the scans.
-WORK = ["repair", {"do": "simplify", "ratio": 0.2}, {"do": "distance", "samples": 100_000}]
+WORK = [
+    "repair",
+    {"do": "simplify", "ratio": 0.2, "preset": "fast"},
+    {"do": "distance", "samples": 100_000},
+]
 
-SCANS = 10
+SCANS = 8
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +91,7 @@ def test_a_row_for_every_input(scans: Path, reference: Report) -> None:
     assert reference.failed[0]["failure"]["do"] == "read" and reference.failed[0]["failure"]["line"]
     row = reference.done[0]
     assert [step["do"] for step in row["steps"]] == ["read", "repair", "simplify", "distance", "write"]
-    small = cm.simplify(cm.repair(cm.read(row["input"])).mesh, ratio=0.2)
+    small = cm.simplify(cm.repair(cm.read(row["input"])).mesh, ratio=0.2, preset="fast")
     assert row["steps"][2]["faces"] == small.mesh.face_count
     found = cm.distance(cm.read(row["input"]), small.mesh, samples=100_000)
     assert (row["steps"][3]["mean"], row["steps"][3]["max"]) == (found.mean, found.max)
@@ -294,7 +298,7 @@ class Killer:
         self.told.append(row["name"])
         # The two that fail at once start no work.
         if self.timer is None and row["failure"] is None:
-            self.timer = threading.Timer(0.1, self.kill, [int(row["worker"].rpartition(":")[2])])
+            self.timer = threading.Timer(0.05, self.kill, [int(row["worker"].rpartition(":")[2])])
             self.timer.start()
 
     def kill(self, process: int) -> None:
@@ -424,10 +428,31 @@ def test_a_run_that_was_killed_goes_on(
     assert {name: after[name] for name in before} == before
 
 
+@needs_signals
+def test_whatever_ends_a_run_ends_its_workers(scans: Path, tmp_path: Path) -> None:
+    seen: list[int] = []
+
+    def stop(row: dict[str, Any]) -> None:
+        seen.append(int(row["worker"].rpartition(":")[2]))
+        if len(set(seen)) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt) as caught:
+        run(scans, WORK, tmp_path / "out", workers=2, callback=stop)
+    # Although somebody keeps the exception, and with it all that was going on.
+    assert caught.value is not None
+    for process in set(seen):
+        with pytest.raises(ProcessLookupError):
+            os.kill(process, 0)
+    assert records(tmp_path / "out").keys() >= {"broken.ply"}
+
+
 def test_the_number_of_cores_does_not_matter(scans: Path, tmp_path: Path, reference: Report) -> None:
     some = [scans / f"scan{number}.ply" for number in range(3)]
     one, two = (run(some, WORK, tmp_path / f"out{n}", workers=1, cores=n) for n in (1, 2))
     assert one.hash == two.hash
+    every = [run(some[0], ALL, tmp_path / f"all{n}", workers=1, cores=n).done[0] for n in (1, 2)]
+    assert every[0]["outputs"] == every[1]["outputs"] and len(every[0]["outputs"]) == 4
     by_name = {row["name"]: row["outputs"] for row in reference.rows}
     assert all(row["outputs"] == by_name[row["name"]] for row in one.rows)
 

@@ -10,7 +10,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from importlib.util import find_spec
 from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple, Union
@@ -41,13 +41,16 @@ _AHEAD = 1000
 
 def results(
     engine: str, tasks: Sequence[Task], client: Any, workers: int | None, cores: int, retries: int
-) -> Iterator[Outcome]:
-    """What became of each task, in the order in which they end."""
+) -> Generator[Outcome, None, None]:
+    """What became of each task, in the order in which they end; nothing is started for none."""
+    if not tasks:
+        return
     if engine == "dask":
-        return _dask(tasks, client, workers, cores, retries)
-    if engine == "ray":
-        return _ray(tasks, client, workers, cores, retries)
-    return _local(tasks, workers or max(1, _cpus() // cores), retries)
+        yield from _dask(tasks, client, workers, cores, retries)
+    elif engine == "ray":
+        yield from _ray(tasks, client, workers, cores, retries)
+    else:
+        yield from _local(tasks, workers or max(1, _cpus() // cores), retries)
 
 
 def check(engine: str, client: Any) -> None:
@@ -129,6 +132,7 @@ def _local(tasks: Sequence[Task], workers: int, retries: int) -> Iterator[Outcom
     waiting = deque((task, 0) for task in tasks)
     idle: list[_Worker] = []
     busy: dict[Any, tuple[_Worker, Task, int]] = {}
+    has_worked = False
     try:
         while waiting or busy:
             while waiting and len(busy) < workers:
@@ -143,16 +147,17 @@ def _local(tasks: Sequence[Task], workers: int, retries: int) -> Iterator[Outcom
                     row = worker.pipe.recv()
                 except (EOFError, OSError):
                     why = worker.why()
-                    if not worker.is_ready:
-                        raise _cannot_start(why) from None
                     del busy[pipe]
                     worker.end()
                     if tries < retries:
                         # Behind all others, so that what kills workers holds nobody up.
                         waiting.append((task, tries + 1))
-                    else:
+                    elif has_worked:
                         yield task, Lost("WorkerLost", f"tried {tries + 1} times: {why}")
+                    else:
+                        raise _cannot_start(why) from None
                     continue
+                has_worked = True
                 if worker.is_ready:
                     del busy[pipe]
                     idle.append(worker)

@@ -40,6 +40,9 @@ def sources(inputs: Inputs, output: str) -> list[Source]:
     by_name: dict[str, str] = {}
     for given in inputs:
         path = os.fspath(given)
+        if not is_url(path):
+            # Workers may be somewhere else.
+            path = os.path.abspath(path)
         count = 0
         for source in _expanded(path, output):
             count += 1

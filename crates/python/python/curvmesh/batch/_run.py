@@ -6,6 +6,7 @@ import os
 import tempfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import closing
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
@@ -18,7 +19,7 @@ from ._engines import Lost, check, results
 from ._inputs import InputError, Inputs, shard_of, sources
 from ._recipe import Recipe, Steps
 from ._record import RECORD, Row, hash_of, is_settled, is_unchanged, is_whole, known, line, parsed
-from ._store import Store, look
+from ._store import Store, is_url, look
 from ._summary import page
 from ._task import Task, failed, finish
 
@@ -172,6 +173,9 @@ def run(
     """
     recipe = steps if isinstance(steps, Recipe) else Recipe(steps)
     output = os.fspath(output)
+    if not is_url(output):
+        # Workers may be somewhere else.
+        output = os.path.abspath(output)
     check(engine, client)
     _check_counts(workers, cores, retries, thumbnail)
     if parquet:
@@ -194,14 +198,15 @@ def run(
             tasks.append(Task(source, recipe, output, cores, thumbnail, retry_failed))
     skipped = len(rows)
     with tempfile.TemporaryDirectory(prefix="curvmesh-") as folder, _telling(progress) as tell:
-        outcomes = results(engine, tasks, client, workers, cores, retries) if tasks else iter(())
-        for number, (task, outcome) in enumerate(outcomes, 1):
-            if isinstance(outcome, Lost):
-                outcome = _lost(task, outcome, store, folder)
-            rows[task.source.name] = outcome
-            tell(number / len(tasks))
-            if callback is not None:
-                callback(outcome)
+        # Whatever is raised here, the workers end.
+        with closing(results(engine, tasks, client, workers, cores, retries)) as outcomes:
+            for number, (task, outcome) in enumerate(outcomes, 1):
+                if isinstance(outcome, Lost):
+                    outcome = _lost(task, outcome, store, folder)
+                rows[task.source.name] = outcome
+                tell(number / len(tasks))
+                if callback is not None:
+                    callback(outcome)
         return _report(rows.values(), skipped, store, ending, parquet, folder)
 
 
