@@ -313,6 +313,27 @@ impl<'a> CurvatureEstimator<'a> {
         })))
     }
 
+    /// As [`CurvatureEstimator::all_faces`], until `stops` says so, which is asked before each face by
+    /// any thread and stays with its answer; `None` then.
+    ///
+    /// # Errors
+    /// A bad radius. What is wrong with single faces is in the map.
+    #[expect(clippy::type_complexity, reason = "each layer says what is missing, and why")]
+    pub fn all_faces_until(
+        &self,
+        radius: f64,
+        stops: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<FaceMap<Result<DiscCurvature, CurvatureError>>>, CurvatureError> {
+        check_radius(radius)?;
+        let capacity = self.mesh.topology().face_capacity();
+        // What is left out once it was stopped does not matter.
+        let found = parallel::collect(capacity, |index| {
+            let face = FaceId::from_index(index);
+            if stops() { Err(CurvatureError::NotInMesh { face }) } else { self.at(face, radius) }
+        });
+        Ok((!stops()).then(|| FaceMap::from_vec(found)))
+    }
+
     /// The tangent plane of the face itself, with t₀ along its first edge.
     fn face_plane(&self, point: SurfacePoint) -> Result<TangentPlane, CurvatureError> {
         let face = point.face();

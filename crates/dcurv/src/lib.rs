@@ -23,7 +23,9 @@ pub use angle::{corner_angle, triangle_angles};
 #[doc(inline)]
 pub use area::{VertexArea, corner_area};
 #[doc(inline)]
-pub use ball::{BallCurvature, InvalidRadius, ball_curvature, ball_curvatures};
+pub use ball::{
+    BallCurvature, InvalidRadius, ball_curvature, ball_curvatures, ball_curvatures_until,
+};
 #[doc(inline)]
 pub use curvatures::{CurvatureOptions, Curvatures};
 #[doc(inline)]
@@ -34,7 +36,7 @@ pub use edge::{
     edge_mean_curvatures, intersection_angles,
 };
 #[doc(inline)]
-pub use fit::{FitOptions, fitted_frame, fitted_frames};
+pub use fit::{FitOptions, fitted_frame, fitted_frames, fitted_frames_until};
 #[doc(inline)]
 pub use intersection::intersection_angle;
 #[doc(inline)]
