@@ -318,7 +318,6 @@ impl<'a> CurvatureEstimator<'a> {
     ///
     /// # Errors
     /// A bad radius. What is wrong with single faces is in the map.
-    #[expect(clippy::type_complexity, reason = "each layer says what is missing, and why")]
     pub fn all_faces_until(
         &self,
         radius: f64,
