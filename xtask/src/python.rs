@@ -2,7 +2,7 @@
 //!
 //! A virtual environment under `target/python` gets everything from the package index by pip. The
 //! wheel is installed there like any other, and tests, doctests, the type checker and the notebooks
-//! run on it in a folder of their own.
+//! run on it in a folder of their own. Clippy looks at the crate, which no other command does.
 
 use std::env;
 use std::fs;
@@ -37,7 +37,10 @@ const TOOLS: [&str; 5] = ["maturin>=1.9,<2", "pytest", "hypothesis", "mypy", "nu
 /// What tests compare with.
 const PEERS: [&str; 5] = ["trimesh", "meshio", "libigl", "pymeshlab", "scipy"];
 
-/// The same, hundreds of megabytes each.
+/// What `curvmesh.batch` hands its tasks to, and reads and writes with.
+const ENGINES: [&str; 4] = ["distributed", "ray", "fsspec", "pyarrow"];
+
+/// More to compare with, hundreds of megabytes each.
 const LARGE_PEERS: [&str; 3] = ["open3d", "pyvista", "tqdm"];
 
 /// Where the package is.
@@ -71,6 +74,12 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     install.args(["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"]);
     check(install.arg(&wheel))?;
 
+    step("lints");
+    let mut clippy = Command::new("cargo");
+    clippy.args(["clippy", "--locked", "--quiet", "--manifest-path"]);
+    clippy.arg(root.join(PACKAGE).join("Cargo.toml")).arg("--target-dir").arg(&target);
+    check(clippy.args(["--", "-D", "warnings"]))?;
+
     let program = match &options.program {
         Some(program) => std::path::absolute(program).map_err(Failure::source(program))?,
         None => build_program(&target, options.release)?,
@@ -84,6 +93,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     }
     let readme = outside.join("README.md");
     fs::copy(root.join(PACKAGE).join("README.md"), &readme).map_err(Failure::writing(&readme))?;
+    copy_folder(&root.join(PACKAGE).join("docs"), &outside.join("docs"))?;
     let pyproject = root.join(PACKAGE).join("pyproject.toml");
     let run = |arguments: &[&str]| -> Result<(), Failure> {
         let mut python = environment.python();
@@ -140,19 +150,20 @@ impl Environment {
         install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
         check(install.args(TOOLS))?;
         made.install_peers(&PEERS)?;
+        made.install_peers(&ENGINES)?;
         if options.peers {
             made.install_peers(&LARGE_PEERS)?;
         }
         Ok(made)
     }
 
-    /// Tests that compare with a package that is not there say so and are skipped.
+    /// Tests that need a package that is not there say so and are skipped.
     fn install_peers(&self, peers: &[&str]) -> Result<(), Failure> {
         for peer in peers {
             let mut install = self.python();
             install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", peer]);
             if check(&mut install).is_err() {
-                println!("{peer} cannot be installed here: nothing is compared with it");
+                println!("{peer} cannot be installed here: nothing is tested with it");
             }
         }
         Ok(())

@@ -228,7 +228,7 @@ fn reduce(
     let result = if functions.is_none() {
         simplify_observed(mesh, options, observe)
     } else {
-        let (policies, options) = functions.policies(options, watch)?;
+        let (policies, options) = functions.policies(options, watch);
         simplify_with(mesh, policies, &options, observe)
     };
     Ok(result.map_err(Failure::from)?)

@@ -88,6 +88,35 @@ pub(crate) fn collapse(
     }
 }
 
+impl Metric {
+    /// The cost of this name, for [`Policies`] that are put together at run time.
+    #[must_use]
+    pub fn cost(self) -> Box<dyn Cost> {
+        match self {
+            Self::Classic => Box::new(GarlandHeckbert::new()),
+            Self::Marginal => Box::new(GarlandHeckbert::marginal()),
+            Self::Memoryless => Box::new(Memoryless),
+            Self::Hybrid => Box::new(Hybrid::default()),
+            Self::CurvatureL1 => Box::new(CurvatureNorm::new(Norm::L1)),
+            Self::CurvatureL2 => Box::new(CurvatureNorm::new(Norm::L2)),
+        }
+    }
+}
+
+impl PlacementRule {
+    /// The placement of this name, for [`Policies`] that are put together at run time.
+    #[must_use]
+    pub fn placement(self) -> Box<dyn Placement> {
+        match self {
+            Self::OptimalVolume => Box::new(Optimal { keep_volume: true }),
+            Self::Optimal => Box::new(Optimal { keep_volume: false }),
+            Self::Endpoint => Box::new(BestEndpoint),
+            Self::Midpoint => Box::new(Midpoint),
+            Self::Butterfly => Box::new(ButterflyPoint),
+        }
+    }
+}
+
 fn with_cost(
     cost: impl Cost,
     mesh: &mut TriMesh,
