@@ -53,13 +53,13 @@ def results(
         yield from _local(tasks, workers or max(1, _cpus() // cores), retries)
 
 
-def check(engine: str, client: Any) -> None:
+def check(engine: str, client: Any, workers: int | None) -> None:
     """Whether the engine is there, before anything is looked at.
 
     Raises
     ------
     OptionError
-        There is no such engine, or it is not installed.
+        There is no such engine, it is not installed, or what is asked of it does not go together.
     """
     packages = {"local": "", "dask": "distributed", "ray": "ray"}
     if engine not in packages:
@@ -69,6 +69,8 @@ def check(engine: str, client: Any) -> None:
         raise OptionError(f'the engine "{engine}" needs {package}', cure=f"pip install {package}")
     if engine == "local" and client is not None:
         raise OptionError("the local engine has no client")
+    if client is not None and workers is not None:
+        raise OptionError("workers are those of the client: give one of the two")
 
 
 def _cpus() -> int:
@@ -239,7 +241,9 @@ def _ray(
 
     owned = not ray.is_initialized()
     if not owned and client is not None:
-        raise OptionError("Ray is connected already; leave out the client")
+        raise OptionError("Ray is connected already: leave out the client")
+    if not owned and workers is not None:
+        raise OptionError("Ray runs already, with workers of its own: leave them out")
     if owned:
         if client is not None:
             ray.init(address=client, log_to_driver=False)

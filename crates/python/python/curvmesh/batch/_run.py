@@ -120,7 +120,8 @@ def run(
         For Dask a ``distributed.Client`` or the address of a scheduler, for Ray the address of a
         cluster; a connection that is open already is used. Without, both run on this machine.
     workers : int, optional
-        How many tasks at a time on this machine; by default as many as there are processors for.
+        How many tasks at a time on this machine; by default as many as there are processors for. Not with
+        a client, which has its own.
     cores : int
         By how many threads each task is done. Dask knows nothing of it: its workers should then have one
         thread for so many processors.
@@ -176,7 +177,7 @@ def run(
     if not is_url(output):
         # Workers may be somewhere else.
         output = os.path.abspath(output)
-    check(engine, client)
+    check(engine, client, workers)
     _check_counts(workers, cores, retries, thumbnail)
     if parquet:
         _check_pyarrow()
