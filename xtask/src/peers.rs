@@ -17,10 +17,10 @@ mod tool;
 
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use mesh_core::BoundingBox;
 
 use crate::failure::Failure;
+use crate::progress::progress_bar;
 use environment::Environment;
 use job::{Job, Target};
 pub(crate) use job::{PeerJob, run as run_job};
@@ -92,9 +92,7 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
         }
     }
     let runs = options.meshes.len() * targets.len() * tools.len();
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(runs as u64).with_style(style);
+    let bar = progress_bar(runs);
     let mut rows = Vec::new();
     for name in &options.meshes {
         let raw = unit_mesh(&options.models.join(name))?;

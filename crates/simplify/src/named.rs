@@ -31,13 +31,10 @@ pub(crate) fn regional(mesh: &TriMesh, options: &Options) -> Option<Regional> {
     let Options { collapse, limit, attributes, .. } = options;
     let Constraints { boundary, locked, features } = &collapse.constraints;
     let is_start = match collapse.metric {
-        Metric::Classic | Metric::Marginal => collapse.curvature_weight > 0.0,
+        Metric::Classic | Metric::Marginal if collapse.curvature_weight <= 0.0 => false,
         Metric::Hybrid => true,
         _ => return None,
     };
-    if is_start && collapse.metric != Metric::Hybrid {
-        return None;
-    }
     let keep_volume = match collapse.placement {
         PlacementRule::OptimalVolume => true,
         PlacementRule::Optimal => false,
