@@ -47,9 +47,10 @@ pub(crate) struct Job {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub(crate) struct Many {
-    /// Pass over files whose result is there and not older than they are
+    /// Pass over files whose result is there and not older than they are; with --memory, go on where an
+    /// earlier run was interrupted
     #[arg(long)]
-    resume: bool,
+    pub(crate) resume: bool,
     /// Do only the K-th of N parts of the files, as in 2/16, for job arrays
     #[arg(long, value_name = "K/N", value_parser = parse_shard)]
     shard: Option<Shard>,
@@ -130,7 +131,10 @@ impl Job {
             let message = format!("{name} is a folder, and the standard input has no name in it");
             return Err(Failure::usage(message));
         }
-        given.refuse(&["resume", "shard"], "there is one file only")?;
+        if !given.has("memory") {
+            given.refuse(&["resume"], "there is one file only")?;
+        }
+        given.refuse(&["shard"], "there is one file only")?;
         Ok(Some(Task { input: input.clone(), output: self.output.clone(), makes_folder: false }))
     }
 

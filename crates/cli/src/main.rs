@@ -17,6 +17,7 @@ mod console;
 mod failure;
 mod given;
 mod interrupt;
+mod large;
 mod load;
 mod save;
 mod session;
