@@ -58,16 +58,23 @@ pub(crate) struct Many {
 
 /// The K-th of N parts, counted from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Shard {
+pub(crate) struct Shard {
     number: usize,
     of: usize,
 }
 
-fn parse_shard(text: &str) -> Result<Shard, String> {
+pub(crate) fn parse_shard(text: &str) -> Result<Shard, String> {
     let parts = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
     match parts {
         Some((number, of)) if 1 <= number && number <= of => Ok(Shard { number, of }),
         _ => Err("expected which part of how many, like 2/16".into()),
+    }
+}
+
+impl Shard {
+    /// Those of these items that belong to the part.
+    pub(crate) fn of_items<T>(self, items: impl IntoIterator<Item = T>) -> Vec<T> {
+        items.into_iter().skip(self.number - 1).step_by(self.of).collect()
     }
 }
 
@@ -102,8 +109,8 @@ impl Job {
             return Ok(Outcome::of_run());
         }
         let mut tasks = self.tasks(extension)?;
-        if let Some(Shard { number, of }) = self.many.shard {
-            tasks = tasks.into_iter().skip(number - 1).step_by(of).collect();
+        if let Some(shard) = self.many.shard {
+            tasks = shard.of_items(tasks);
         }
         all(&tasks, self.many.resume, session, work)
     }

@@ -82,6 +82,37 @@ pub(crate) fn repairs(options: &RepairOptions) -> Result<Repairs, Failure> {
     Ok(Repairs { drop_degenerate: repair.drop_degenerate, cut: repair.cut_non_manifold })
 }
 
+/// The share of the diagonal up to which distances are proved, pass by pass.
+pub(crate) const PROVED: f64 = 1e-4;
+
+/// Splits a file into regions; what was split before stays.
+pub(crate) fn split_file(
+    input: &Path,
+    folder: &Path,
+    loading: &Loading,
+    settings: Settings,
+    console: &Console,
+) -> Result<Work, Failure> {
+    let bar = console.progress_of_passes();
+    let see = &mut |step: Step| {
+        show(&bar, step);
+        !interrupt::is_asked_to_end()
+    };
+    let stream = &mut std::io::stdin();
+    let source = if is_standard(input) {
+        Input::Stream(stream, Path::new("<stdin>"))
+    } else {
+        Input::Path(input)
+    };
+    let work = Work::split(folder, source, &loading.streaming(), settings, see);
+    bar.finish_and_clear();
+    let work = work.map_err(Failure::regions)?;
+    for note in &work.manifest().summary.notes {
+        console.message(format_args!("{}: {note}", input.display()));
+    }
+    Ok(work)
+}
+
 /// Simplifies a file region by region.
 pub(crate) fn simplify_file(
     input: &Path,
@@ -97,26 +128,14 @@ pub(crate) fn simplify_file(
             folder.display()
         )));
     }
+    let work = split_file(input, folder, loading, settings, console)?;
     let bar = console.progress_of_passes();
-    let see = &mut |step: Step| {
+    let outcome = out_of_core::run(&work, &mut |step| {
         show(&bar, step);
         !interrupt::is_asked_to_end()
-    };
-    let stream = &mut std::io::stdin();
-    let source = if is_standard(input) {
-        Input::Stream(stream, Path::new("<stdin>"))
-    } else {
-        Input::Path(input)
-    };
-    let work = Work::split(folder, source, &loading.streaming(), settings, see);
-    let outcome = work.and_then(|work| {
-        for note in &work.manifest().summary.notes {
-            console.message(format_args!("{}: {note}", input.display()));
-        }
-        Ok((out_of_core::run(&work, see)?, work))
     });
     bar.finish_and_clear();
-    outcome.map_err(Failure::regions)
+    Ok((outcome.map_err(Failure::regions)?, work))
 }
 
 /// What a run in so many bytes is to do.
@@ -131,7 +150,7 @@ pub(crate) fn settings(
 }
 
 /// Moves the bar to where a step has come.
-fn show(bar: &ProgressBar, step: Step) {
+pub(crate) fn show(bar: &ProgressBar, step: Step) {
     let Step { what, done, of, level } = step;
     bar.set_message(format!("pass {}: {what}", level + 1));
     bar.set_length(of);

@@ -2,6 +2,7 @@
 
 mod cells;
 mod error;
+mod finish;
 mod incoming;
 mod join;
 mod reduce;

@@ -7,6 +7,7 @@ use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::{Progress, StopReason};
 
 use crate::error::Error;
+use crate::finish::finish;
 use crate::rest::collapse_rest;
 use crate::work::{Next, Step, Work, add_up};
 
@@ -42,13 +43,14 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
                 let step = Step { what, done: u64::from(cell), of: u64::from(of), level };
                 if see(step) { Ok(()) } else { Err(Error::Stopped) }
             };
-            for cell in 0..plan.cells {
-                goes_on("reducing", cell, plan.cells)?;
-                work.reduce(level, cell)?;
-            }
-            let joined = plan.cells.div_ceil(1 << bits);
-            for cell in 0..joined {
-                goes_on("joining", cell, joined)?;
+            for cell in 0..plan.cells.div_ceil(1 << bits) {
+                if work.has_region(level + 1, cell) {
+                    continue;
+                }
+                for part in (cell << bits)..((cell + 1) << bits).min(plan.cells) {
+                    goes_on("reducing", part, plan.cells)?;
+                    work.reduce(level, part)?;
+                }
                 work.join(level + 1, cell)?;
             }
         }
@@ -56,7 +58,7 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
         level += 1;
     };
     let region = work.whole(level)?;
-    let prove = work.manifest().settings.prove;
+    let prove = work.tolerance();
     let before = match prove {
         Some(_) => Some(Surface::from_triangles(&region.positions, &region.triangles)?),
         None => None,
@@ -64,19 +66,22 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
     let options = &work.manifest().settings.options;
     let summary = &work.manifest().summary;
     let faces_before = usize::try_from(summary.triangles).unwrap_or(usize::MAX);
-    let observe = &mut |now: &Progress| {
+    let mut observe = |now: &Progress| {
         let of = (faces_before - now.face_target.min(faces_before)) as u64;
         let done = (faces_before - now.faces.min(faces_before)) as u64;
         let step = Step { what: "collapsing", done, of, level };
         if see(step) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
     let (mesh, run) = match last.next {
-        Next::InOnePiece => collapse_rest(region, options, summary.size(), faces_before, observe)?,
+        Next::InOnePiece => {
+            collapse_rest(region, options, summary.size(), faces_before, &mut observe)?
+        }
         _ => return Err(Error::Unsupported("a result larger than memory", "allow more memory")),
     };
     if run.stop == StopReason::Cancelled {
         return Err(Error::Stopped);
     }
+    let mesh = finish(work, mesh, &options.finish, see)?;
     let error = match (prove, before, work.moved(level)?) {
         (Some(tolerance), Some(before), Some(moved)) => {
             let options = CertifyOptions { tolerance, ..CertifyOptions::default() };

@@ -39,7 +39,8 @@ pub struct Settings {
     pub repairs: Repairs,
     /// How much is held at a time.
     pub sizes: Sizes,
-    /// Whether the distance from the input is proved, step by step, up to this much for each.
+    /// Whether the distance from the input is proved, step by step, up to this share of the diagonal of the
+    /// bounding box for each.
     pub prove: Option<f64>,
 }
 
@@ -257,6 +258,11 @@ impl Work {
         self.manifest.settings.options.collapse.limits.face_target(faces) as u64
     }
 
+    /// How closely distances are proved, in model units, if they are.
+    pub(crate) fn tolerance(&self) -> Option<f64> {
+        self.manifest.settings.prove.map(|share| share * self.manifest.summary.size())
+    }
+
     /// What regions go by.
     ///
     /// # Errors
@@ -390,8 +396,12 @@ impl Work {
                 "no cells are collapsed on this level",
             ));
         };
+        if level > 0 {
+            // What was damaged since is made again.
+            self.join(level, cell)?;
+        }
         let region = self.get(level, cell, State::Region)?;
-        let before = self.manifest.settings.prove.map(|tolerance| (region.clone(), tolerance));
+        let before = self.tolerance().map(|tolerance| (region.clone(), tolerance));
         let reduced = reduce(region, &self.rules()?, ceiling);
         let moved = match before {
             Some((before, tolerance)) => Some(proved_distance(&before, &reduced, tolerance)?),
@@ -414,7 +424,7 @@ impl Work {
         };
         let parts = (cell << bits)..((cell + 1) << bits).min(cells);
         let regions: Result<Vec<Region>, Error> =
-            parts.map(|part| self.get(level - 1, part, State::Reduced)).collect();
+            parts.map(|part| self.reduced(level - 1, part)).collect();
         let joined = join(regions?, bits)?;
         let folder = self.level_folder(level);
         fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
@@ -472,8 +482,20 @@ impl Work {
         }
     }
 
+    /// What a region was collapsed to, which is done if it was not yet.
+    fn reduced(&self, level: u32, cell: u32) -> Result<Region, Error> {
+        self.reduce(level, cell)?;
+        self.get(level, cell, State::Reduced)
+    }
+
+    /// Whether the region of a cell is there.
+    pub(crate) fn has_region(&self, level: u32, cell: u32) -> bool {
+        self.record(level, cell, State::Region).is_some()
+    }
+
     /// Whether all regions of a level are there.
-    pub(crate) fn is_joined(&self, level: u32) -> bool {
+    #[must_use]
+    pub fn is_joined(&self, level: u32) -> bool {
         let Ok(cells) = self.cells(level) else { return false };
         (0..cells).all(|cell| self.record(level, cell, State::Region).is_some())
     }

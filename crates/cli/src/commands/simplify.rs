@@ -141,7 +141,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     let chosen = options.policy.regional_options(limits)?;
     let Job { loading, many, .. } = &options.job;
     let (large, memory) = (&options.large, options.large.memory.unwrap_or(u64::MAX));
-    let prove = options.policy.proves().then_some(0.0);
+    let prove = options.policy.proves().then_some(large::PROVED);
     let settings = large::settings(chosen, memory, &loading.repair, prove)?;
     let Some(output) = &task.output else {
         return Err(Failure::usage("say where the result goes: -o OUT"));
