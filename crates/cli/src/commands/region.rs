@@ -215,7 +215,10 @@ fn each_cell(
     let cells = work.cells(options.level).map_err(Failure::regions)?;
     let mine: Vec<u32> = match (options.cell, options.shard) {
         (Some(cell), _) if cell >= cells => {
-            return Err(Failure::usage(format!("there are only {cells} cells on level {}", options.level)));
+            return Err(Failure::usage(format!(
+                "there are only {cells} cells on level {}",
+                options.level
+            )));
         }
         (Some(cell), _) => vec![cell],
         (None, Some(shard)) => shard.of_items(0..cells),
@@ -225,8 +228,7 @@ fn each_cell(
     for cell in mine {
         faces += act(&work, cell).map_err(Failure::regions)?;
     }
-    let report =
-        Report { level: options.level, cells, faces, ..report(&work, step, console) };
+    let report = Report { level: options.level, cells, faces, ..report(&work, step, console) };
     print(&report, &format!("{step} of level {}: {faces} faces", options.level), console)
 }
 

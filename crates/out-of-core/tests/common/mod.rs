@@ -66,7 +66,12 @@ pub(crate) fn write(mesh: &TriMesh, path: &Path) -> PathBuf {
 }
 
 /// Settings with regions of so many faces and a rest of so many.
-pub(crate) fn settings(preset: Preset, faces: usize, region_faces: u64, rest_faces: u64) -> Settings {
+pub(crate) fn settings(
+    preset: Preset,
+    faces: usize,
+    region_faces: u64,
+    rest_faces: u64,
+) -> Settings {
     Settings {
         options: Options::preset(preset).to_faces(faces),
         repairs: Repairs::default(),
