@@ -24,6 +24,7 @@ mod python;
 mod reproduce;
 mod tolerance_study;
 mod torture;
+mod virtual_environment;
 
 use std::process::ExitCode;
 
