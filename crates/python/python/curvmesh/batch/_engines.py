@@ -227,7 +227,9 @@ def _dask_client(client: Any, workers: int | None, cores: int, retries: int) -> 
         yield client
     else:
         count = workers or max(1, _cpus() // cores)
-        with dask.config.set({"distributed.scheduler.allowed-failures": retries}):
+        # One job at a time on each worker: whoever waits beside one that kills it would be blamed, too.
+        alone = {"allowed-failures": retries, "worker-saturation": 1.0}
+        with dask.config.set({f"distributed.scheduler.{name}": value for name, value in alone.items()}):
             cluster = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
         with cluster, Client(cluster) as connected:
             yield connected
@@ -239,11 +241,12 @@ def _dask(jobs: Sequence[J], client: Any, retries: int) -> Outcomes[J]:
     waiting = deque(jobs)
     of: dict[Any, J] = {}
     done = as_completed()
+    # Under one name, so that the scheduler keeps to itself what the workers have no hands for.
+    group = f"curvmesh-{os.urandom(8).hex()}"
 
     def submit() -> None:
         job = waiting.popleft()
-        key = f"curvmesh-{job.name}-{os.urandom(8).hex()}"
-        future = client.submit(call, job, key=key, pure=False, retries=retries)
+        future = client.submit(call, job, key=(group, job.name), pure=False, retries=retries)
         of[future.key] = job
         done.add(future)
 
