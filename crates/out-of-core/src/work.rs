@@ -129,7 +129,7 @@ pub enum Next {
     },
     /// Everything fits into memory: the rest is done in one piece.
     InOnePiece,
-    /// There are few enough faces, or nothing more collapses: the cells are the result.
+    /// There are few enough faces, and still too many for one piece: the cells are the result.
     Cells,
 }
 
@@ -362,11 +362,12 @@ impl Work {
         let before = if level > 0 { Some(self.read_plan(level - 1)?.faces) } else { None };
         let sizes = self.manifest.settings.sizes;
         let target = self.target();
+        // Of a result that does not fit, rims can stay.
         let is_at_end = before.is_some_and(|before| 20 * faces > 19 * before);
         let aim = sizes.rest_faces.max(target).max(faces / PASS);
-        let next = if faces <= sizes.rest_faces {
+        let next = if faces <= sizes.rest_faces || cells == 1 {
             Next::InOnePiece
-        } else if faces <= target + target / 100 || is_at_end {
+        } else if faces <= target + target / 100 {
             Next::Cells
         } else {
             // A little less, for regions do not tell exactly.
@@ -374,7 +375,9 @@ impl Work {
             let share = aim as f64 / faces as f64;
             let ceiling = Ceiling::leaving(share, &forecasts.iter().collect::<Vec<_>>());
             let depth = cells.trailing_zeros();
-            let bits = depth - sizes.depth(aim + aim / 10).min(depth);
+            // Where next to nothing went, rims are in the way: neighbours are joined whatever their size.
+            let fewest = u32::from(is_at_end);
+            let bits = (depth - sizes.depth(aim + aim / 10).min(depth)).max(fewest);
             Next::Pass { ceiling, aim, bits }
         };
         let plan = Plan { level, cells, faces, next };
