@@ -12,12 +12,12 @@ use clap::ValueEnum;
 use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions, Quad, Rebuild};
 use glam::DVec3;
-use indicatif::{ProgressBar, ProgressStyle};
 use mesh_core::shapes::{Ellipsoid, ShapeError, Sphere, SplitMix64, scramble};
 use mesh_core::{EdgeId, PolygonSoup, Repair, TriMesh, build};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
+use crate::progress::progress_bar;
 
 /// What to run, and how often.
 #[derive(Debug, clap::Args)]
@@ -102,12 +102,6 @@ pub(crate) fn run(options: &ConvexStudy) -> Result<(), Failure> {
     std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
     print!("{text}");
     Ok(())
-}
-
-fn progress_bar(cases: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(cases as u64).with_style(style)
 }
 
 impl ConvexStudy {

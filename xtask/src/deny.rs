@@ -133,23 +133,29 @@ impl Package {
     }
 }
 
+/// What is built by itself, each with a Cargo.lock.
+const WORKSPACES: [&str; 2] = ["Cargo.toml", "crates/python/Cargo.toml"];
+
 /// Prints what breaks the rules.
 pub(crate) fn run(options: &Deny) -> Result<(), Failure> {
     let text = std::fs::read_to_string(&options.rules)
         .map_err(|source| Failure::Input { path: options.rules.clone(), source })?;
     let rules: Rules = toml::from_str(&text).map_err(Failure::mesh)?;
-    let packages = packages(rules.graph.all_features)?;
-    let breaches = breaches(&rules, &packages);
+    let workspaces = WORKSPACES
+        .iter()
+        .map(|manifest| packages(manifest, rules.graph.all_features))
+        .collect::<Result<Vec<_>, _>>()?;
+    let breaches = breaches(&rules, &workspaces);
     breaches.iter().for_each(|breach| eprintln!("{breach}"));
-    println!("{} crates, {} of them break a rule", packages.len(), breaches.len());
+    println!("{} crates, {} breaches of a rule", distinct(&workspaces).len(), breaches.len());
     if breaches.is_empty() { Ok(()) } else { Err(Failure::Denied(breaches.len())) }
 }
 
-/// All crates that the workspace is made of on any platform, those for tests included.
-fn packages(all_features: bool) -> Result<Vec<Package>, Failure> {
+/// All crates that a workspace is made of on any platform, those for tests included.
+fn packages(manifest: &str, all_features: bool) -> Result<Vec<Package>, Failure> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
-    command.args(["metadata", "--format-version", "1", "--locked"]);
+    command.args(["metadata", "--format-version", "1", "--locked", "--manifest-path", manifest]);
     if all_features {
         command.arg("--all-features");
     }
@@ -163,15 +169,22 @@ fn packages(all_features: bool) -> Result<Vec<Package>, Failure> {
     Ok(metadata.packages.into_iter().filter(|package| used.contains(&package.id)).collect())
 }
 
-fn breaches(rules: &Rules, packages: &[Package]) -> Vec<String> {
-    let mut breaches = licences(&rules.licenses, packages);
-    breaches.extend(versions(&rules.bans, packages));
-    breaches.extend(wildcards(&rules.bans, packages));
-    breaches.extend(sources(&rules.sources, packages));
+fn breaches(rules: &Rules, workspaces: &[Vec<Package>]) -> Vec<String> {
+    let packages = distinct(workspaces);
+    let mut breaches = licences(&rules.licenses, &packages);
+    breaches.extend(versions(&rules.bans, workspaces));
+    breaches.extend(wildcards(&rules.bans, &packages));
+    breaches.extend(sources(&rules.sources, &packages));
     breaches
 }
 
-fn licences(rules: &Licenses, packages: &[Package]) -> Vec<String> {
+/// Each crate once, however many workspaces use it.
+fn distinct(workspaces: &[Vec<Package>]) -> Vec<&Package> {
+    let mut seen = BTreeSet::new();
+    workspaces.iter().flatten().filter(|package| seen.insert(package.id.as_str())).collect()
+}
+
+fn licences(rules: &Licenses, packages: &[&Package]) -> Vec<String> {
     let mut breaches = Vec::new();
     let mut used = BTreeSet::new();
     for package in packages {
@@ -198,30 +211,39 @@ fn licences(rules: &Licenses, packages: &[Package]) -> Vec<String> {
     breaches
 }
 
-fn versions(rules: &Bans, packages: &[Package]) -> Vec<String> {
+/// Nothing is there twice that is built together.
+fn versions(rules: &Bans, workspaces: &[Vec<Package>]) -> Vec<String> {
     let Denied::Deny = rules.multiple_versions;
-    let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     let skipped: BTreeSet<&str> = rules.skip.iter().map(|skip| skip.package.as_str()).collect();
-    for package in packages.iter().filter(|p| !skipped.contains(p.full_name().as_str())) {
-        versions.entry(&package.name).or_default().push(&package.version);
+    let mut breaches = BTreeSet::new();
+    let mut needed = BTreeSet::new();
+    for packages in workspaces {
+        let mut versions: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for package in packages.iter().filter(|p| !skipped.contains(p.full_name().as_str())) {
+            versions.entry(&package.name).or_default().push(&package.version);
+        }
+        let several = versions.iter().filter(|(_, versions)| versions.len() > 1);
+        breaches.extend(several.map(|(name, versions)| {
+            format!("{name} is there in versions {}", versions.join(", "))
+        }));
+        let names = packages.iter().map(Package::full_name);
+        needed.extend(names.filter(|name| {
+            let name = name.split('@').next().unwrap_or_default();
+            versions.contains_key(name)
+        }));
     }
-    let several = versions.iter().filter(|(_, versions)| versions.len() > 1);
-    let mut breaches: Vec<String> = several
-        .map(|(name, versions)| format!("{name} is there in versions {}", versions.join(", ")))
-        .collect();
     for Skip { package, reason } in &rules.skip {
-        let name = package.split('@').next().unwrap_or_default();
-        if !packages.iter().any(|p| p.full_name() == *package) {
-            breaches.push(format!("{package} is not there any more: do not skip it ({reason})"));
-        } else if !versions.contains_key(name) {
-            breaches.push(format!("{package} is the only version: do not skip it ({reason})"));
+        if !workspaces.iter().flatten().any(|p| p.full_name() == *package) {
+            breaches.insert(format!("{package} is not there any more: do not skip it ({reason})"));
+        } else if !needed.contains(package) {
+            breaches.insert(format!("{package} is the only version: do not skip it ({reason})"));
         }
     }
-    breaches
+    breaches.into_iter().collect()
 }
 
 /// Crates of this workspace say which versions they work with.
-fn wildcards(rules: &Bans, packages: &[Package]) -> Vec<String> {
+fn wildcards(rules: &Bans, packages: &[&Package]) -> Vec<String> {
     let Denied::Deny = rules.wildcards;
     let own = packages.iter().filter(|package| package.source.is_none());
     let is_wild = |package: &Package, dependency: &Dependency| {
@@ -235,7 +257,7 @@ fn wildcards(rules: &Bans, packages: &[Package]) -> Vec<String> {
     .collect()
 }
 
-fn sources(rules: &Sources, packages: &[Package]) -> Vec<String> {
+fn sources(rules: &Sources, packages: &[&Package]) -> Vec<String> {
     let (Denied::Deny, Denied::Deny) = (rules.unknown_registry, rules.unknown_git);
     let is_allowed = |source: &str| {
         let registry = source.strip_prefix("registry+").or(source.strip_prefix("sparse+"));
@@ -274,9 +296,13 @@ mod tests {
         }
     }
 
-    fn found(packages: &[Package]) -> Vec<String> {
+    fn found(packages: Vec<Package>) -> Vec<String> {
+        found_in(&[packages])
+    }
+
+    fn found_in(workspaces: &[Vec<Package>]) -> Vec<String> {
         let rules: Rules = toml::from_str(RULES).expect("the rules are well-formed");
-        breaches(&rules, packages)
+        breaches(&rules, workspaces)
     }
 
     #[test]
@@ -289,12 +315,12 @@ mod tests {
                 package("b", "2.0.0", Some("(MIT OR Apache-2.0) AND Zlib"), home),
             ]
         };
-        assert_eq!(found(&good()), Vec::<String>::new());
+        assert_eq!(found(good()), Vec::<String>::new());
 
         let with = |package: Package| {
             let mut packages = good();
             packages.push(package);
-            found(&packages)
+            found(packages)
         };
         let one = |breaches: Vec<String>, text: &str| {
             assert!(breaches.len() == 1 && breaches[0].contains(text), "{breaches:?}");
@@ -314,11 +340,24 @@ mod tests {
         private.publish = Some(Vec::new());
         assert_eq!(with(private), Vec::<String>::new());
 
-        let mut fewer = good();
-        fewer.remove(1);
-        one(found(&fewer), "b@1.0.0 is not there any more");
-        fewer.pop();
-        assert_eq!(found(&fewer).len(), 2);
+        let fewer = || {
+            let mut fewer = good();
+            fewer.remove(1);
+            fewer
+        };
+        one(found(fewer()), "b@1.0.0 is not there any more");
+        let mut fewest = fewer();
+        fewest.pop();
+        assert_eq!(found(fewest).len(), 2);
+
+        // Another workspace may have another version, but no other licence.
+        let other = || vec![package("a", "2.0.0", Some("MIT"), home)];
+        assert_eq!(found_in(&[good(), other()]), Vec::<String>::new());
+        let bad = vec![package("c", "1.0.0", Some("GPL-3.0"), home)];
+        one(found_in(&[good(), bad]), "c@1.0.0 is under GPL-3.0");
+        // What is skipped in one of them only is skipped.
+        let alone = vec![package("b", "1.0.0", Some("MIT"), home)];
+        assert_eq!(found_in(&[good(), alone]), Vec::<String>::new());
     }
 
     #[test]

@@ -9,18 +9,18 @@ mod measure;
 mod surfaces;
 
 use std::collections::HashSet;
-use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use mesh_core::{Repair, TriMesh, build};
 use mesh_metric::Surface;
-use simplify::{Options, Preset, simplify};
+use simplify::{FitNorm, Options, Preset, simplify};
 
 use crate::failure::Failure;
+use crate::numbers::Numbers;
 use crate::plot::{Axis, Plot, Series};
+use crate::progress::progress_bar;
 pub(crate) use bound::{Distances, of_one_triangle};
 pub(crate) use measure::distances;
 pub(crate) use surfaces::{Fineness, Shape};
@@ -41,6 +41,12 @@ pub(crate) struct LimitStudy {
         value_parser = |s: &str| s.parse::<Preset>(),
     )]
     presets: Vec<Preset>,
+    /// What the presets make small that fit the result
+    #[arg(
+        long, value_name = "NORM", value_delimiter = ',', default_value = "l2",
+        value_parser = parse_norm,
+    )]
+    norms: Vec<FitNorm>,
     /// Other programs, each as NAME=COMMAND: {in} and {out} in the command are PLY files, {faces} the
     /// number of faces. Given again for each
     #[arg(long, value_name = "NAME=COMMAND", value_parser = Peer::parse)]
@@ -52,6 +58,11 @@ pub(crate) struct LimitStudy {
     /// (limit-study.csv). What is in the numbers already is not computed again
     #[arg(long, value_name = "DIR", default_value = "target/limit-study")]
     out: PathBuf,
+}
+
+fn parse_norm(text: &str) -> Result<FitNorm, String> {
+    let found = FitNorm::ALL.iter().find(|norm| norm.name() == text);
+    found.copied().ok_or_else(|| "expected l1, l2 or max".into())
 }
 
 /// Another program.
@@ -101,13 +112,13 @@ const HEADER: [&str; 8] =
 
 /// One line of the study.
 #[derive(Clone, Debug)]
-struct Row {
+pub(crate) struct Row {
     surface: String,
     faces: usize,
-    program: String,
-    left: usize,
+    pub(crate) program: String,
+    pub(crate) left: usize,
     /// Distances times faces.
-    scaled: Distances,
+    pub(crate) scaled: Distances,
     seconds: f64,
 }
 
@@ -115,16 +126,9 @@ struct Row {
 pub(crate) fn run(options: &LimitStudy) -> Result<(), Failure> {
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let path = options.out.join("limit-study.csv");
-    let mut rows = read(&path);
+    let (mut numbers, mut rows) = Numbers::open(path, &HEADER, Row::parse)?;
     let known: HashSet<_> = rows.iter().map(Row::key).collect();
-    let failed = |e: csv::Error| Failure::writing(&path)(e.into());
-    let is_new = !path.exists();
-    let file = OpenOptions::new().create(true).append(true).open(&path);
-    let mut numbers = csv::Writer::from_writer(file.map_err(Failure::writing(&path))?);
-    if is_new {
-        numbers.write_record(HEADER).map_err(failed)?;
-    }
-    let bar = options.progress_bar();
+    let bar = progress_bar(options.runs());
     let mut limits = Vec::new();
     for &shape in options.surfaces() {
         let mesh = shape.mesh(options.fineness())?;
@@ -139,8 +143,7 @@ pub(crate) fn run(options: &LimitStudy) -> Result<(), Failure> {
                     let seconds = start.elapsed().as_secs_f64();
                     let row =
                         Row::of(shape, faces, &program, &fine, (&simplified, seconds), options)?;
-                    numbers.write_record(row.record()).map_err(failed)?;
-                    numbers.flush().map_err(Failure::writing(&path))?;
+                    numbers.add(&row.record())?;
                     rows.push(row);
                 }
                 bar.inc(1);
@@ -150,7 +153,7 @@ pub(crate) fn run(options: &LimitStudy) -> Result<(), Failure> {
     bar.finish_and_clear();
     for (shape, limit) in &limits {
         let path = options.out.join(format!("limit-study-{}.svg", shape.name().replace(' ', "-")));
-        let svg = plot(*shape, *limit, &options.points(*shape, &rows)).svg();
+        let svg = plot(*shape, *limit, &options.points(*shape, &rows)).file();
         std::fs::write(&path, svg).map_err(Failure::writing(&path))?;
     }
     let text = table(options, &limits, &rows);
@@ -163,22 +166,23 @@ pub(crate) fn run(options: &LimitStudy) -> Result<(), Failure> {
 /// What simplifies.
 #[derive(Clone, Debug)]
 enum Program {
-    Preset(Preset),
+    /// By its name, with the norm unless that is the usual one.
+    Preset(String, Box<Options>),
     Peer(Peer),
 }
 
 impl Program {
     fn name(&self) -> &str {
         match self {
-            Self::Preset(preset) => preset.name(),
+            Self::Preset(name, _) => name,
             Self::Peer(peer) => &peer.name,
         }
     }
 
     fn simplify(&self, mesh: &TriMesh, faces: usize, folder: &Path) -> Result<TriMesh, Failure> {
         match self {
-            Self::Preset(preset) => {
-                let options = Options::preset(*preset).to_faces(faces);
+            Self::Preset(_, options) => {
+                let options = options.as_ref().clone().to_faces(faces);
                 Ok(simplify(mesh, &options).map_err(Failure::mesh)?.mesh)
             }
             Self::Peer(peer) => peer.simplify(mesh, faces, folder),
@@ -204,15 +208,27 @@ impl LimitStudy {
     }
 
     fn programs(&self) -> Vec<Program> {
-        let presets = self.presets.iter().map(|&preset| Program::Preset(preset));
+        let with = |preset: Preset| {
+            let options = Options::preset(preset);
+            let norms = match options.finish.fit {
+                Some(_) => &self.norms[..],
+                None => &[FitNorm::L2],
+            };
+            norms.iter().map(move |&norm| {
+                let name = match norm {
+                    FitNorm::L2 => preset.name().to_owned(),
+                    other => format!("{preset} {}", other.name()),
+                };
+                let finish = options.finish.clone().minimising(norm);
+                Program::Preset(name, Box::new(Options { finish, ..options.clone() }))
+            })
+        };
+        let presets = self.presets.iter().flat_map(|&preset| with(preset));
         presets.chain(self.peer.iter().cloned().map(Program::Peer)).collect()
     }
 
-    fn progress_bar(&self) -> ProgressBar {
-        let runs = self.surfaces().len() * self.faces().len() * self.programs().len();
-        let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-        ProgressBar::new(runs as u64).with_style(style)
+    fn runs(&self) -> usize {
+        self.surfaces().len() * self.faces().len() * self.programs().len()
     }
 
     /// Per program, the faces and the mean distance times faces.
@@ -256,6 +272,16 @@ impl Row {
         Ok(Self { surface, faces, program, left, scaled, seconds })
     }
 
+    /// The rows of a file of numbers.
+    pub(crate) fn all_of(text: &str) -> Vec<Self> {
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        reader.records().filter_map(|record| Self::parse(&record.ok()?)).collect()
+    }
+
+    pub(crate) fn is_of(&self, shape: Shape) -> bool {
+        self.surface == shape.name()
+    }
+
     fn key(&self) -> (String, usize, String) {
         (self.surface.clone(), self.faces, self.program.clone())
     }
@@ -284,12 +310,6 @@ impl Row {
             seconds: number(7)?,
         })
     }
-}
-
-/// The rows of an earlier run; those that cannot be read are computed again.
-fn read(path: &Path) -> Vec<Row> {
-    let Ok(mut reader) = csv::Reader::from_path(path) else { return Vec::new() };
-    reader.records().filter_map(|record| Row::parse(&record.ok()?)).collect()
 }
 
 /// A line per surface and number of faces: the ratios of mean, root mean square and largest distance to
@@ -329,7 +349,7 @@ fn table(options: &LimitStudy, limits: &[(Shape, Distances)], rows: &[Row]) -> S
 
 #[cfg(test)]
 mod tests {
-    use super::{Distances, Fineness, Peer, Row, Shape, distances, of_one_triangle, read};
+    use super::{Distances, Fineness, Peer, Row, Shape, distances, of_one_triangle};
     use mesh_metric::Surface;
     use simplify::{Options, Preset, simplify};
 
@@ -345,7 +365,6 @@ mod tests {
         };
         let record = csv::StringRecord::from(row.record().to_vec());
         assert_eq!(Row::parse(&record).unwrap().record(), row.record());
-        assert!(read("there-is-no-such-file.csv".as_ref()).is_empty());
     }
 
     #[test]

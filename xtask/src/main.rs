@@ -1,5 +1,5 @@
 //! Tasks around the workspace: `cargo xtask reproduce` computes what the papers print,
-//! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask limits-study`
+//! `cargo xtask convex-study` tries the costs of DHKL01 on convex data, `cargo xtask tolerance-study`
 //! counts the faces within a largest error, `cargo xtask limit-study` measures the distance from the best
 //! possible mesh, `cargo xtask circles` holds the files of each crate to be in layers,
 //! `cargo xtask torture` runs every command on every file of a folder, `cargo xtask peers`
@@ -16,12 +16,15 @@ mod deny;
 mod failure;
 mod giant;
 mod limit_study;
-mod limits_study;
+mod numbers;
 mod peers;
 mod plot;
+mod progress;
 mod python;
 mod reproduce;
+mod tolerance_study;
 mod torture;
+mod virtual_environment;
 
 use std::process::ExitCode;
 
@@ -44,10 +47,10 @@ enum Task {
     ConvexStudy(convex_study::ConvexStudy),
     /// Count the faces that presets leave within a largest error, proved
     ///
-    ///     cargo xtask limits-study --models meshes
-    ///     cargo xtask limits-study --models meshes --meshes cow.obj --presets fast,default,paper-l1
-    #[command(verbatim_doc_comment)]
-    LimitsStudy(limits_study::LimitsStudy),
+    ///     cargo xtask tolerance-study --models meshes
+    ///     cargo xtask tolerance-study --models meshes --meshes cow.obj --presets fast,default,paper-l1
+    #[command(verbatim_doc_comment, alias = "limits-study")]
+    ToleranceStudy(tolerance_study::ToleranceStudy),
     /// Measure how far simplified meshes are from the best possible ones
     ///
     ///     cargo xtask limit-study --quick
@@ -95,7 +98,7 @@ fn main() -> ExitCode {
         Task::Reproduce(options) => reproduce::run(&options),
         Task::ConvexStudy(options) => convex_study::run(&options),
         Task::LimitStudy(options) => limit_study::run(&options),
-        Task::LimitsStudy(options) => limits_study::run(&options),
+        Task::ToleranceStudy(options) => tolerance_study::run(&options),
         Task::Circles(options) => circles::run(&options),
         Task::Torture(options) => torture::run(&options),
         Task::Peers(options) => peers::run(&options),

@@ -17,10 +17,10 @@ mod tool;
 
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use mesh_core::BoundingBox;
 
 use crate::failure::Failure;
+use crate::progress::progress_bar;
 use environment::Environment;
 use job::{Job, Target};
 pub(crate) use job::{PeerJob, run as run_job};
@@ -68,7 +68,7 @@ const MESHES: [&str; 10] = [
     "igea.ply",
     "rocker-arm.obj",
     "fandisk.obj",
-    "horse.obj",
+    "horse.ply",
     "bunny10k_textured.obj",
     "max-planck_10k.obj",
     "elephant_40k.off",
@@ -83,11 +83,16 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
     let out = std::path::absolute(&options.out).map_err(Failure::writing(&options.out))?;
     let environment = Environment::prepare(&out)?;
     let tools = tools(options, &environment)?;
+    let base = base(options, &tools)?;
     let targets = targets(options);
+    for name in &options.meshes {
+        let path = options.models.join(name);
+        if !path.is_file() {
+            return Err(Failure::Usage(format!("there is no mesh {}", path.display())));
+        }
+    }
     let runs = options.meshes.len() * targets.len() * tools.len();
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(runs as u64).with_style(style);
+    let bar = progress_bar(runs);
     let mut rows = Vec::new();
     for name in &options.meshes {
         let raw = unit_mesh(&options.models.join(name))?;
@@ -116,10 +121,10 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
                 bar.inc(1);
             }
         }
+        // A run takes long: what is there is kept should it not come to its end.
+        table::write_csv(&rows, &out.join("peers.csv"))?;
     }
     bar.finish_and_clear();
-    table::write_csv(&rows, &out.join("peers.csv"))?;
-    let base = base(options, &tools)?;
     let text = table::markdown(&rows, &tools, &base, &targets, options.threads);
     let path = out.join("peers.md");
     std::fs::write(&path, &text).map_err(Failure::writing(&path))?;

@@ -32,6 +32,16 @@ pub(crate) struct Series {
 
 const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 430.0;
+/// The style of a plot that is in no page.
+const STYLE: &str = "\
+    .paper { fill: #fff; } \
+    text { fill: #1c2128; font: 13px system-ui, sans-serif; } .tick { fill: #59626e; font-size: 12px; } \
+    .grid { stroke: #dde2e8; } .frame { stroke: #59626e; fill: none; } \
+    .curve { fill: none; stroke-width: 2; } \
+    .s1 { stroke: #2f6fd0; } .s2 { stroke: #d1622b; } .s3 { stroke: #2c8f5a; } \
+    .s4 { stroke: #8a4fc7; } .s5 { stroke: #b8325a; } .s6 { stroke: #6f7782; } \
+    .mark.s1 { fill: #2f6fd0; } .mark.s2 { fill: #d1622b; } .mark.s3 { fill: #2c8f5a; } \
+    .mark.s4 { fill: #8a4fc7; } .mark.s5 { fill: #b8325a; } .mark.s6 { fill: #6f7782; }";
 /// Room for labels around the frame.
 const LEFT: f64 = 84.0;
 const RIGHT: f64 = 20.0;
@@ -61,6 +71,17 @@ impl Plot {
     /// The plot as an SVG element.
     pub(crate) fn svg(&self) -> String {
         self.markup().into_string()
+    }
+
+    /// The plot as an SVG file, with a style of its own.
+    pub(crate) fn file(&self) -> String {
+        let head = format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" class="plot""#
+        );
+        let body = self.svg().replacen(r#"<svg class="plot""#, &head, 1);
+        let inside =
+            format!(r#"><style>{STYLE}</style><rect class="paper" width="100%" height="100%"/>"#);
+        body.replacen('>', &inside, 1)
     }
 
     fn markup(&self) -> Markup {
@@ -229,6 +250,9 @@ mod tests {
         let svg = plot.svg();
         assert!(svg.contains("a &amp; b") && svg.contains("error &lt;%&gt;"));
         assert!(!svg.contains("NaN"));
+        let file = plot.file();
+        assert!(file.starts_with("<svg xmlns") && file.matches("<style>").count() == 1);
+        assert!(file.len() > svg.len() && file.ends_with("</svg>"));
     }
 
     #[test]

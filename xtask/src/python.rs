@@ -2,7 +2,7 @@
 //!
 //! A virtual environment under `target/python` gets everything from the package index by pip. The
 //! wheel is installed there like any other, and tests, doctests, the type checker and the notebooks
-//! run on it in a folder of their own.
+//! run on it in a folder of their own. Clippy looks at the crate, which no other command does.
 
 use std::env;
 use std::fs;
@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::failure::Failure;
+use crate::virtual_environment::{VirtualEnvironment, check};
 
 /// How to build and test the package.
 #[derive(Debug, clap::Args)]
@@ -37,7 +38,10 @@ const TOOLS: [&str; 5] = ["maturin>=1.9,<2", "pytest", "hypothesis", "mypy", "nu
 /// What tests compare with.
 const PEERS: [&str; 5] = ["trimesh", "meshio", "libigl", "pymeshlab", "scipy"];
 
-/// The same, hundreds of megabytes each.
+/// What `curvmesh.batch` hands its tasks to, and reads and writes with.
+const ENGINES: [&str; 4] = ["distributed", "ray", "fsspec", "pyarrow"];
+
+/// More to compare with, hundreds of megabytes each.
 const LARGE_PEERS: [&str; 3] = ["open3d", "pyvista", "tqdm"];
 
 /// Where the package is.
@@ -48,12 +52,12 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
     let folder = target.join("python");
     fs::create_dir_all(&folder).map_err(Failure::writing(&folder))?;
-    let environment = Environment::make(&folder.join("venv"), options)?;
+    let environment = environment(&folder.join("venv"), options)?;
 
     step("the wheel");
     let wheels = folder.join("wheels");
     let _ = fs::remove_dir_all(&wheels);
-    let mut maturin = environment.command("maturin");
+    let mut maturin = Command::new(environment.program("maturin"));
     maturin.args(["build", "--quiet", "--out"]).arg(&wheels).arg("--manifest-path");
     maturin.arg(root.join(PACKAGE).join("Cargo.toml")).arg("--target-dir").arg(&target);
     maturin.env("VIRTUAL_ENV", &environment.folder);
@@ -71,6 +75,12 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     install.args(["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"]);
     check(install.arg(&wheel))?;
 
+    step("lints");
+    let mut clippy = Command::new("cargo");
+    clippy.args(["clippy", "--locked", "--quiet", "--manifest-path"]);
+    clippy.arg(root.join(PACKAGE).join("Cargo.toml")).arg("--target-dir").arg(&target);
+    check(clippy.args(["--", "-D", "warnings"]))?;
+
     let program = match &options.program {
         Some(program) => std::path::absolute(program).map_err(Failure::source(program))?,
         None => build_program(&target, options.release)?,
@@ -84,6 +94,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     }
     let readme = outside.join("README.md");
     fs::copy(root.join(PACKAGE).join("README.md"), &readme).map_err(Failure::writing(&readme))?;
+    copy_folder(&root.join(PACKAGE).join("docs"), &outside.join("docs"))?;
     let pyproject = root.join(PACKAGE).join("pyproject.toml");
     let run = |arguments: &[&str]| -> Result<(), Failure> {
         let mut python = environment.python();
@@ -111,6 +122,20 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The environment with all that the tests need, and what is to be had of what they would like.
+fn environment(folder: &Path, options: &Python) -> Result<VirtualEnvironment, Failure> {
+    step("the environment");
+    let made = VirtualEnvironment::make(folder, &options.python)?;
+    made.install(&TOOLS)?;
+    let without = "nothing is tested with it";
+    made.install_if_there(&PEERS, without);
+    made.install_if_there(&ENGINES, without);
+    if options.peers {
+        made.install_if_there(&LARGE_PEERS, without);
+    }
+    Ok(made)
+}
+
 /// Builds the program that results are compared with.
 fn build_program(target: &Path, release: bool) -> Result<PathBuf, Failure> {
     step("the program, which results are compared with");
@@ -124,69 +149,8 @@ fn build_program(target: &Path, release: bool) -> Result<PathBuf, Failure> {
     Ok(target.join(profile).join(format!("curvmesh{}", env::consts::EXE_SUFFIX)))
 }
 
-/// A virtual environment.
-struct Environment {
-    folder: PathBuf,
-}
-
-impl Environment {
-    fn make(folder: &Path, options: &Python) -> Result<Self, Failure> {
-        step("the environment");
-        let made = Self { folder: folder.to_owned() };
-        if !made.program("python").exists() {
-            check(Command::new(&options.python).args(["-m", "venv"]).arg(folder))?;
-        }
-        let mut install = made.python();
-        install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-        check(install.args(TOOLS))?;
-        made.install_peers(&PEERS)?;
-        if options.peers {
-            made.install_peers(&LARGE_PEERS)?;
-        }
-        Ok(made)
-    }
-
-    /// Tests that compare with a package that is not there say so and are skipped.
-    fn install_peers(&self, peers: &[&str]) -> Result<(), Failure> {
-        for peer in peers {
-            let mut install = self.python();
-            install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", peer]);
-            if check(&mut install).is_err() {
-                println!("{peer} cannot be installed here: nothing is compared with it");
-            }
-        }
-        Ok(())
-    }
-
-    fn python(&self) -> Command {
-        self.command("python")
-    }
-
-    fn command(&self, name: &str) -> Command {
-        Command::new(self.program(name))
-    }
-
-    fn program(&self, name: &str) -> PathBuf {
-        let folder = if cfg!(windows) { "Scripts" } else { "bin" };
-        self.folder.join(folder).join(format!("{name}{}", env::consts::EXE_SUFFIX))
-    }
-}
-
 fn step(name: &str) {
     println!("-- {name}");
-}
-
-/// Runs a command that has to succeed.
-fn check(command: &mut Command) -> Result<(), Failure> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let status = command.status().map_err(|source| {
-        Failure::Usage(format!("{name} cannot be run: {source}; this command needs Python 3.10"))
-    })?;
-    if status.success() {
-        return Ok(());
-    }
-    let arguments: Vec<_> = command.get_args().map(|a| a.to_string_lossy()).collect();
-    Err(Failure::Usage(format!("{name} {} has failed", arguments.join(" "))))
 }
 
 fn only_file(folder: &Path) -> Result<PathBuf, Failure> {

@@ -16,6 +16,7 @@ mod kkl02;
 mod numbers;
 mod outcome;
 mod page;
+mod pkh00;
 mod published;
 mod recorded;
 mod row;
@@ -28,10 +29,10 @@ mod verdict;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
+use crate::progress::progress_bar;
 use item::Item;
 use published::Paper;
 use recorded::Recorded;
@@ -42,7 +43,7 @@ use verdict::Judge;
 /// What to reproduce, and where to put it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Reproduce {
-    /// The papers to reproduce: DHKL01, BAR06, SN10, KKL02; all of them by default
+    /// The papers to reproduce: DHKL01, BAR06, SN10, KKL02, PKH00; all of them by default
     #[arg(value_name = "PAPER")]
     papers: Vec<String>,
     /// The folder of real models, for the items that need one
@@ -72,6 +73,7 @@ fn steps_of(paper: &str) -> &'static [Step] {
         "BAR06" => &bar06::STEPS,
         "SN10" => &sn10::STEPS,
         "KKL02" => &kkl02::STEPS,
+        "PKH00" => &pkh00::STEPS,
         _ => &[],
     }
 }
@@ -132,9 +134,7 @@ fn reproduce(papers: &[Paper], run: &Run<'_>) -> Vec<Item> {
         .iter()
         .flat_map(|paper| steps_of(&paper.short).iter().map(move |step| (paper, step)))
         .collect();
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::new(steps.len() as u64).with_style(style);
+    let bar = progress_bar(steps.len());
     bar.enable_steady_tick(Duration::from_millis(200));
     let compute = |(paper, step): (&Paper, &Step)| {
         bar.set_message(format!("{}, {}", paper.short, step.name));

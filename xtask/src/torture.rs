@@ -19,10 +19,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use crate::failure::Failure;
+use crate::progress::progress_bar;
 use child::Limits;
 use jobs::Job;
 use judge::{Subject, Trial};
@@ -109,7 +110,7 @@ fn all(options: &Torture, trial: &Trial<'_>) -> Result<Vec<Record>, Failure> {
     if files.is_empty() {
         return Err(Failure::Usage(format!("{} has no such files", options.models.display())));
     }
-    let bar = progress_bar();
+    let bar = ticking_bar();
     bar.set_length(files.len() as u64);
     let subjects: Vec<(Subject, Record)> = files
         .par_iter()
@@ -149,10 +150,9 @@ fn all(options: &Torture, trial: &Trial<'_>) -> Result<Vec<Record>, Failure> {
     Ok(records)
 }
 
-fn progress_bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    let bar = ProgressBar::no_length().with_style(style);
+fn ticking_bar() -> ProgressBar {
+    let bar = progress_bar(0);
+    bar.unset_length();
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
 }

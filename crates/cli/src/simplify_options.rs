@@ -8,7 +8,9 @@ use clap::{Args, ValueEnum};
 use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use mesh_work::{Choices, Length, parse_length};
-use simplify::{ErrorCheck, Limits, Options, Phase, PlacementRule, Preset, Progress, Refusals};
+use simplify::{
+    ErrorCheck, FitNorm, Limits, Options, Phase, PlacementRule, Preset, Progress, Refusals,
+};
 
 use crate::args::{parse_angle, parse_not_negative, parse_seconds};
 use crate::failure::Failure;
@@ -122,6 +124,12 @@ pub(crate) struct Policy {
     /// Rounds of fitting the result to the input; 0 for none [default: that of the preset]
     #[arg(long, value_name = "N")]
     fit_rounds: Option<usize>,
+    /// What of the distances from the input the fit makes small [default: l2]
+    #[arg(long, value_enum)]
+    norm: Option<NormName>,
+    /// Anneal for so many seconds at most, with the preset extreme
+    #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
+    anneal_time: Option<Duration>,
     /// Keep every boundary vertex where it is
     #[arg(long)]
     lock_boundary: bool,
@@ -168,6 +176,26 @@ impl From<PlacementName> for PlacementRule {
     }
 }
 
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum NormName {
+    /// The mean
+    L1,
+    /// The root mean square
+    L2,
+    /// The largest: the mean rises
+    Max,
+}
+
+impl From<NormName> for FitNorm {
+    fn from(name: NormName) -> Self {
+        match name {
+            NormName::L1 => Self::L1,
+            NormName::L2 => Self::L2,
+            NormName::Max => Self::Max,
+        }
+    }
+}
+
 /// The vertices that every component keeps, if any.
 #[derive(Clone, Copy, Debug)]
 struct Components(Option<usize>);
@@ -177,6 +205,10 @@ impl Policy {
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
         if !self.choices().fits() {
             given.refuse(&["seed"], "the result is not fitted, so there are no random numbers")?;
+            given.refuse(&["norm"], "the result is not fitted: add --fit-rounds")?;
+        }
+        if !self.choices().anneals() {
+            given.refuse(&["anneal_time"], "the result is not annealed: add --preset extreme")?;
         }
         Ok(())
     }
@@ -219,6 +251,8 @@ impl Policy {
             placement: self.placement.map(PlacementRule::from),
             curvature_weight: self.curvature_weight,
             fit_rounds: self.fit_rounds,
+            norm: self.norm.map(FitNorm::from),
+            anneal_time: self.anneal_time,
             lock_boundary: self.lock_boundary,
             feature_angle: self.feature_angle,
             no_intersections: self.no_intersections,

@@ -13,6 +13,7 @@ use crate::surface_point::SurfacePoint;
 /// What kind of point a surface has, by its principal curvatures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum PointClass {
     /// |κ₁| `r_g` < 10⁻³: no curvature to speak of on the scale of the disc.
     Flat,
@@ -310,6 +311,26 @@ impl<'a> CurvatureEstimator<'a> {
         Ok(FaceMap::from_vec(parallel::collect(capacity, |index| {
             self.at(FaceId::from_index(index), radius)
         })))
+    }
+
+    /// As [`CurvatureEstimator::all_faces`], until `stops` says so, which is asked before each face by
+    /// any thread and stays with its answer; `None` then.
+    ///
+    /// # Errors
+    /// A bad radius. What is wrong with single faces is in the map.
+    pub fn all_faces_until(
+        &self,
+        radius: f64,
+        stops: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<FaceMap<Result<DiscCurvature, CurvatureError>>>, CurvatureError> {
+        check_radius(radius)?;
+        let capacity = self.mesh.topology().face_capacity();
+        // What is left out once it was stopped does not matter.
+        let found = parallel::collect(capacity, |index| {
+            let face = FaceId::from_index(index);
+            if stops() { Err(CurvatureError::NotInMesh { face }) } else { self.at(face, radius) }
+        });
+        Ok((!stops()).then(|| FaceMap::from_vec(found)))
     }
 
     /// The tangent plane of the face itself, with t₀ along its first edge.

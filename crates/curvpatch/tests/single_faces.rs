@@ -144,3 +144,23 @@ const ROWS: &[Row] = &[
     Row { mesh: Mesh::Torus, face: 1000, preset: Preset::Paper, k: [-1.044_978_957_1, 0.475_595_410_3], tau: 0.0, truncated: false, normal: [-0.031_150_62, -0.634_085_41, -0.772_635_31], e1: [0.037_911_42, 0.771_704_64, -0.634_850_12], q: [0.334_148_85, 1.553_599_9, -0.905_766_68], errors: [3.902_5, 2.613_2, 1.020_2, 1.259_3] },
     Row { mesh: Mesh::Torus, face: 1000, preset: Preset::Robust, k: [-1.001_474_401_4, 0.496_081_146_6], tau: 0.003_403_801_7, truncated: false, normal: [-0.020_280_33, -0.647_925_38, -0.761_433_79], e1: [0.024_150_66, 0.761_050_73, -0.648_242_65], q: [0.330_073_39, 1.552_605_26, -0.914_542_24], errors: [0.559_4, 0.130_3, 2.537_1, 1.402_4] },
 ];
+
+#[test]
+fn what_is_not_stopped_is_the_same_and_what_is_gives_nothing() {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    let mesh = common::icosphere(3);
+    let estimator = CurvatureEstimator::new(&mesh, Params::default()).unwrap();
+    let all = estimator.all_faces(0.4).unwrap();
+    let asked = AtomicUsize::new(0);
+    let count = || asked.fetch_add(1, Ordering::Relaxed);
+    let found = estimator.all_faces_until(0.4, &|| count() == usize::MAX).unwrap().unwrap();
+    assert_eq!(found.as_slice(), all.as_slice());
+    let often = asked.load(Ordering::Relaxed);
+    assert!(often >= mesh.topology().face_count());
+    for limit in [0, 100, often - 1] {
+        asked.store(0, Ordering::Relaxed);
+        assert!(estimator.all_faces_until(0.4, &|| count() >= limit).unwrap().is_none());
+    }
+    assert!(estimator.all_faces_until(-1.0, &|| true).is_err());
+}

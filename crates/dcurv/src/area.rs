@@ -8,6 +8,7 @@ use crate::quantity::Area;
 /// negative and add up to its area; triangles without area give nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum VertexArea {
     /// The points of the triangle that are nearest to the corner (DHKL01 sec. 5).
     #[default]

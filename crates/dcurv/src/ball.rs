@@ -160,10 +160,38 @@ pub fn ball_curvatures(
     radius: f64,
 ) -> Result<VertexMap<BallCurvature>, InvalidRadius> {
     check(radius)?;
+    Ok(all_balls(mesh, radius, &|| false))
+}
+
+/// As [`ball_curvatures`], until `stops` says so, which is asked before each vertex by any thread and
+/// stays with its answer; `None` then.
+///
+/// # Errors
+/// The radius is not positive and finite.
+pub fn ball_curvatures_until(
+    mesh: &TriMesh,
+    radius: f64,
+    stops: &(dyn Fn() -> bool + Sync),
+) -> Result<Option<VertexMap<BallCurvature>>, InvalidRadius> {
+    check(radius)?;
+    let found = all_balls(mesh, radius, stops);
+    Ok((!stops()).then_some(found))
+}
+
+/// Zero for the vertices that are left once it was stopped.
+fn all_balls(
+    mesh: &TriMesh,
+    radius: f64,
+    stops: &(dyn Fn() -> bool + Sync),
+) -> VertexMap<BallCurvature> {
+    let integrate = |ball: &mut Ball, index| {
+        if stops() {
+            return BallCurvature::default();
+        }
+        ball.integrate(mesh, VertexId::from_index(index), radius)
+    };
     let count = mesh.topology().vertex_capacity();
-    let integrate =
-        |ball: &mut Ball, index| ball.integrate(mesh, VertexId::from_index(index), radius);
-    Ok(VertexMap::from_vec(parallel::collect_with(count, || Ball::new(mesh), integrate)))
+    VertexMap::from_vec(parallel::collect_with(count, || Ball::new(mesh), integrate))
 }
 
 fn check(radius: f64) -> Result<(), InvalidRadius> {

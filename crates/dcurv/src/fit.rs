@@ -84,8 +84,34 @@ pub fn fitted_frame(
 /// ```
 #[must_use]
 pub fn fitted_frames(mesh: &TriMesh, options: &FitOptions) -> VertexMap<Option<PrincipalFrame>> {
+    all_frames(mesh, options, &|| false)
+}
+
+/// As [`fitted_frames`], until `stops` says so, which is asked before each vertex by any thread and
+/// stays with its answer; `None` then.
+#[must_use]
+pub fn fitted_frames_until(
+    mesh: &TriMesh,
+    options: &FitOptions,
+    stops: &(dyn Fn() -> bool + Sync),
+) -> Option<VertexMap<Option<PrincipalFrame>>> {
+    let found = all_frames(mesh, options, stops);
+    (!stops()).then_some(found)
+}
+
+/// None for the vertices that are left once it was stopped.
+fn all_frames(
+    mesh: &TriMesh,
+    options: &FitOptions,
+    stops: &(dyn Fn() -> bool + Sync),
+) -> VertexMap<Option<PrincipalFrame>> {
+    let fit = |rings: &mut Rings, index| {
+        if stops() {
+            return None;
+        }
+        rings.fit(mesh, VertexId::from_index(index), options)
+    };
     let count = mesh.topology().vertex_capacity();
-    let fit = |rings: &mut Rings, index| rings.fit(mesh, VertexId::from_index(index), options);
     VertexMap::from_vec(parallel::collect_with(count, || Rings::new(mesh), fit))
 }
 

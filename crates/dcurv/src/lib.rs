@@ -18,20 +18,36 @@ pub mod totals;
 pub mod vertex;
 pub mod willmore;
 
+#[doc(inline)]
 pub use angle::{corner_angle, triangle_angles};
+#[doc(inline)]
 pub use area::{VertexArea, corner_area};
-pub use ball::{BallCurvature, InvalidRadius, ball_curvature, ball_curvatures};
+#[doc(inline)]
+pub use ball::{
+    BallCurvature, InvalidRadius, ball_curvature, ball_curvatures, ball_curvatures_until,
+};
+#[doc(inline)]
 pub use curvatures::{CurvatureOptions, Curvatures};
+#[doc(inline)]
 pub use dihedral::{dihedral_angle, hinge_angle};
+#[doc(inline)]
 pub use edge::{
     dihedral_angles, edge_dihedral_angle, edge_intersection_angle, edge_mean_curvature,
     edge_mean_curvatures, intersection_angles,
 };
-pub use fit::{FitOptions, fitted_frame, fitted_frames};
+#[doc(inline)]
+pub use fit::{FitOptions, fitted_frame, fitted_frames, fitted_frames_until};
+#[doc(inline)]
 pub use intersection::intersection_angle;
+#[doc(inline)]
 pub use principal::{PrincipalFrame, principal_frame, principal_frames};
+#[doc(inline)]
 pub use quantity::{Area, Integral, Pointwise};
+#[doc(inline)]
 pub use star::{VertexIntegrals, VertexStar};
+#[doc(inline)]
 pub use totals::Totals;
+#[doc(inline)]
 pub use vertex::{VertexCurvature, vertex_curvature};
+#[doc(inline)]
 pub use willmore::{total_willmore_energy, willmore_energies, willmore_energy};

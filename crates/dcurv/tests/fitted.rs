@@ -3,7 +3,7 @@
 
 use dcurv::{
     CurvatureOptions, Curvatures, FitOptions, PrincipalFrame, ball_curvature, ball_curvatures,
-    fitted_frame, fitted_frames,
+    ball_curvatures_until, fitted_frame, fitted_frames, fitted_frames_until,
 };
 use glam::DVec3;
 use mesh_core::shapes::{
@@ -11,6 +11,7 @@ use mesh_core::shapes::{
     add_normal_noise,
 };
 use mesh_core::{Handle, PolygonSoup, TriMesh, VertexId};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
 const SADDLE: Saddle = Saddle { coefficient: 0.5, half_width: 1.0 };
@@ -263,4 +264,27 @@ fn a_cone_of_many_faces_takes_no_quadratic_time() {
     let mesh = TriMesh::from_triangles(&points, &faces).unwrap();
     let frames = fitted_frames(&mesh, &FitOptions { rings: 3, ..FitOptions::default() });
     assert_eq!(frames.len(), points.len());
+}
+
+#[test]
+fn what_is_not_stopped_is_the_same_and_what_is_gives_nothing() {
+    let mesh = mesh(&Sphere { radius: 1.0 }.random_hull(500, 3).unwrap());
+    let (radius, options) = (0.3, FitOptions::default());
+    let asked = AtomicUsize::new(0);
+    let stops_at = |limit| {
+        let asked = &asked;
+        asked.store(0, Ordering::Relaxed);
+        move || asked.fetch_add(1, Ordering::Relaxed) >= limit
+    };
+    let balls = ball_curvatures_until(&mesh, radius, &stops_at(usize::MAX)).unwrap().unwrap();
+    assert_eq!(balls, ball_curvatures(&mesh, radius).unwrap());
+    let often = asked.load(Ordering::Relaxed);
+    assert!(often >= mesh.topology().vertex_count());
+    let fits = fitted_frames_until(&mesh, &options, &stops_at(usize::MAX)).unwrap();
+    assert_eq!(fits, fitted_frames(&mesh, &options));
+    for limit in [0, 100, often - 1] {
+        assert_eq!(ball_curvatures_until(&mesh, radius, &stops_at(limit)), Ok(None));
+        assert_eq!(fitted_frames_until(&mesh, &options, &stops_at(limit)), None);
+    }
+    assert!(ball_curvatures_until(&mesh, f64::NAN, &|| true).is_err());
 }

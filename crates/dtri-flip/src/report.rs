@@ -48,6 +48,33 @@ pub struct Refused {
     pub stale: u64,
 }
 
+impl Refused {
+    /// All counts with the name of their reason, in the order of the fields.
+    pub fn by_reason(&self) -> [(&'static str, u64); 8] {
+        // Taken apart, so that no field can be forgotten.
+        let Self {
+            valence_three,
+            diagonal_exists,
+            flat,
+            fold,
+            intersection,
+            cycle,
+            rounding,
+            stale,
+        } = *self;
+        [
+            ("valence_three", valence_three),
+            ("diagonal_exists", diagonal_exists),
+            ("flat", flat),
+            ("fold", fold),
+            ("intersection", intersection),
+            ("cycle", cycle),
+            ("rounding", rounding),
+            ("stale", stale),
+        ]
+    }
+}
+
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

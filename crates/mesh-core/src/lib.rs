@@ -30,21 +30,38 @@ pub mod soup;
 pub mod topology;
 pub mod validate;
 
+#[doc(inline)]
 pub use attribute::{AttributeMap, EdgeMap, Element, FaceMap, HalfEdgeMap, VertexMap};
+#[doc(inline)]
 pub use build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build};
+#[doc(inline)]
 pub use compact::{Remap, RemapOf};
+#[doc(inline)]
 pub use connectivity::Components;
+#[doc(inline)]
 pub use crossing::triangles_cross;
+#[doc(inline)]
 pub use diagnose::{Diagnosis, diagnose};
+#[doc(inline)]
 pub use face_tree::FaceTree;
 pub use glam;
+#[doc(inline)]
 pub use handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+#[doc(inline)]
 pub use measure::BoundingBox;
+#[doc(inline)]
 pub use mesh::{MeshError, TriMesh};
+#[doc(inline)]
 pub use normals::angle_between;
+#[doc(inline)]
 pub use pairing::TopologyError;
+#[doc(inline)]
 pub use pieces::Piece;
+#[doc(inline)]
 pub use position::{Position, VertexIndex};
+#[doc(inline)]
 pub use soup::PolygonSoup;
+#[doc(inline)]
 pub use topology::Topology;
+#[doc(inline)]
 pub use validate::BrokenInvariant;

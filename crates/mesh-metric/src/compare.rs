@@ -92,7 +92,27 @@ impl Comparison {
 /// degenerate triangles is that of its vertices and edges.
 #[must_use]
 pub fn compare(a: &Surface, b: &Surface, options: &CompareOptions) -> Comparison {
-    Comparison { forward: one_sided(a, b, options), backward: one_sided(b, a, options) }
+    Comparison {
+        forward: one_sided(a, b, options, &|| false),
+        backward: one_sided(b, a, options, &|| false),
+    }
+}
+
+/// As [`compare`], until `stops` says so, which is asked every thousand points by any thread and stays
+/// with its answer; `None` then.
+#[must_use]
+pub fn compare_until(
+    a: &Surface,
+    b: &Surface,
+    options: &CompareOptions,
+    stops: &(dyn Fn() -> bool + Sync),
+) -> Option<Comparison> {
+    let forward = one_sided(a, b, options, stops);
+    if stops() {
+        return None;
+    }
+    let backward = one_sided(b, a, options, stops);
+    (!stops()).then_some(Comparison { forward, backward })
 }
 
 /// The distance of every vertex of a mesh to a surface, for a picture of where two differ.
@@ -101,18 +121,25 @@ pub fn vertex_distances(mesh: &TriMesh, to: &Surface) -> VertexMap<f64> {
     VertexMap::from_vec(to.distances(mesh.positions()))
 }
 
-fn one_sided(from: &Surface, to: &Surface, options: &CompareOptions) -> OneSided {
+/// What it gives once it was stopped means nothing.
+fn one_sided(
+    from: &Surface,
+    to: &Surface,
+    options: &CompareOptions,
+    stops: &(dyn Fn() -> bool + Sync),
+) -> OneSided {
     let sampler = AreaSampler::new(from, options.samples, options.seed);
-    let on_faces = measure(to, sampler.count(), |i| sampler.sample(i).position);
+    let on_faces = measure(to, sampler.count(), stops, |i| sampler.sample(i).position);
     let mut all = on_faces;
     if options.vertices {
         let vertices = from.used_vertices();
-        all = all.join(measure(to, vertices.len(), |i| from.positions()[vertices[i] as usize]));
+        let position = |i: usize| from.positions()[vertices[i] as usize];
+        all = all.join(measure(to, vertices.len(), stops, position));
     }
     if options.edges {
         let spacing = (sampler.area() / options.samples.max(1) as f64).sqrt();
         let points = EdgePoints::new(from, spacing, options.samples);
-        all = all.join(measure(to, points.count(), |i| points.point(i)));
+        all = all.join(measure(to, points.count(), stops, |i| points.point(i)));
     }
     let averaged = if on_faces.count > 0 { on_faces } else { all };
     let count = averaged.count.max(1) as f64;
@@ -158,8 +185,16 @@ impl Tally {
     }
 }
 
-fn measure(to: &Surface, count: usize, point: impl Fn(usize) -> DVec3 + Sync) -> Tally {
+fn measure(
+    to: &Surface,
+    count: usize,
+    stops: &(dyn Fn() -> bool + Sync),
+    point: impl Fn(usize) -> DVec3 + Sync,
+) -> Tally {
     let blocks = in_blocks(count, |indices| {
+        if stops() {
+            return Tally::NONE;
+        }
         let points: Vec<DVec3> = indices.map(&point).collect();
         let nearest = to.nearest_to_each(&points);
         points.iter().zip(nearest).fold(Tally::NONE, |tally, (&at, nearest)| {

@@ -103,7 +103,7 @@ impl CertifiedBounds {
 /// only between needles, whose own directions are uncertain, the lower one may stay farther below.
 #[must_use]
 pub fn hausdorff_bounds(a: &Surface, b: &Surface, options: &CertifyOptions) -> CertifiedBounds {
-    let unstopped = both_bounds(a, b, options, &mut || false);
+    let unstopped = hausdorff_bounds_until(a, b, options, &mut || false);
     unstopped.unwrap_or(CertifiedBounds::unknown(a))
 }
 
@@ -111,15 +111,6 @@ pub fn hausdorff_bounds(a: &Surface, b: &Surface, options: &CertifyOptions) -> C
 /// `None` then.
 #[must_use]
 pub fn hausdorff_bounds_until(
-    a: &Surface,
-    b: &Surface,
-    options: &CertifyOptions,
-    stops: &mut dyn FnMut() -> bool,
-) -> Option<CertifiedBounds> {
-    both_bounds(a, b, options, stops)
-}
-
-fn both_bounds(
     a: &Surface,
     b: &Surface,
     options: &CertifyOptions,

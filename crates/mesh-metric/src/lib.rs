@@ -15,7 +15,8 @@ mod wide;
 
 pub use closest::{closest_on_triangle, weights_of_closest};
 pub use compare::{
-    CompareOptions, Comparison, OneSided, Worst, compare, edge_points, vertex_distances,
+    CompareOptions, Comparison, OneSided, Worst, compare, compare_until, edge_points,
+    vertex_distances,
 };
 pub use hausdorff::{
     CertifiedBounds, CertifyOptions, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,

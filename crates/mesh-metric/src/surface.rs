@@ -180,6 +180,24 @@ impl Surface {
         self.of_each(points, |_, nearest| nearest.squared.sqrt())
     }
 
+    /// As [`Surface::distances`], until `stops` says so, which is asked every thousand points by any
+    /// thread and stays with its answer; `None` then.
+    #[must_use]
+    pub fn distances_until(
+        &self,
+        points: &[DVec3],
+        stops: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Vec<f64>> {
+        let blocks = in_blocks(points.len(), |range| {
+            if stops() {
+                return Vec::new();
+            }
+            let nearest = self.nearest_to_each(&points[range]).into_iter();
+            nearest.map(|nearest| nearest.squared.sqrt()).collect::<Vec<_>>()
+        });
+        (!stops()).then(|| blocks.concat())
+    }
+
     /// The closest points of many points; where several are equally close, any of them. Quicker
     /// than one by one when consecutive points are close to each other.
     #[must_use]

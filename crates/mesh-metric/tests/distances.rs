@@ -6,10 +6,11 @@ use mesh_core::shapes::{Plane, Sphere, SplitMix64, polyhedra};
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_metric::{
     CertifyOptions, CompareOptions, SignedDistance, Surface, SurfaceError, closest_on_triangle,
-    compare, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds, sample_surface,
-    vertex_distances,
+    compare, compare_until, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,
+    sample_surface, vertex_distances,
 };
 use proptest::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
     TriMesh::from_soup(soup).unwrap()
@@ -401,4 +402,32 @@ proptest! {
         prop_assert!(sampled.forward.mean <= sampled.forward.rms);
         prop_assert!(sampled.forward.rms <= sampled.forward.max);
     }
+}
+
+/// Who is asked, and says so from the time on when it was asked so often.
+fn stops_at(asked: &AtomicUsize, limit: usize) -> impl Fn() -> bool + Sync {
+    move || asked.fetch_add(1, Ordering::Relaxed) >= limit
+}
+
+#[test]
+fn measuring_that_is_not_stopped_is_the_same_and_stops_soon_otherwise() {
+    let (a, b) = (sphere(), moved(&sphere(), |p| 1.1 * p));
+    let (a, b) = (Surface::new(&a).unwrap(), Surface::new(&b).unwrap());
+    let options = CompareOptions { samples: 100_000, ..CompareOptions::default() };
+    let asked = AtomicUsize::new(0);
+    let found = compare_until(&a, &b, &options, &stops_at(&asked, usize::MAX)).unwrap();
+    assert_eq!(found, compare(&a, &b, &options));
+    // Often enough for it to be soon: every thousand points.
+    let often = asked.into_inner();
+    assert!(often >= 2 * options.samples / 1024, "{often}");
+    for limit in [0, 1, often / 3, often - 1] {
+        let asked = AtomicUsize::new(0);
+        assert_eq!(compare_until(&a, &b, &options, &stops_at(&asked, limit)), None);
+    }
+    let points = random_points(20_000, 2.0, 4);
+    let asked = AtomicUsize::new(0);
+    let found = a.distances_until(&points, &stops_at(&asked, usize::MAX)).unwrap();
+    assert_eq!(found, a.distances(&points));
+    assert!(asked.into_inner() >= points.len() / 1024);
+    assert_eq!(a.distances_until(&points, &|| true), None);
 }

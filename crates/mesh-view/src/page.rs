@@ -99,6 +99,7 @@ pub struct Start {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Precision {
     /// 65,536 steps along each side of the box: finer than a screen.
     #[default]

@@ -21,15 +21,35 @@ impl FaceValues {
     /// # Errors
     /// A parameter or the radius is out of its range.
     pub fn of(mesh: &TriMesh, params: Params, radius: Option<f64>) -> Result<Self, CurvatureError> {
-        let estimator = CurvatureEstimator::new(mesh, params)?;
-        let radius = radius.unwrap_or_else(|| estimator.suggested_radius());
-        // Without faces there is no mean edge, and no curvature either.
+        let (estimator, radius) = start(mesh, params, radius)?;
         if mesh.topology().face_count() == 0 {
-            return Ok(Self { discs: FaceMap::from_vec(Vec::new()), radius });
+            return Ok(Self::of_discs(Vec::new(), radius));
         }
-        let discs = estimator.all_faces(radius)?;
-        let discs = discs.into_vec().into_iter().map(Result::ok).collect();
-        Ok(Self { discs: FaceMap::from_vec(discs), radius })
+        Ok(Self::of_discs(estimator.all_faces(radius)?.into_vec(), radius))
+    }
+
+    /// As [`FaceValues::of`], until `stops` says so, which is asked before each face by any thread and
+    /// stays with its answer; `None` then.
+    ///
+    /// # Errors
+    /// A parameter or the radius is out of its range.
+    pub fn of_until(
+        mesh: &TriMesh,
+        params: Params,
+        radius: Option<f64>,
+        stops: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self>, CurvatureError> {
+        let (estimator, radius) = start(mesh, params, radius)?;
+        if mesh.topology().face_count() == 0 {
+            return Ok(Some(Self::of_discs(Vec::new(), radius)));
+        }
+        let discs = estimator.all_faces_until(radius, stops)?;
+        Ok(discs.map(|discs| Self::of_discs(discs.into_vec(), radius)))
+    }
+
+    fn of_discs(discs: Vec<Result<DiscCurvature, CurvatureError>>, radius: f64) -> Self {
+        let discs = discs.into_iter().map(Result::ok).collect();
+        Self { discs: FaceMap::from_vec(discs), radius }
     }
 
     /// How many faces have a curvature of which something is true.
@@ -54,6 +74,17 @@ impl FaceValues {
         }
         Integrals { f2: sums.integral_abs_mean, willmore: sums.f1 - sums.integral_gaussian, ..sums }
     }
+}
+
+/// The estimator and the radius. Without faces there is no mean edge, and no curvature either.
+fn start(
+    mesh: &TriMesh,
+    params: Params,
+    radius: Option<f64>,
+) -> Result<(CurvatureEstimator<'_>, f64), CurvatureError> {
+    let estimator = CurvatureEstimator::new(mesh, params)?;
+    let radius = radius.unwrap_or_else(|| estimator.suggested_radius());
+    Ok((estimator, radius))
 }
 
 /// A quantity of a face, pointwise; a face has no Willmore energy of its own.

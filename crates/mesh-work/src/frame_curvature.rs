@@ -2,7 +2,8 @@
 //! over balls.
 
 use dcurv::{
-    BallCurvature, FitOptions, InvalidRadius, PrincipalFrame, ball_curvatures, fitted_frames,
+    BallCurvature, FitOptions, InvalidRadius, PrincipalFrame, ball_curvatures,
+    ball_curvatures_until, fitted_frames, fitted_frames_until,
 };
 use mesh_core::{TriMesh, VertexMap};
 
@@ -35,11 +36,32 @@ pub struct FrameValues {
 /// The radius of balls, unless it is given: in mean edges.
 const SPAN: f64 = 4.0;
 
+fn ball_radius(mesh: &TriMesh, given: Option<f64>) -> f64 {
+    let mean_edge = mesh.mean_edge_length().filter(|&length| length > 0.0);
+    given.or_else(|| Some(SPAN * mean_edge?)).unwrap_or(1.0)
+}
+
 impl FrameValues {
     /// From quadratic surfaces fitted to so many rings of neighbours.
     #[must_use]
     pub fn fitted(mesh: &TriMesh, rings: usize) -> Self {
-        let frames = fitted_frames(mesh, &FitOptions { rings, ..FitOptions::default() });
+        let options = FitOptions { rings, ..FitOptions::default() };
+        Self::of_fits(&fitted_frames(mesh, &options), rings)
+    }
+
+    /// As [`FrameValues::fitted`], until `stops` says so, which is asked before each vertex by any
+    /// thread and stays with its answer; `None` then.
+    #[must_use]
+    pub fn fitted_until(
+        mesh: &TriMesh,
+        rings: usize,
+        stops: &(dyn Fn() -> bool + Sync),
+    ) -> Option<Self> {
+        let options = FitOptions { rings, ..FitOptions::default() };
+        Some(Self::of_fits(&fitted_frames_until(mesh, &options, stops)?, rings))
+    }
+
+    fn of_fits(frames: &VertexMap<Option<PrincipalFrame>>, rings: usize) -> Self {
         let of_vertex = frames.map(|frame| frame.map(FrameValue::of_fit));
         Self { of_vertex, radius: None, rings: Some(rings) }
     }
@@ -49,11 +71,28 @@ impl FrameValues {
     /// # Errors
     /// The radius is not positive.
     pub fn averaged(mesh: &TriMesh, radius: Option<f64>) -> Result<Self, InvalidRadius> {
-        let mean_edge = mesh.mean_edge_length().filter(|&length| length > 0.0);
-        let radius = radius.or_else(|| Some(SPAN * mean_edge?)).unwrap_or(1.0);
-        let balls = ball_curvatures(mesh, radius)?;
+        let radius = ball_radius(mesh, radius);
+        Ok(Self::of_balls(&ball_curvatures(mesh, radius)?, radius))
+    }
+
+    /// As [`FrameValues::averaged`], until `stops` says so, which is asked before each vertex by any
+    /// thread and stays with its answer; `None` then.
+    ///
+    /// # Errors
+    /// The radius is not positive.
+    pub fn averaged_until(
+        mesh: &TriMesh,
+        radius: Option<f64>,
+        stops: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Option<Self>, InvalidRadius> {
+        let radius = ball_radius(mesh, radius);
+        let balls = ball_curvatures_until(mesh, radius, stops)?;
+        Ok(balls.map(|balls| Self::of_balls(&balls, radius)))
+    }
+
+    fn of_balls(balls: &VertexMap<BallCurvature>, radius: f64) -> Self {
         let of_vertex = balls.map(|ball| Some(FrameValue::of_ball(ball, ball.principal()?)));
-        Ok(Self { of_vertex, radius: Some(radius), rings: None })
+        Self { of_vertex, radius: Some(radius), rings: None }
     }
 
     /// Curvatures of vertices times a third of the areas of their faces.

@@ -1,10 +1,12 @@
 //! How to simplify, by the few choices that people make.
 
+use core::time::Duration;
+
 use dtri_flip::feature_edges;
 use mesh_core::TriMesh;
 use simplify::{
-    Boundary, Constraints, ErrorCheck, FinishOptions, FitOptions, Limits, Options, PlacementRule,
-    Preset,
+    Boundary, Constraints, ErrorCheck, FinishOptions, FitNorm, FitOptions, Limits, Options,
+    PlacementRule, Preset,
 };
 
 /// What of a preset is changed; the default changes nothing.
@@ -18,6 +20,10 @@ pub struct Choices {
     pub curvature_weight: Option<f64>,
     /// Rounds of fitting the result to the input, 0 for none; `None` for those of the preset.
     pub fit_rounds: Option<usize>,
+    /// What the fit makes small; `None` for what that of the preset does.
+    pub norm: Option<FitNorm>,
+    /// The longest time for annealing; `None` for as long as it takes. Only where the preset anneals.
+    pub anneal_time: Option<Duration>,
     /// Whether every boundary vertex stays where it is.
     pub lock_boundary: bool,
     /// Edges stay feature lines where the normals of the two faces are farther apart than this, in
@@ -40,6 +46,8 @@ impl Default for Choices {
             placement: None,
             curvature_weight: None,
             fit_rounds: None,
+            norm: None,
+            anneal_time: None,
             lock_boundary: false,
             feature_angle: None,
             no_intersections: false,
@@ -57,6 +65,14 @@ impl Choices {
         let mut options = Options::preset(self.preset);
         self.adjust_fit(&mut options);
         options.finish.fit.is_some()
+    }
+
+    /// Whether the result is annealed.
+    #[must_use]
+    pub fn anneals(&self) -> bool {
+        let mut options = Options::preset(self.preset);
+        self.adjust_fit(&mut options);
+        options.finish.anneal.is_some()
     }
 
     /// How distances from the input are found.
@@ -107,11 +123,15 @@ impl Choices {
             }
             None => {}
         }
+        if let Some(norm) = self.norm {
+            options.finish = core::mem::take(&mut options.finish).minimising(norm);
+        }
         if let Some(fit) = &mut options.finish.fit {
             fit.seed = self.seed;
         }
         if let Some(anneal) = &mut options.finish.anneal {
             anneal.fit.seed = self.seed;
+            anneal.time_limit = self.anneal_time;
         }
     }
 }

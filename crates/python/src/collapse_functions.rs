@@ -8,17 +8,19 @@ use std::sync::Arc;
 
 use ::simplify::{
     Collapse, Cost, CurvatureFactor, EdgePatch, FinishOptions, Guard, Memoryless, Options,
-    Policies, Policy, Quadric, Reach, Refusal, Scratch, Surcharge,
+    Placement, Policies, Policy, Quadric, Reach, Refusal, Scratch, Surcharge,
 };
 use mesh_core::glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Remap, TriMesh, VertexId, VertexMap};
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::any_policy::{AnyCost, AnyPlacement};
-use crate::failure::{Ended, Failure};
+use crate::failure::Failure;
 use crate::host::Watch;
 use crate::views::{frames, matrix};
+
+/// Policies that are chosen at run time.
+pub(crate) type ChosenPolicies = Policies<Box<dyn Cost>, Box<dyn Placement>>;
 
 /// The functions of a run.
 pub(crate) struct CollapseFunctions {
@@ -41,18 +43,18 @@ impl CollapseFunctions {
         self,
         options: &Options,
         watch: &Arc<Watch>,
-    ) -> Result<(Policies<AnyCost, AnyPlacement>, Options), Ended> {
+    ) -> (ChosenPolicies, Options) {
         let mut options = options.clone();
         options.finish = FinishOptions::default();
         options.limit.squeeze = false;
         let collapse = &options.collapse;
         let told = |function| Told::new(function, watch);
         let is_own = self.cost.is_some();
-        let cost = match self.cost {
-            Some(function) => AnyCost(Box::new(FunctionCost(told(function)))),
-            None => AnyCost::of(collapse.metric)?,
+        let cost: Box<dyn Cost> = match self.cost {
+            Some(function) => Box::new(FunctionCost(told(function))),
+            None => collapse.metric.cost(),
         };
-        let mut policies = Policies::new(cost, AnyPlacement::of(collapse.placement)?);
+        let mut policies = Policies::new(cost, collapse.placement.placement());
         policies.update = collapse.update;
         policies.guards = collapse.guards();
         if collapse.curvature_weight > 0.0 && !is_own {
@@ -64,7 +66,7 @@ impl CollapseFunctions {
         if let Some(function) = self.guard {
             policies.guards.push(FunctionGuard(told(function)));
         }
-        Ok((policies, options))
+        (policies, options)
     }
 }
 

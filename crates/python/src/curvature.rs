@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::content::Whole;
-use crate::failure::{Failure, choose};
+use crate::failure::{Ended, Failure, choose};
 use crate::host::{Call, run};
 use crate::length::{Given, length, units};
 use crate::mesh::MeshData;
@@ -69,16 +69,22 @@ pub(crate) fn curvature<'py>(
     let columns = run(py, call, move |watch| {
         let whole = content.whole()?;
         watch.check()?;
+        let stops = || watch.is_cancelled();
         let mesh = &whole.mesh;
         let radius = units(radius, mesh, relative)?;
         Ok(match by {
             By::Vertex => of_vertices(whole, &VertexValues::of(mesh, area)),
             By::Face => {
-                of_faces(whole, &FaceValues::of(mesh, params, radius).map_err(Failure::from)?)
+                let found = FaceValues::of_until(mesh, params, radius, &stops);
+                of_faces(whole, &found.map_err(Failure::from)?.ok_or_else(Ended::interrupted)?)
             }
-            By::Fit => of_frames(whole, &FrameValues::fitted(mesh, rings)),
+            By::Fit => {
+                let found = FrameValues::fitted_until(mesh, rings, &stops);
+                of_frames(whole, &found.ok_or_else(Ended::interrupted)?)
+            }
             By::Ball => {
-                of_frames(whole, &FrameValues::averaged(mesh, radius).map_err(Failure::from)?)
+                let found = FrameValues::averaged_until(mesh, radius, &stops);
+                of_frames(whole, &found.map_err(Failure::from)?.ok_or_else(Ended::interrupted)?)
             }
         })
     })?;

@@ -1,12 +1,12 @@
 //! `curvmesh.distance`.
 
-use mesh_metric::{CertifyOptions, CompareOptions, OneSided, compare, hausdorff_bounds};
+use mesh_metric::{CertifyOptions, CompareOptions, OneSided, compare_until, hausdorff_bounds_until};
 use mesh_work::{diagonal, surface};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::failure::Failure;
+use crate::failure::{Ended, Failure};
 use crate::host::{Call, run};
 use crate::length::{Given, length};
 use crate::mesh::MeshData;
@@ -34,12 +34,14 @@ pub(crate) fn distance<'py>(
         let exact = exact.map(|length| length.in_units(relative, || diagonal(Some(size))));
         let exact = exact.transpose()?;
         let options = CompareOptions { samples, seed, ..CompareOptions::default() };
-        let found = compare(&a, &b, &options);
-        watch.check()?;
-        let bounds = exact.map(|tolerance| {
+        let stops = || watch.is_cancelled();
+        let found = compare_until(&a, &b, &options, &stops).ok_or_else(Ended::interrupted)?;
+        let prove = |tolerance| {
             let options = CertifyOptions { tolerance, ..CertifyOptions::default() };
-            hausdorff_bounds(&a, &b, &options)
-        });
+            let bounds = hausdorff_bounds_until(&a, &b, &options, &mut || stops());
+            bounds.ok_or_else(Ended::interrupted)
+        };
+        let bounds = exact.map(prove).transpose()?;
         Ok((found, bounds, size))
     })?;
     let told = PyDict::new(py);
@@ -80,7 +82,8 @@ pub(crate) fn vertex_distances<'py>(
     let found = run(py, call, move |watch| {
         let surface = surface(&to.model.soup).map_err(Failure::from)?;
         watch.check()?;
-        Ok(surface.distances(from.model.soup.positions()))
+        let points = from.model.soup.positions();
+        surface.distances_until(points, &|| watch.is_cancelled()).ok_or_else(Ended::interrupted)
     })?;
     Ok(found.into_pyarray(py).into_any())
 }

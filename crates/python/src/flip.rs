@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use dtri_flip::{
-    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Refused, Ties, optimise_with,
+    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Ties, optimise_with,
 };
 use mesh_work::Seams;
 use pyo3::prelude::*;
@@ -21,6 +21,8 @@ use crate::options::{angle, area, seconds};
 pub(crate) struct FlipsGiven {
     area: String,
     look_ahead: usize,
+    rebuild_effort: Option<usize>,
+    rebuild_largest: usize,
     anneal_steps: Option<usize>,
     feature_angle: Option<f64>,
     max_fold: Option<f64>,
@@ -35,8 +37,10 @@ impl FlipsGiven {
     fn options(&self) -> Result<FlipOptions, Failure> {
         let anneal =
             |steps_per_edge| Anneal { seed: self.seed, steps_per_edge, ..Anneal::default() };
+        let (seed, largest) = (self.seed, self.rebuild_largest);
         Ok(FlipOptions {
             look_ahead: self.look_ahead,
+            rebuild: self.rebuild_effort.map(|effort| Rebuild { seed, effort, largest }),
             anneal: self.anneal_steps.map(anneal),
             feature_angle: angle("feature_angle", self.feature_angle)?,
             max_fold: angle("max_fold", self.max_fold)?,
@@ -110,6 +114,7 @@ fn state(now: Progress, most: &mut u64) -> State {
     *most = now.waiting.max(*most);
     let phase = match now.phase {
         Phase::Greedy => "greedy",
+        Phase::Rebuilding => "rebuilding",
         _ => "annealing",
     };
     State {
@@ -129,28 +134,9 @@ fn told<'py>(py: Python<'py>, report: &FlipReport) -> PyResult<Bound<'py, PyDict
     found.set_item("annealed_flips", report.annealed_flips)?;
     found.set_item("locked_edges", report.locked_edges)?;
     found.set_item("stop", report.stop.to_string())?;
-    let Refused {
-        valence_three,
-        diagonal_exists,
-        flat,
-        fold,
-        intersection,
-        cycle,
-        rounding,
-        stale,
-    } = report.refused;
-    let counts = [
-        ("valence_three", valence_three),
-        ("diagonal_exists", diagonal_exists),
-        ("flat", flat),
-        ("fold", fold),
-        ("intersection", intersection),
-        ("cycle", cycle),
-        ("rounding", rounding),
-        ("stale", stale),
-    ];
+    found.set_item("rebuilt", report.rebuilt)?;
     let refused = PyDict::new(py);
-    for (reason, count) in counts.into_iter().filter(|&(_, count)| count > 0) {
+    for (reason, count) in report.refused.by_reason().into_iter().filter(|&(_, count)| count > 0) {
         refused.set_item(reason, count)?;
     }
     found.set_item("refused", refused)?;

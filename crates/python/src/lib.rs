@@ -5,7 +5,6 @@
 //! `curvmesh._errors` ([`failure`]) and has the results of the program to the last bit, since both call the
 //! same functions of `mesh-work` and the libraries below it.
 
-mod any_policy;
 mod collapse_functions;
 mod content;
 mod curvature;

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use ::simplify::{
-    CollapseLog, Limits, LogEntry, Options, Phase, PlacementRule, Preset, Progress, Simplified,
-    simplify_observed, simplify_with,
+    CollapseLog, FitNorm, Limits, LogEntry, Options, Phase, PlacementRule, Preset, Progress,
+    Simplified, simplify_observed, simplify_with,
 };
 use mesh_work::{AttributeRules, Attributes, Choices};
 use numpy::IntoPyArray;
@@ -29,6 +29,9 @@ const PLACEMENTS: &[(&str, PlacementRule)] = &[
     ("butterfly", PlacementRule::Butterfly),
 ];
 
+const NORMS: &[(&str, FitNorm)] =
+    &[("l1", FitNorm::L1), ("l2", FitNorm::L2), ("max", FitNorm::Max)];
+
 /// What is changed of a preset, as it comes from Python.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -37,6 +40,7 @@ pub(crate) struct ChoicesGiven {
     placement: Option<String>,
     curvature_weight: Option<f64>,
     fit_rounds: Option<usize>,
+    norm: Option<String>,
     lock_boundary: bool,
     feature_angle: Option<f64>,
     no_intersections: bool,
@@ -48,18 +52,25 @@ pub(crate) struct ChoicesGiven {
 impl ChoicesGiven {
     pub(crate) fn choices(&self) -> Result<Choices, Failure> {
         let placement = self.placement.as_deref();
-        Ok(Choices {
+        let choices = Choices {
             preset: self.preset.parse::<Preset>().map_err(Failure::option)?,
             placement: placement.map(|name| choose("placement", name, PLACEMENTS)).transpose()?,
             curvature_weight: not_negative("curvature_weight", self.curvature_weight)?,
             fit_rounds: self.fit_rounds,
+            norm: self.norm.as_deref().map(|name| choose("norm", name, NORMS)).transpose()?,
+            anneal_time: None,
             lock_boundary: self.lock_boundary,
             feature_angle: angle("feature_angle", self.feature_angle)?,
             no_intersections: self.no_intersections,
             min_component_vertices: self.min_component_vertices,
             verify: self.verify,
             seed: self.seed,
-        })
+        };
+        if choices.norm.is_some() && !choices.fits() {
+            let cure = "norm has no effect: the result is not fitted; set fit_rounds";
+            return Err(Failure::option(cure));
+        }
+        Ok(choices)
     }
 }
 
@@ -217,7 +228,7 @@ fn reduce(
     let result = if functions.is_none() {
         simplify_observed(mesh, options, observe)
     } else {
-        let (policies, options) = functions.policies(options, watch)?;
+        let (policies, options) = functions.policies(options, watch);
         simplify_with(mesh, policies, &options, observe)
     };
     Ok(result.map_err(Failure::from)?)
@@ -240,7 +251,9 @@ fn report<'py>(
         refused.set_item(reason.name(), count)?;
     }
     found.set_item("refused", refused)?;
-    let fit = result.fit.map(|fit| (fit.rounds, fit.flips, fit.rms_before, fit.rms_last));
+    let fit = result
+        .fit
+        .map(|fit| (fit.rounds, fit.flips, fit.rms_before, fit.rms_last, fit.norm.name()));
     found.set_item("fit", fit)?;
     found.set_item("log", LogData { log: Arc::new(result.log), content })?;
     Ok((mesh, found))

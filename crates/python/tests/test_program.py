@@ -70,6 +70,20 @@ def test_flip(scan: Path, tmp_path: Path, program: Run, cost: str) -> None:
     assert (flipped.flips, flipped.stop) == (told["flips"], told["stop"])
 
 
+def test_rebuilding(scan: Path, tmp_path: Path, program: Run) -> None:
+    small = tmp_path / "small.ply"
+    cm.write(small, cm.simplify(cm.read(scan), faces=120, fit_rounds=0).mesh, precision="double")
+    out = tmp_path / "out.ply"
+    options = ["--rebuild-effort", 2, "--rebuild-largest", 12, "--seed", 5]
+    told = json.loads(program("flip", small, "-o", out, "--precision", "double", "--cost", "f2", *options, "--json").stdout)
+    flipped = cm.flip(cm.read(small), cost="f2", rebuild_effort=2, rebuild_largest=12, seed=5)
+    same(flipped.mesh, out)
+    assert (flipped.rebuilt, flipped.cost_after) == (told["rebuilt"], told["cost_after"])
+    assert flipped.cost_after <= cm.flip(cm.read(small), cost="f2").cost_after
+    with pytest.raises(cm.OptionError, match="at least 3"):
+        cm.flip(cm.read(small), rebuild_effort=2, rebuild_largest=2)
+
+
 @pytest.mark.parametrize("estimator", ["vertex", "face", "fit", "ball"])
 def test_curvature(scan: Path, tmp_path: Path, program: Run, estimator: str) -> None:
     out = tmp_path / "out.ply"

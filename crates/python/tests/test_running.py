@@ -24,9 +24,11 @@ LONG: list[tuple[str, Callable[[cm.Mesh], object]]] = [
     ("error", lambda m: cm.simplify(m, max_error="0.05%", verify=True)),
     ("lod", lambda m: cm.lod(m, ratios=[0.5, 0.1, 0.01])),
     ("flip", lambda m: cm.flip(m, cost="f1", look_ahead=3)),
+    ("rebuild", lambda m: cm.flip(m, cost="f2", rebuild_effort=5)),
     ("anneal", lambda m: cm.flip(m, cost="f2", anneal_steps=500)),
     ("face", lambda m: cm.curvature(m, estimator="face", radius="3%")),
     ("ball", lambda m: cm.curvature(m, estimator="ball", radius="4%")),
+    ("fit", lambda m: cm.curvature(m, estimator="fit", rings=14)),
     ("distance", lambda m: cm.distance(m, cm.shapes.sphere(7), samples=5_000_000)),
     ("exact", lambda m: cm.distance(m, cm.shapes.sphere(7), samples=1000, exact="0.002%")),
     ("patch", lambda m: cm.patch(m, tolerance="0.1%")),
@@ -56,6 +58,14 @@ def test_an_interrupt_ends_every_long_call(work: Callable[[cm.Mesh], object], la
     timer.join()
     # A tenth of a second, and as much as a busy machine may add.
     assert waited < 1.5, waited
+    # Nothing goes on in the background either.
+    until = time.perf_counter() + 3
+    busy = 1.0
+    while busy > 0.05 and time.perf_counter() < until:
+        before = time.process_time()
+        time.sleep(0.1)
+        busy = time.process_time() - before
+    assert busy <= 0.05, busy
 
 
 def test_the_best_so_far_is_kept_on_demand(large: cm.Mesh) -> None:

@@ -83,7 +83,7 @@ pub fn finish_collapses(
 ) -> Result<(TriMesh, Run), SimplifyError> {
     options.check()?;
     let found = regional_at(size, options);
-    let Regional { rules, is_start } = found.ok_or_else(|| SimplifyError::Conflict {
+    let Regional { rules, is_start } = found.ok_or(SimplifyError::Conflict {
         option: "regions",
         with: "what the options ask for",
         cure: "take quadrics without constraints, or the whole mesh",

@@ -71,6 +71,8 @@ pub use finish::fit::constraints::FitConstraints;
 #[cfg(feature = "finish")]
 pub use finish::fit::{FitOptions, FitReport, fit};
 #[cfg(feature = "finish")]
+pub use finish::norm::FitNorm;
+#[cfg(feature = "finish")]
 pub use finish::peaks::{PeakOptions, PeakReport, cut_peaks};
 #[cfg(feature = "finish")]
 pub use limit::measure::{AchievedError, ErrorCheck};

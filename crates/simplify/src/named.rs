@@ -37,13 +37,10 @@ pub(crate) fn regional_at(size: f64, options: &Options) -> Option<Regional> {
     let Options { collapse, limit, attributes, .. } = options;
     let Constraints { boundary, locked, features } = &collapse.constraints;
     let is_start = match collapse.metric {
-        Metric::Classic | Metric::Marginal => collapse.curvature_weight > 0.0,
+        Metric::Classic | Metric::Marginal if collapse.curvature_weight <= 0.0 => false,
         Metric::Hybrid => true,
         _ => return None,
     };
-    if is_start && collapse.metric != Metric::Hybrid {
-        return None;
-    }
     let keep_volume = match collapse.placement {
         PlacementRule::OptimalVolume => true,
         PlacementRule::Optimal => false,
@@ -94,6 +91,35 @@ pub(crate) fn collapse(
         Metric::Hybrid => with_cost(Hybrid::default(), mesh, options, observe),
         Metric::CurvatureL1 => with_cost(CurvatureNorm::new(Norm::L1), mesh, options, observe),
         Metric::CurvatureL2 => with_cost(CurvatureNorm::new(Norm::L2), mesh, options, observe),
+    }
+}
+
+impl Metric {
+    /// The cost of this name, for [`Policies`] that are put together at run time.
+    #[must_use]
+    pub fn cost(self) -> Box<dyn Cost> {
+        match self {
+            Self::Classic => Box::new(GarlandHeckbert::new()),
+            Self::Marginal => Box::new(GarlandHeckbert::marginal()),
+            Self::Memoryless => Box::new(Memoryless),
+            Self::Hybrid => Box::new(Hybrid::default()),
+            Self::CurvatureL1 => Box::new(CurvatureNorm::new(Norm::L1)),
+            Self::CurvatureL2 => Box::new(CurvatureNorm::new(Norm::L2)),
+        }
+    }
+}
+
+impl PlacementRule {
+    /// The placement of this name, for [`Policies`] that are put together at run time.
+    #[must_use]
+    pub fn placement(self) -> Box<dyn Placement> {
+        match self {
+            Self::OptimalVolume => Box::new(Optimal { keep_volume: true }),
+            Self::Optimal => Box::new(Optimal { keep_volume: false }),
+            Self::Endpoint => Box::new(BestEndpoint),
+            Self::Midpoint => Box::new(Midpoint),
+            Self::Butterfly => Box::new(ButterflyPoint),
+        }
     }
 }
 

@@ -8,6 +8,7 @@ use crate::collapse::stop::Limits;
 use crate::error::SimplifyError;
 use crate::finish::anneal::AnnealOptions;
 use crate::finish::fit::FitOptions;
+use crate::finish::norm::FitNorm;
 use crate::finish::peaks::PeakOptions;
 use crate::limit::measure::ErrorCheck;
 
@@ -76,6 +77,33 @@ pub struct FinishOptions {
     /// [`cut_peaks`](crate::cut_peaks()).
     pub peaks: Option<PeakOptions>,
 }
+
+impl FinishOptions {
+    /// The same, for another norm: fits and annealing make that small. The largest errors are taken down
+    /// only as far as the root mean square does not rise with [`FitNorm::L1`], and whatever happens to the
+    /// mean, in more rounds, with [`FitNorm::Max`].
+    #[must_use]
+    pub fn minimising(mut self, norm: FitNorm) -> Self {
+        let fits = self.fit.iter_mut().chain(self.anneal.iter_mut().map(|anneal| &mut anneal.fit));
+        fits.for_each(|fit| fit.norm = norm);
+        if let Some(peaks) = &mut self.peaks {
+            match norm {
+                FitNorm::L1 => peaks.max_rise = 1.0,
+                FitNorm::L2 => {}
+                FitNorm::Max => {
+                    peaks.max_rise = peaks.max_rise.max(MAX_RISE);
+                    peaks.fit.rounds = peaks.fit.rounds.max(ROUNDS_FOR_MAX);
+                }
+            }
+        }
+        self
+    }
+}
+
+/// What the mean may rise by where the largest distance is all that counts.
+const MAX_RISE: f64 = 1.5;
+/// How many rounds the largest distances are fitted for then.
+const ROUNDS_FOR_MAX: usize = 60;
 
 /// How far the result may be from the original.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -5,9 +5,9 @@ use glam::DVec3;
 use mesh_core::shapes::{Irregular, Sphere};
 use mesh_core::{Remap, TriMesh, VertexMap};
 use simplify::{
-    AnnealOptions, Collapse, Cost, EdgePatch, ErrorCheck, Guard, Hybrid, Memoryless, NormalGuard,
-    Optimal, Options, Placement, Policies, Policy, Preset, Refusal, Scratch, ShapeGuard,
-    Simplified, SimplifyError, simplify, simplify_with,
+    AnnealOptions, Collapse, Cost, EdgePatch, ErrorCheck, Guard, Hybrid, Memoryless, Metric,
+    NormalGuard, Optimal, Options, Placement, PlacementRule, Policies, Policy, Preset, Refusal,
+    Scratch, ShapeGuard, Simplified, SimplifyError, Update, simplify, simplify_with,
 };
 use std::collections::HashSet;
 use std::ops::ControlFlow;
@@ -94,7 +94,7 @@ fn a_guard_from_outside_holds_in_all_steps() {
 fn policies_by_hand_are_those_by_name() {
     let mesh = ball();
     let mut options = Options::preset(Preset::Fast).to_faces(300);
-    options.collapse.metric = simplify::Metric::Memoryless;
+    options.collapse.metric = Metric::Memoryless;
     let named = simplify(&mesh, &options).unwrap();
     let mut policies = Policies::new(Memoryless, Optimal::default());
     policies.guards = options.collapse.guards();
@@ -124,6 +124,43 @@ fn options_that_exclude_each_other_are_errors() {
         o.finish.fit = None;
     };
     assert_eq!(conflict(anneal), ("finish.anneal", "finish.fit = None"));
-    let norm = |o: &mut Options| o.collapse.metric = simplify::Metric::CurvatureL1;
+    let norm = |o: &mut Options| o.collapse.metric = Metric::CurvatureL1;
     assert_eq!(conflict(norm).0, "collapse.curvature_weight");
+}
+
+/// What is chosen at run time does what is chosen at compile time.
+#[test]
+fn policies_in_boxes_do_the_same() {
+    let mesh = ball();
+    let metrics = [
+        Metric::Classic,
+        Metric::Marginal,
+        Metric::Memoryless,
+        Metric::Hybrid,
+        Metric::CurvatureL1,
+        Metric::CurvatureL2,
+    ];
+    let rules = [
+        PlacementRule::OptimalVolume,
+        PlacementRule::Optimal,
+        PlacementRule::Endpoint,
+        PlacementRule::Midpoint,
+        PlacementRule::Butterfly,
+    ];
+    for metric in metrics {
+        for placement in rules {
+            let mut options = Options::preset(Preset::Fast).to_faces(400);
+            options.collapse.metric = metric;
+            options.collapse.placement = placement;
+            options.collapse.curvature_weight = 0.0;
+            options.collapse.update = Update::Lazy;
+            let named = simplify(&mesh, &options).unwrap();
+            let mut policies = Policies::new(metric.cost(), placement.placement());
+            policies.guards = options.collapse.guards();
+            let go_on = &mut |_: &_| ControlFlow::Continue(());
+            let boxed = simplify_with(&mesh, policies, &options, go_on).unwrap();
+            assert_eq!(named.mesh.positions(), boxed.mesh.positions(), "{metric:?} {placement:?}");
+            assert_eq!(named.mesh.to_soup().corners(), boxed.mesh.to_soup().corners());
+        }
+    }
 }

@@ -7,11 +7,12 @@ use serde::Deserialize;
 use super::outcome::Outcome;
 use crate::failure::Failure;
 
-const FILES: [&str; 4] = [
+const FILES: [&str; 5] = [
     include_str!("../../published/dhkl01.toml"),
     include_str!("../../published/bar06.toml"),
     include_str!("../../published/sn10.toml"),
     include_str!("../../published/kkl02.toml"),
+    include_str!("../../published/pkh00.toml"),
 ];
 
 /// A paper, the numbers it prints and the claims it makes.

@@ -10,11 +10,12 @@ use std::path::Path;
 use super::item::Item;
 use crate::failure::Failure;
 
-const FILES: [(&str, &str); 4] = [
+const FILES: [(&str, &str); 5] = [
     ("DHKL01", include_str!("../../recorded/dhkl01.csv")),
     ("BAR06", include_str!("../../recorded/bar06.csv")),
     ("SN10", include_str!("../../recorded/sn10.csv")),
     ("KKL02", include_str!("../../recorded/kkl02.csv")),
+    ("PKH00", include_str!("../../recorded/pkh00.csv")),
 ];
 
 /// Values by paper, item and quantity.

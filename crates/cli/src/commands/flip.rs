@@ -285,27 +285,7 @@ impl Results {
 
 /// Refused flips by reason, those that occurred.
 fn rejected(refused: &Refused) -> BTreeMap<&'static str, u64> {
-    let Refused {
-        valence_three,
-        diagonal_exists,
-        flat,
-        fold,
-        intersection,
-        cycle,
-        rounding,
-        stale,
-    } = *refused;
-    let counts = [
-        ("valence_three", valence_three),
-        ("diagonal_exists", diagonal_exists),
-        ("flat", flat),
-        ("fold", fold),
-        ("intersection", intersection),
-        ("cycle", cycle),
-        ("rounding", rounding),
-        ("stale", stale),
-    ];
-    counts.into_iter().filter(|&(_, count)| count > 0).collect()
+    refused.by_reason().into_iter().filter(|&(_, count)| count > 0).collect()
 }
 
 fn summary(report: &Report<Results>) -> String {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use mesh_core::PolygonSoup;
-use mesh_core::build::{BuildError, Repair, Weld, weld_exact, weld_within};
+use mesh_core::build::{BuildError, Repair};
 use mesh_core::diagnose::{Diagnosis, diagnose};
 use serde::Serialize;
 
@@ -68,7 +68,7 @@ pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure>
     let mut seconds = Seconds::default();
     let soup = Seconds::time(&mut seconds.load, || subject(options, console))?;
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
-        .map_err(|source| too_large(options, source))?;
+        .map_err(|source| rejected(options, source))?;
     let counts = [diagnosis.vertices, diagnosis.faces];
     let results = results(&soup, &diagnosis);
     let report = Report::new(console, &options.input, counts, results, seconds);
@@ -76,7 +76,7 @@ pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure>
     Ok(Outcome::Done)
 }
 
-fn too_large(options: &Info, source: BuildError) -> Failure {
+fn rejected(options: &Info, source: BuildError) -> Failure {
     Failure::Build { path: options.input.clone(), source: Box::new(source), joined: false }
 }
 
@@ -92,10 +92,11 @@ fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
         return Ok(model.soup);
     }
     let soup = model.soup;
-    Ok(match repair.weld {
-        Weld::Exact => soup.merged(&weld_exact(soup.positions())),
-        Weld::Distance(distance) => soup.merged(&weld_within(soup.positions(), distance)),
-        Weld::None => soup,
+    let targets =
+        repair.weld.targets(soup.positions()).map_err(|source| rejected(options, source))?;
+    Ok(match targets {
+        Some(targets) => soup.merged(&targets),
+        None => soup,
     })
 }
 

@@ -41,6 +41,8 @@ use crate::view::{self, Look, name_of};
 #[command(
     verbatim_doc_comment,
     mut_arg("fit_rounds", |option| option.hide(true)),
+    mut_arg("norm", |option| option.hide(true)),
+    mut_arg("anneal_time", |option| option.hide(true)),
     mut_arg("seed", |option| option.hide(true))
 )]
 pub(crate) struct Lod {
@@ -188,7 +190,10 @@ fn page(
 
 /// Refuses options that would do nothing.
 fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
-    given.refuse(&["fit_rounds", "seed"], "levels are stages of a run, and not fitted")?;
+    given.refuse(
+        &["fit_rounds", "norm", "anneal_time", "seed"],
+        "levels are stages of a run, and not fitted",
+    )?;
     if options.steps.errors.is_empty() {
         given.refuse(&["verify"], "it is for --errors")?;
     }

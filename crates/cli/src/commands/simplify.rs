@@ -89,6 +89,7 @@ struct Achieved {
 
 #[derive(Serialize)]
 struct Fit {
+    norm: &'static str,
     rounds: usize,
     flips: usize,
     rms_before: f64,
@@ -97,8 +98,8 @@ struct Fit {
 
 impl From<&FitReport> for Fit {
     fn from(fit: &FitReport) -> Self {
-        let FitReport { rounds, flips, rms_before, rms_last, .. } = *fit;
-        Self { rounds, flips, rms_before, rms_last }
+        let FitReport { norm, rounds, flips, rms_before, rms_last, .. } = *fit;
+        Self { norm: norm.name(), rounds, flips, rms_before, rms_last }
     }
 }
 

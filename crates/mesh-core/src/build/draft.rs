@@ -6,11 +6,10 @@ use glam::DVec3;
 
 use crate::build::edges::NONE;
 use crate::build::error::BuildError;
-use crate::build::repair::{Repair, Weld};
+use crate::build::repair::Repair;
 use crate::build::report::BuildReport;
 use crate::build::screen;
 use crate::build::triangulate::{Triangulation, Triangulator};
-use crate::build::weld::{weld_exact, weld_within};
 use crate::handle::{FaceId, HalfEdgeId};
 use crate::mesh::TriMesh;
 use crate::soup::PolygonSoup;
@@ -89,14 +88,8 @@ impl<'a> Draft<'a> {
     }
 
     pub(super) fn weld(&mut self) -> Result<(), BuildError> {
-        let positions = self.soup.positions();
-        let target = match self.repair.weld {
-            Weld::None => return Ok(()),
-            Weld::Exact => weld_exact(positions),
-            Weld::Distance(distance) if distance.is_finite() && distance >= 0.0 => {
-                weld_within(positions, distance)
-            }
-            Weld::Distance(distance) => return Err(BuildError::InvalidWeldDistance { distance }),
+        let Some(target) = self.repair.weld.targets(self.soup.positions())? else {
+            return Ok(());
         };
         let is_merged = |&vertex: &u32| target[vertex as usize] != vertex;
         self.report.welded_vertices = (0..target.len() as u32).filter(is_merged).collect();

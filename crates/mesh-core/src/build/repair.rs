@@ -3,6 +3,7 @@
 /// Which vertices count as one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Weld {
     /// Vertices stay as they are, even where positions coincide.
     #[default]

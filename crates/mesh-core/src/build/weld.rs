@@ -5,6 +5,8 @@ use std::hash::{BuildHasher, RandomState};
 use glam::DVec3;
 
 use crate::build::edges::NONE;
+use crate::build::error::BuildError;
+use crate::build::repair::Weld;
 
 /// Which vertex every vertex merges into: the first one with equal coordinates, where `-0.0`
 /// equals `0.0`. Vertices that stay map to themselves. Takes linear time.
@@ -22,6 +24,24 @@ pub fn weld_exact(positions: &[DVec3]) -> Vec<u32> {
             table.find_or_insert(key, vertex as u32, |other| positions[other as usize] == position)
         })
         .collect()
+}
+
+impl Weld {
+    /// Which vertex every vertex merges into, as [`weld_exact`] and [`weld_within`] tell; nothing for
+    /// [`Weld::None`].
+    ///
+    /// # Errors
+    /// The distance is negative or not a number.
+    pub fn targets(self, positions: &[DVec3]) -> Result<Option<Vec<u32>>, BuildError> {
+        match self {
+            Self::None => Ok(None),
+            Self::Exact => Ok(Some(weld_exact(positions))),
+            Self::Distance(distance) if distance.is_finite() && distance >= 0.0 => {
+                Ok(Some(weld_within(positions, distance)))
+            }
+            Self::Distance(distance) => Err(BuildError::InvalidWeldDistance { distance }),
+        }
+    }
 }
 
 /// Which vertex every vertex merges into: in order of their index, each merges into the first

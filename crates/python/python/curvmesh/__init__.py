@@ -9,7 +9,7 @@ from __future__ import annotations
 # Type checkers take this for true; `typing` itself is not imported, so that importing this takes no time.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from . import shapes
+    from . import batch, shapes
     from ._call import State
     from ._convert import as_mesh
     from ._core import VERSION as __version__
@@ -95,6 +95,7 @@ __all__ = [
     "WriteError",
     "__version__",
     "as_mesh",
+    "batch",
     "curvature",
     "distance",
     "flip",
@@ -115,8 +116,8 @@ __all__ = [
 def __getattr__(name: str) -> object:
     from importlib import import_module
 
-    if name == "shapes":
-        return import_module(".shapes", __name__)
+    if name in ("batch", "shapes"):
+        return import_module(f".{name}", __name__)
     if name == "__version__":
         found: object = import_module("._core", __name__).VERSION
     elif name in _MODULE_OF:

@@ -91,6 +91,8 @@ class Flipped:
         The cost of the whole mesh.
     flips : int
         How many flips lead from one to the other.
+    rebuilt : int
+        How many rounds of rebuilding have lowered the cost.
     annealed_flips : int
         How many of them come from annealing.
     locked_edges : int
@@ -105,6 +107,7 @@ class Flipped:
     cost_before: float
     cost_after: float
     flips: int
+    rebuilt: int
     annealed_flips: int
     locked_edges: int
     stop: str
@@ -115,6 +118,7 @@ class Flipped:
             ("cost before", self.cost_before),
             ("cost after", self.cost_after),
             ("flips", self.flips),
+            ("patches rebuilt", self.rebuilt),
             ("of annealing", self.annealed_flips),
             ("locked edges", self.locked_edges),
             ("stopped at", self.stop),
@@ -134,6 +138,8 @@ def flip(
     cost: str | FaceCost | EdgeCost = "f2",
     area: str = "voronoi",
     look_ahead: int = 1,
+    rebuild_effort: int | None = None,
+    rebuild_largest: int = 1000,
     anneal_steps: int | None = None,
     feature_angle: float | None = None,
     max_fold: float | None = None,
@@ -165,6 +171,11 @@ def flip(
     look_ahead : int
         Where no single flip helps, try up to this many in a row, from 1 to 6; each more takes about six
         times as long.
+    rebuild_effort : int, optional
+        Leave the local minimum by rebuilding patches: vertices are taken out and put back where they cost
+        least, until each was taken out so many times without anything getting better; 10 is usual.
+    rebuild_largest : int
+        The most vertices that are taken out at once, at least 3.
     anneal_steps : int, optional
         Leave the local minimum by simulated annealing, with so many tries per edge and round; 50 is
         usual.
@@ -176,7 +187,7 @@ def flip(
         Refuse flips that would make the surface cross itself.
     random_ties : bool, optional
         Break ties in a random order, not by edge number; by default where a `seed` is given without
-        `anneal_steps`.
+        `rebuild_effort` and `anneal_steps`.
     seed : int, optional
         Where the random numbers start; 1 otherwise.
     max_flips : int, optional
@@ -200,10 +211,12 @@ def flip(
     if not 1 <= look_ahead <= 6:
         raise OptionError(f"look_ahead is {look_ahead}; it must be from 1 to 6")
     if random_ties is None:
-        random_ties = seed is not None and anneal_steps is None
+        random_ties = seed is not None and anneal_steps is None and rebuild_effort is None
     options = {
         "area": area,
         "look_ahead": look_ahead,
+        "rebuild_effort": rebuild_effort,
+        "rebuild_largest": rebuild_largest,
         "anneal_steps": anneal_steps,
         "feature_angle": feature_angle,
         "max_fold": max_fold,

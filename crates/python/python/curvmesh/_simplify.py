@@ -68,12 +68,13 @@ class ErrorBounds(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """What fitting did: rounds, flips, and the root mean square distance before and in the end."""
+    """What fitting did: rounds, flips, the root mean square distance before and in the end, and the norm."""
 
     rounds: int
     flips: int
     rms_before: float
     rms_last: float
+    norm: str
 
 
 @dataclass(frozen=True, repr=False)
@@ -188,6 +189,7 @@ def _choices(
     placement: str | None,
     curvature_weight: float | None,
     fit_rounds: int | None,
+    norm: str | None,
     lock_boundary: bool,
     feature_angle: float | None,
     no_intersections: bool,
@@ -203,6 +205,7 @@ def _choices(
         "placement": placement,
         "curvature_weight": curvature_weight,
         "fit_rounds": fit_rounds,
+        "norm": norm,
         "lock_boundary": lock_boundary,
         "feature_angle": feature_angle,
         "no_intersections": no_intersections,
@@ -252,6 +255,7 @@ def simplify(
     placement: str | None = None,
     curvature_weight: float | None = None,
     fit_rounds: int | None = None,
+    norm: str | None = None,
     lock_boundary: bool = False,
     feature_angle: float | None = None,
     no_intersections: bool = False,
@@ -304,6 +308,9 @@ def simplify(
         How much a change of curvature raises the cost.
     fit_rounds : int, optional
         Rounds of fitting the result to the input; 0 for none.
+    norm : str, optional
+        What of the distances from the input the fit makes small: ``"l1"``, the mean; ``"l2"``, the root
+        mean square, which is usual; or ``"max"``, the largest, for more mean.
     lock_boundary : bool
         Keep every boundary vertex where it is.
     feature_angle : float, optional
@@ -392,13 +399,14 @@ def simplify(
         raise OptionError(
             "say when to stop: faces=, vertices=, ratio=, max_error=, max_cost= or time_limit="
         )
-    if (cost or surcharge or guard) and fit_rounds:
-        raise OptionError("with functions of one's own the result is not fitted: leave out fit_rounds")
+    if (cost or surcharge or guard) and (fit_rounds or norm):
+        raise OptionError("with functions of one's own the result is not fitted: leave out fit_rounds and norm")
     choices = _choices(
         preset,
         placement,
         curvature_weight,
         fit_rounds,
+        norm,
         lock_boundary,
         feature_angle,
         no_intersections,
@@ -543,6 +551,7 @@ def lod(
         preset,
         placement,
         curvature_weight,
+        None,
         None,
         lock_boundary,
         feature_angle,

@@ -9,6 +9,7 @@ use crate::collapse::policy::Policy;
 /// How the boundary of an open mesh is treated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Boundary {
     /// Boundary edges have quadrics of their own that keep the boundary close to where it was:
     /// for each the plane through the edge, perpendicular to its face, with half the squared

@@ -2,9 +2,10 @@
 //!
 //! How edges wait for their turn is what [`Update`] chooses:
 //!
-//! - [`Update::Lazy`], and [`Update::Regions`] where these will not do, takes the cheapest few percent of them at a time, by keys that may be out of
-//!   date, and visits them in the order in which they are stored ([`Rounds`]). Neighbours are then
-//!   in the cache, and no edge is evaluated that is not about to be collapsed.
+//! - [`Update::Lazy`], and [`Update::Regions`] where these will not do, takes the cheapest few percent
+//!   of them at a time, by keys that may be out of date, and visits them in the order in which they are
+//!   stored ([`Rounds`]). Neighbours are then in the cache, and no edge is evaluated that is not about
+//!   to be collapsed.
 //! - [`Update::Eager`] keeps all keys up to date in a heap ([`Heap`]), and is exact.
 //!
 //! An edge that is known to cost more than a ceiling goes back to where it waits, with what is known

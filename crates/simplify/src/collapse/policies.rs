@@ -30,6 +30,7 @@ impl<C, P> Policies<C, P> {
 /// date.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Update {
     /// In rounds of the cheapest few percent of the edges. Within a round, neighbours follow each
     /// other, whatever they cost, and each edge is evaluated when its turn comes: if it has become

@@ -30,6 +30,20 @@ pub trait Policy: Send + Sync {
     }
 }
 
+impl<P: Policy + ?Sized> Policy for Box<P> {
+    fn prepare(&mut self, mesh: &TriMesh) {
+        (**self).prepare(mesh);
+    }
+
+    fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
+        (**self).collapsed(mesh, collapse);
+    }
+
+    fn compacted(&mut self, mesh: &TriMesh, remap: &Remap) {
+        (**self).compacted(mesh, remap);
+    }
+}
+
 /// Memory that an evaluation may write to, so that it allocates nothing of its own.
 ///
 /// Each thread has one. What is in it is whatever an evaluation, of any edge, has left there.

@@ -1,6 +1,7 @@
 //! Annealing the layout, and trading faces from where they do little for where they are missed.
 //!
-//! First the vertices and edges are annealed on the distance itself; see [`layout`](super::layout).
+//! First the mesh is laid out anew from coarse to fine, see [`nested`](super::nested); where that is no
+//! better, its own vertices and edges are annealed, see [`layout`](super::layout).
 //! Then each round cuts the edges with the largest error in two, fits, collapses the cheapest edges until
 //! there are as many faces as before, and fits again. The result is kept when it is closer to the
 //! original.
@@ -16,9 +17,12 @@ use crate::collapse::constraint::Boundary;
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
 use crate::finish::collapse_back::{CollapseBack, collapse_back};
+use crate::finish::density::Density;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::{FitOptions, MOST_SAMPLES_PER_FACE, fit_observed};
 use crate::finish::layout::{Schedule, anneal_layout};
+use crate::finish::nested::{Nested, counterparts, lay_out_nested};
+use crate::finish::norm::Power;
 use crate::finish::observer::Observer;
 
 /// How to anneal; see [`anneal`].
@@ -71,8 +75,6 @@ impl AnnealOptions {
     }
 }
 
-/// Samples per face that the layout is annealed on.
-const LAYOUT_SAMPLES: usize = 12;
 /// The fewest rounds of fitting after that.
 const SETTLE: usize = 6;
 
@@ -126,7 +128,8 @@ pub(crate) fn anneal_observed(
         options.fit.seed,
     );
     let points: Vec<DVec3> = samples.iter().map(|sample| sample.position).collect();
-    let mut state = State::new(mesh.clone(), constraints.clone(), &points)?;
+    let power = options.fit.norm.last_power();
+    let mut state = State::new(mesh.clone(), constraints.clone(), &points, power)?;
     let rms_before = state.rms();
     let deadline = options.time_limit.and_then(|limit| Instant::now().checked_add(limit));
     let mut sweeps = 0;
@@ -135,19 +138,37 @@ pub(crate) fn anneal_observed(
         let schedule = Schedule {
             sweeps: options.sweeps,
             jump: options.jump,
-            samples_per_face: LAYOUT_SAMPLES,
             seed: options.fit.seed,
             forbid_intersections: options.fit.forbid_intersections,
             deadline,
         };
-        let mut next = state.mesh.clone();
-        sweeps = anneal_layout(&mut next, original, &state.constraints, &schedule, observer)?;
         let settle = FitOptions { rounds: options.fit.rounds.max(SETTLE), ..options.fit };
-        fit_observed(&mut next, original, &state.constraints, &settle, observer)?;
-        let next = State::new(next, state.constraints.clone(), &points)?;
-        is_layout_kept = next.squares < state.squares;
-        if is_layout_kept {
-            state = next;
+        let mut density = Density::new(&state.mesh, original, power)?;
+        let with = (&schedule, &mut density, &options.fit);
+        if let Some(nested) =
+            lay_out_nested(&state.mesh, original, &state.constraints, with, observer)?
+        {
+            let Nested { mesh: mut next, constraints, sweeps: made } = nested;
+            sweeps += made;
+            fit_observed(&mut next, original, &constraints, &settle, observer)?;
+            let map = counterparts(mesh, &next)?;
+            let next = State { map, ..State::new(next, constraints, &points, power)? };
+            is_layout_kept = next.sum < state.sum;
+            if is_layout_kept {
+                state = next;
+            }
+        }
+        if !is_layout_kept {
+            let mut next = state.mesh.clone();
+            let mut density = Density::new(&state.mesh, original, power)?;
+            let with = (&schedule, &mut density);
+            sweeps += anneal_layout(&mut next, original, &state.constraints, with, observer);
+            fit_observed(&mut next, original, &state.constraints, &settle, observer)?;
+            let next = State::new(next, state.constraints.clone(), &points, power)?;
+            is_layout_kept = next.sum < state.sum;
+            if is_layout_kept {
+                state = next;
+            }
         }
     }
     let mut kept = 0;
@@ -162,7 +183,7 @@ pub(crate) fn anneal_observed(
         let fit_options = FitOptions { seed, ..options.fit };
         let next = state.step(original, &points, share, &fit_options, observer)?;
         rounds += 1;
-        if next.topology_faces() <= faces && next.squares < state.squares {
+        if next.topology_faces() <= faces && next.sum < state.sum {
             state = next;
             kept += 1;
         } else {
@@ -188,8 +209,11 @@ struct State {
     mesh: TriMesh,
     constraints: FitConstraints,
     map: VertexMap<Option<VertexId>>,
-    /// The sum of the squared distances of the samples that are closest to each face.
+    power: Power,
+    /// What is to become small, of the samples that are closest to each face, and of all.
     of_face: Vec<f64>,
+    sum: f64,
+    /// The sum of the squared distances of all samples.
     squares: f64,
     samples: usize,
 }
@@ -199,6 +223,7 @@ impl State {
         mesh: TriMesh,
         constraints: FitConstraints,
         points: &[DVec3],
+        power: Power,
     ) -> Result<Self, SurfaceError> {
         let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
         let map = VertexMap::from_vec(identity.collect());
@@ -206,7 +231,9 @@ impl State {
             mesh,
             constraints,
             map,
+            power,
             of_face: Vec::new(),
+            sum: 0.0,
             squares: 0.0,
             samples: points.len(),
         };
@@ -216,9 +243,11 @@ impl State {
     fn measured(mut self, points: &[DVec3]) -> Result<Self, SurfaceError> {
         self.of_face = vec![0.0; self.mesh.topology().face_capacity()];
         for closest in Surface::new(&self.mesh)?.closest_points(points) {
-            self.of_face[closest.face.index()] += closest.offset.length_squared();
+            let squared = closest.offset.length_squared();
+            self.of_face[closest.face.index()] += self.power.of(squared);
+            self.squares += squared;
         }
-        self.squares = self.of_face.iter().sum();
+        self.sum = self.of_face.iter().sum();
         Ok(self)
     }
 
@@ -262,8 +291,9 @@ impl State {
         let map = VertexMap::from_vec(map.collect());
         let constraints = back.constraints;
         fit_observed(&mut mesh, original, &constraints, options, observer)?;
-        let (of_face, squares) = (Vec::new(), 0.0);
-        Self { mesh, constraints, map, of_face, squares, samples: points.len() }
+        let (of_face, sum, squares) = (Vec::new(), 0.0, 0.0);
+        let (power, samples) = (self.power, points.len());
+        Self { mesh, constraints, map, power, of_face, sum, squares, samples }
             .measured(points)
             .map_err(SimplifyError::from)
     }

@@ -1,18 +1,16 @@
 //! Annealing of where the vertices are and how they are joined, by what the distance itself says.
 //!
 //! A sweep makes every vertex jump at random, by less and less; flips every edge where that brings the
-//! mesh closer to samples of the original; and then smooths: with the squared distance E of the samples
-//! of each face, a vertex goes to
+//! mesh closer to samples of the original; and then smooths: a vertex goes to
 //!
 //! ```text
-//! x = Σ E^(1/3) c / Σ E^(1/3)
+//! x = Σ ρ a c / Σ ρ a
 //! ```
 //!
-//! over the centroids c of its faces, and from there to the original. Over a surface of Gaussian
-//! curvature K a face of area a has E ~ |K| a³, so the weights are the areas times the density |K|^(1/3)
-//! that makes the root mean square distance least, and no curvature has to be known. The formula is
-//! that of optimal Delaunay triangulations (Chen and Holst 2011) and does not change under affine maps,
-//! nor do flips by distance: so faces get the shape that the curvature wants, not an equilateral one.
+//! over the areas a and the centroids c of its faces, with a [density](crate::finish::density) ρ, and from
+//! there to the original. The formula is close to that of optimal Delaunay triangulations (Chen and
+//! Holst 2011) and does not change under affine maps, nor do flips by distance: so faces get the shape
+//! that the curvature wants, not an equilateral one.
 //!
 //! All of this holds where K > 0. On a saddle straight lines lie on the surface, and any thin triangle
 //! along them is as good as a round one, to first order. So what happens at faces with the original on
@@ -22,24 +20,33 @@ use std::time::Instant;
 
 use glam::DVec3;
 use mesh_core::shapes::SplitMix64;
-use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId};
-use mesh_metric::{Surface, SurfaceError, closest_on_triangle, sample_surface};
+use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId, parallel};
+use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::collapse::intersection::{ChangedFace, Intersections};
 use crate::collapse::run::Phase;
+use crate::finish::density::{Density, PLACES, places};
 use crate::finish::face_lists::FaceLists;
 use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::spread::area;
 use crate::finish::observer::Observer;
 
 /// How to anneal a layout.
+#[derive(Clone, Copy)]
 pub(crate) struct Schedule {
     pub(crate) sweeps: usize,
     /// How far vertices jump at first, in mean lengths of their edges.
     pub(crate) jump: f64,
-    pub(crate) samples_per_face: usize,
     pub(crate) seed: u64,
     pub(crate) forbid_intersections: bool,
     pub(crate) deadline: Option<Instant>,
+}
+
+impl Schedule {
+    /// Whether the time is up.
+    pub(crate) fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
 }
 
 /// The part of the sweeps in which vertices jump; smoothing alone comes after it.
@@ -60,9 +67,9 @@ pub(crate) fn anneal_layout(
     mesh: &mut TriMesh,
     original: &Surface,
     constraints: &FitConstraints,
-    schedule: &Schedule,
+    (schedule, density): (&Schedule, &mut Density),
     observer: &mut Observer<'_>,
-) -> Result<usize, SurfaceError> {
+) -> usize {
     let mut random = SplitMix64::new(schedule.seed);
     let found = schedule.forbid_intersections.then(|| Intersections::new(mesh));
     let movable = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index);
@@ -73,7 +80,10 @@ pub(crate) fn anneal_layout(
         constraints,
         found,
         movable,
+        density,
+        densities: Vec::new(),
         points: Vec::new(),
+        shares: Vec::new(),
         squares: Vec::new(),
         lists: FaceLists::new(0),
         faces: Vec::new(),
@@ -83,7 +93,7 @@ pub(crate) fn anneal_layout(
     };
     let start = Instant::now();
     layout.settle();
-    layout.draw(schedule.samples_per_face, schedule.seed)?;
+    layout.draw();
     let mut made = 0;
     while made < schedule.sweeps && !observer.stops(Phase::Anneal, layout.mesh) {
         // With a time limit, the jumps get smaller in the time that there is.
@@ -99,17 +109,16 @@ pub(crate) fn anneal_layout(
         if jump > 0.0 {
             layout.jump(jump, &mut random);
         }
-        for smoothing in 0..SMOOTHINGS {
-            let number = (SMOOTHINGS * made + smoothing) as u64;
-            layout.draw(schedule.samples_per_face, schedule.seed.wrapping_add(number))?;
+        for _ in 0..SMOOTHINGS {
+            layout.draw();
             layout.flip_all();
             layout.smooth();
         }
         made += 1;
     }
-    layout.draw(schedule.samples_per_face, schedule.seed)?;
+    layout.draw();
     layout.flip_all();
-    Ok(made)
+    made
 }
 
 /// Whether nothing holds a vertex: no boundary, no feature, no lock.
@@ -129,8 +138,14 @@ struct Layout<'a> {
     constraints: &'a FitConstraints,
     found: Option<Intersections>,
     movable: Vec<VertexId>,
+    density: &'a mut Density,
+    /// The mean density of each face.
+    densities: Vec<f64>,
+    /// Points of the original: the feet of points spread evenly over each face.
     points: Vec<DVec3>,
-    /// The squared distance of each sample from its face.
+    /// The area that each of them stands for.
+    shares: Vec<f64>,
+    /// The squared distance of each from its face.
     squares: Vec<f64>,
     /// The samples of each face.
     lists: FaceLists,
@@ -145,27 +160,61 @@ struct Layout<'a> {
 }
 
 impl Layout<'_> {
-    fn draw(&mut self, samples_per_face: usize, seed: u64) -> Result<(), SurfaceError> {
-        let count = samples_per_face.saturating_mul(self.mesh.topology().face_count());
-        let samples = sample_surface(self.original, count.min(u32::MAX as usize), seed);
-        self.points = samples.iter().map(|sample| sample.position).collect();
-        self.lists = FaceLists::new(self.mesh.topology().face_capacity());
-        self.squares.clear();
-        let mut sums = vec![(0.0, 0.0); self.mesh.topology().face_capacity()];
-        for closest in Surface::new(self.mesh)?.closest_points(&self.points) {
-            self.lists.push(closest.face, self.squares.len() as u32);
-            self.squares.push(closest.offset.length_squared());
-            let height = closest.offset.dot(self.mesh.face_cross(closest.face));
-            let (sum, absolute) = &mut sums[closest.face.index()];
-            *sum += height;
-            *absolute += height.abs();
+    /// Finds the feet of points of every face: as many for small faces as for large ones.
+    fn draw(&mut self) {
+        let topology = self.mesh.topology();
+        let faces: Vec<FaceId> = topology.faces().collect();
+        let feet = parallel::collect(faces.len(), |i| {
+            let points = places(self.mesh.triangle(faces[i]));
+            let closest = self.original.closest_to_neighbours(&points);
+            let feet: Vec<DVec3> = closest.iter().map(|closest| closest.point).collect();
+            let places: Vec<FaceId> = self.density.places(&feet).collect();
+            (feet, places)
+        });
+        let count = PLACES * faces.len();
+        self.points = Vec::with_capacity(count);
+        self.shares = Vec::with_capacity(count);
+        self.squares = Vec::with_capacity(count);
+        self.lists = FaceLists::new(topology.face_capacity());
+        self.domed = vec![false; topology.face_capacity()];
+        self.densities = vec![0.0; topology.face_capacity()];
+        let mut excesses = Vec::with_capacity(count);
+        for (&face, (feet, places)) in faces.iter().zip(&feet) {
+            let mean = |of: &dyn Fn(FaceId) -> f64| {
+                places.iter().map(|&place| of(place)).sum::<f64>() / PLACES as f64
+            };
+            self.densities[face.index()] = mean(&|place| self.density.at(place));
+            let wanted = mean(&|place| self.density.wanted(place));
+            let triangle = self.mesh.triangle(face);
+            let cross = cross(triangle);
+            let (mut sum, mut absolute) = (0.0, 0.0);
+            for &foot in feet {
+                self.lists.push(face, self.points.len() as u32);
+                self.points.push(foot);
+                self.shares.push(0.5 * cross.length() / PLACES as f64);
+                let offset = closest_on_triangle(foot, &triangle);
+                self.squares.push(offset.length_squared());
+                let height = offset.dot(cross);
+                sum += height;
+                absolute += height.abs();
+            }
+            let is_domed = sum.abs() > DOMED * absolute;
+            self.domed[face.index()] = is_domed;
+            let excess = (0.5 * cross.length() * wanted).ln();
+            if is_domed {
+                excesses.extend(places.iter().map(|&place| (place, excess)));
+            }
         }
-        let is_domed = |(sum, absolute): (f64, f64)| sum.abs() > DOMED * absolute;
-        self.domed = sums.into_iter().map(is_domed).collect();
-        let spreads = self.mesh.topology().faces().map(|f| spread(self.mesh.triangle(f)));
-        let ratio = self.squares.iter().sum::<f64>() / spreads.sum::<f64>();
+        self.density.follow(excesses.into_iter());
+        let spreads = faces.iter().map(|&f| spread(self.mesh.triangle(f)));
+        let all = self.squares.iter().zip(&self.shares).map(|(squared, share)| share * squared);
+        let ratio = all.sum::<f64>() / spreads.sum::<f64>();
         self.roundness = if ratio.is_finite() { ROUNDNESS * ratio } else { 0.0 };
-        Ok(())
+    }
+
+    /// What a sample adds to the error of a face.
+    fn error(&self, sample: u32) -> f64 {
+        self.shares[sample as usize] * self.squares[sample as usize]
     }
 
     /// Puts the vertices on the original.
@@ -194,9 +243,8 @@ impl Layout<'_> {
         let topology = self.mesh.topology();
         let mut weights = vec![0.0; topology.face_capacity()];
         for face in topology.faces() {
-            let squares = self.lists.of_face(face).map(|sample| self.squares[sample as usize]);
-            weights[face.index()] =
-                (squares.sum::<f64>() + self.roundness * spread(self.mesh.triangle(face))).cbrt();
+            let density = self.densities[face.index()];
+            weights[face.index()] = density * area(&self.mesh.triangle(face));
         }
         let targets = self.movable.iter().map(|&v| {
             let at = self.mesh.position(v);
@@ -306,7 +354,7 @@ impl Layout<'_> {
         for &face in &self.faces {
             self.touched.extend(self.lists.of_face(face).map(|sample| (sample, 0, 0.0)));
         }
-        let before: f64 = self.touched.iter().map(|t| self.squares[t.0 as usize]).sum();
+        let before: f64 = self.touched.iter().map(|t| self.error(t.0)).sum();
         let spread_before: f64 = self.faces.iter().map(|&f| spread(self.mesh.triangle(f))).sum();
         let spread_after: f64 = triangles.iter().map(|&t| spread(t)).sum();
         let mut left = if part.is_finite() {
@@ -323,7 +371,7 @@ impl Layout<'_> {
                     (*place, *squared) = (i as u32, distance);
                 }
             }
-            left -= *squared;
+            left -= self.shares[*sample as usize] * *squared;
             if left <= 0.0 {
                 return false;
             }
@@ -355,7 +403,7 @@ fn cross([p, q, r]: [DVec3; 3]) -> DVec3 {
 fn spread(triangle: [DVec3; 3]) -> f64 {
     let [a, b, c] = triangle;
     let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
-    0.5 * cross(triangle).length() * sides * sides
+    area(&triangle) * sides * sides
 }
 
 /// Whether a face with the vector area `new` is turned by less than sixty degrees from `old`.

@@ -15,16 +15,19 @@
 //! Uses the rooms `collapse`, to get rid of faces again, and `attributes`; and `mesh-metric` for
 //! closest points. It proves nothing about distances: that is for `limit`, above.
 //!
-//! From the bottom: `curve`, `face_lists` and `observer`; `fit`; `layout`, `texture_fit` and `collapse_back`; `anneal` and
-//! `peaks`; `finishing`, which does one after the other.
+//! From the bottom: `curve`, `face_lists`, `norm` and `observer`; `fit`; `density`; `layout`, `texture_fit` and `collapse_back`; `nested`;
+//! `anneal` and `peaks`; `finishing`, which does one after the other.
 
 pub(crate) mod anneal;
 pub(crate) mod collapse_back;
 pub(crate) mod curve;
+pub(crate) mod density;
 pub(crate) mod face_lists;
 pub(crate) mod finishing;
 pub(crate) mod fit;
 pub(crate) mod layout;
+pub(crate) mod nested;
+pub(crate) mod norm;
 pub(crate) mod observer;
 pub(crate) mod peaks;
 pub(crate) mod texture_fit;

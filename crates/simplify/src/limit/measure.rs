@@ -12,6 +12,7 @@ use crate::finish::observer::Observer;
 /// How the distance of the result from the original is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum ErrorCheck {
     /// From samples of both surfaces, which may miss the largest distance by a little.
     #[default]

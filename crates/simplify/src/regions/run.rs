@@ -19,8 +19,9 @@ use crate::regions::sheet::{Ordered, Sheet};
 use crate::regions::tile::Goal;
 use crate::regions::waiting::BUCKETS;
 
-/// The fewest faces that are worth being cut into regions.
-const FEWEST: usize = 20_000;
+/// The fewest faces that are worth being cut into regions. Fewer fit into a cache as one piece, and it
+/// takes longer to look at some of their few regions beforehand than is gained.
+const FEWEST: usize = 50_000;
 /// A pass leaves no fewer than one in so many faces; by then, rims stand out.
 const PASS: usize = 4;
 /// So many times the faces that are wanted are collapsed in one piece.

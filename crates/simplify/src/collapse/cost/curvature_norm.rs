@@ -13,6 +13,7 @@ use crate::collapse::quadric::Quadric;
 /// Which norm; see [`CurvatureNorm`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Norm {
     /// The sum of |k1| + |k2| over the vertices (KKL02 eq. 1); one over model unit.
     L1,

@@ -108,6 +108,48 @@ pub trait Cost: Policy {
     }
 }
 
+/// For costs that are chosen at run time.
+impl<C: Cost + ?Sized> Cost for Box<C> {
+    fn quadric(&self, patch: &EdgePatch<'_>) -> Option<Quadric> {
+        (**self).quadric(patch)
+    }
+
+    fn cost(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        x: DVec3,
+        scratch: &mut Scratch,
+    ) -> f64 {
+        (**self).cost(patch, quadric, x, scratch)
+    }
+
+    fn lower_bound(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        x: DVec3,
+    ) -> Option<f64> {
+        (**self).lower_bound(patch, quadric, x)
+    }
+
+    fn early_bound(&self, patch: &EdgePatch<'_>) -> Option<f64> {
+        (**self).early_bound(patch)
+    }
+
+    fn needs_faces(&self) -> bool {
+        (**self).needs_faces()
+    }
+
+    fn reach(&self) -> Reach {
+        (**self).reach()
+    }
+
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
+        (**self).collapsing(patch, x, scratch);
+    }
+}
+
 /// Whose costs a collapse changes; see [`Cost::reach`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reach {

@@ -57,3 +57,31 @@ pub trait Placement: Policy {
         true
     }
 }
+
+/// For placements that are chosen at run time.
+impl<P: Placement + ?Sized> Placement for Box<P> {
+    fn place(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        cost: &mut dyn FnMut(DVec3) -> f64,
+    ) -> Place {
+        (**self).place(patch, quadric, cost)
+    }
+
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
+        (**self).check(patch, x)
+    }
+
+    fn instead(&self, refused: usize) -> Option<Place> {
+        (**self).instead(refused)
+    }
+
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
+        (**self).collapsing(patch, x, scratch);
+    }
+
+    fn needs_faces(&self) -> bool {
+        (**self).needs_faces()
+    }
+}

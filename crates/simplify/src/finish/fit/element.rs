@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::collapse::symmetric::Symmetric3;
 use crate::finish::fit::targets::Target;
+use crate::finish::norm::Power;
 
 /// Pairs count as though there were so many samples of a face, however many there are: so much as a
 /// point of a line counts one.
@@ -16,15 +17,23 @@ pub(crate) struct Weighting {
     pub(crate) tail: f64,
     /// The largest squared distance of a pair.
     pub(crate) largest: f64,
+    pub(crate) power: Power,
+    /// The mean of that order, squared.
+    pub(crate) typical: f64,
 }
 
 impl Weighting {
     fn of(&self, squared: f64) -> f64 {
+        let by_norm = match self.power {
+            Power::SQUARE => 1.0,
+            power if self.typical > 0.0 => power.weight(squared / self.typical),
+            _ => 1.0,
+        };
         if self.tail == 0.0 {
-            return 1.0;
+            return by_norm;
         }
         let ratio = if self.largest > 0.0 { squared / self.largest } else { 0.0 };
-        1.0 + self.tail * ratio.powi(6)
+        by_norm + self.tail * ratio.powi(6)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Edge flips that bring the mesh closer to the samples of the original.
+//! Edge flips that bring the mesh closer to the samples of the original, by the mean of some order.
 //!
 //! Which flips help is found out for all edges at the same time; edges next to a flip are looked at
 //! again when their turn comes, so that the result is that of one after the other.
@@ -12,17 +12,20 @@ use crate::collapse::intersection::{ChangedFace, Intersections};
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::moves::keeps_side;
 use crate::finish::fit::pairs::Pairs;
+use crate::finish::norm::Power;
 
-/// Flips every edge whose flip lowers the squared distance of the targets of its two faces.
+/// Flips every edge whose flip lowers the sum of the powers of the distances of the targets of its two
+/// faces.
 pub(super) fn flip_edges(
     mesh: &mut TriMesh,
     paired: &mut Pairs<'_>,
     constraints: &FitConstraints,
+    power: Power,
     mut found: Option<&mut Intersections>,
 ) -> usize {
     let helps: Vec<bool> = parallel::collect(mesh.topology().edge_capacity(), |index| {
         let edge = EdgeId::from_index(index);
-        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, edge)
+        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, power, edge)
     });
     let mut is_new = vec![false; mesh.topology().face_capacity()];
     let mut scratch = Vec::new();
@@ -34,7 +37,7 @@ pub(super) fn flip_edges(
         }
         let mut faces = mesh.topology().edge_faces(edge).into_iter().flatten();
         let helps = match faces.any(|face| is_new[face.index()]) {
-            true => !constraints.is_feature(edge) && flip_is_closer(mesh, paired, edge),
+            true => !constraints.is_feature(edge) && flip_is_closer(mesh, paired, power, edge),
             false => helped,
         };
         if !helps {
@@ -57,7 +60,7 @@ pub(super) fn flip_edges(
     flips
 }
 
-fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, edge: EdgeId) -> bool {
+fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, power: Power, edge: EdgeId) -> bool {
     let topology = mesh.topology();
     if !topology.contains_edge(edge) {
         return false;
@@ -74,13 +77,13 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, edge: EdgeId) -> bool {
     }
     let faces = || topology.edge_faces(edge).into_iter().flatten();
     let targets = || faces().flat_map(|face| paired.of_face(face));
-    let before: f64 = targets().map(|(_, squared)| squared).sum();
+    let before: f64 = targets().map(|(_, squared)| power.of(squared)).sum();
     let mut left = before * (1.0 - 1e-9);
     for (point, _) in targets() {
         let [p, q] = [&new[0], &new[1]].map(|t| closest_on_triangle(point, t).length_squared());
-        left -= p.min(q);
+        left -= power.of(p.min(q));
         // Most flips are for the worse, as the first few targets tell.
-        if left <= 0.0 {
+        if left <= 0.0 || left.is_nan() {
             return false;
         }
     }

@@ -9,6 +9,7 @@ use mesh_metric::Surface;
 use crate::finish::curve::Curve;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::element::USUAL_SAMPLES;
+use crate::finish::fit::spread::area;
 use crate::finish::fit::system::System;
 
 /// Points of the lines of the original, and the edges of the mesh that stand for these lines.
@@ -27,11 +28,11 @@ impl Lines {
     pub(super) fn new(mesh: &TriMesh, original: &Surface, constraints: &FitConstraints) -> Self {
         let topology = mesh.topology();
         let samples = USUAL_SAMPLES * topology.face_count();
-        let area: f64 = (0..original.triangle_count())
+        let all: f64 = (0..original.triangle_count())
             .map(|t| original.triangle(t))
-            .map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length())
+            .map(|triangle| area(&triangle))
             .sum();
-        let spacing = (area / samples.max(1) as f64).sqrt();
+        let spacing = (all / samples.max(1) as f64).sqrt();
         let line = |curve: &Option<Arc<Curve>>, is_line: &dyn Fn(EdgeId) -> bool| {
             let points = curve.as_ref()?.points(spacing);
             Some(Line { points, edges: topology.edges().filter(|&e| is_line(e)).collect() })

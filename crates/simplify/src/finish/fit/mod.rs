@@ -8,7 +8,8 @@
 //! 2. flips edges where that lowers the squared distance of the samples of the original;
 //! 3. takes one Gauss-Newton step for the vertex positions `x`: with the weights `b` of a sample in
 //!    its face, its partner `p` on the original and the normal `n` there, it minimises the sum of
-//!    `(n·(Σ b x - p))² + pull |Σ b x - p|²` over all pairs.
+//!    `(n·(Σ b x - p))² + pull |Σ b x - p|²` over all pairs, which count as the
+//!    [norm](crate::FitNorm) wants.
 //!
 //! Boundary vertices slide along the boundary of the original, vertices on feature lines along
 //! these; corners and fixed vertices stay. A vertex goes only as far as its faces keep their normals
@@ -31,7 +32,7 @@ pub(crate) mod spread;
 mod system;
 mod targets;
 
-use mesh_core::{FaceId, TriMesh};
+use mesh_core::{EdgeId, FaceId, Handle, TriMesh, parallel};
 use mesh_metric::Surface;
 
 use crate::collapse::intersection::Intersections;
@@ -47,6 +48,7 @@ use crate::finish::fit::moves::move_vertices;
 use crate::finish::fit::pairs::Pairs;
 use crate::finish::fit::system::System;
 use crate::finish::fit::targets::Targets;
+use crate::finish::norm::{FitNorm, Power};
 use crate::finish::observer::Observer;
 
 pub(crate) use crate::finish::fit::targets::Target;
@@ -59,7 +61,12 @@ pub struct FitOptions {
     pub rounds: usize,
     /// Samples per face of the mesh, in each direction.
     pub samples_per_face: usize,
-    /// How strongly samples are drawn to their partners along the surface, relative to across it.
+    /// What is made small. Where edges are flipped, they are flipped for the same.
+    pub norm: FitNorm,
+    /// How strongly samples are drawn to their partners along the surface, relative to across it. It
+    /// holds vertices where nothing else does. What draws others along the surface are the normals,
+    /// which differ the less round a vertex the finer the mesh is: so on a mesh whose faces bend little
+    /// from one to the next, the pull is less in the same measure.
     pub pull: f64,
     /// How much more than the others the farthest pairs count, and the vertices of the original
     /// that are about as far: the weight of a pair at the distance d is 1 + tail (d / largest)^12.
@@ -79,6 +86,7 @@ impl Default for FitOptions {
         Self {
             rounds: 2,
             samples_per_face: 20,
+            norm: FitNorm::L2,
             pull: 4e-4,
             tail: 0.0,
             flips: true,
@@ -112,6 +120,8 @@ impl FitOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FitReport {
+    /// What was made small.
+    pub norm: FitNorm,
     /// How many rounds were made.
     pub rounds: usize,
     /// How many edges were flipped.
@@ -150,7 +160,7 @@ pub(crate) fn fit_observed(
     let most = MOST_TARGETS.saturating_mul(original.triangle_count());
     let targets = Targets::new(original, count.min(most), options.seed);
     let of_targets = density * count as f64 / count.min(most).max(1) as f64;
-    let mut report = FitReport::default();
+    let mut report = FitReport { norm: options.norm, ..FitReport::default() };
     let lines = Lines::new(mesh, original, constraints);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
     let mut surface = Surface::new(mesh)?;
@@ -164,11 +174,12 @@ pub(crate) fn fit_observed(
         // The first of several rounds is a rough one.
         let every = if round + 1 < options.rounds && round == 0 { 2 } else { 1 };
         let mut paired = Pairs::new(mesh, &surface, &targets, every);
+        let power = options.norm.power(round);
         if options.tail > 0.0 {
             paired.push_far(&surface, original);
         }
         if options.flips {
-            report.flips += flip_edges(mesh, &mut paired, constraints, found.as_mut());
+            report.flips += flip_edges(mesh, &mut paired, constraints, power, found.as_mut());
         }
         let freedoms = freedoms(mesh, constraints);
         let mut system = System::new(mesh, &freedoms);
@@ -182,8 +193,11 @@ pub(crate) fn fit_observed(
             density: every as f64 * density,
             seed: options.seed.wrapping_add(round as u64 + 1),
         };
-        let FitOptions { pull, tail, .. } = *options;
-        let weighting = Weighting { pull, tail, largest: paired.largest() };
+        let FitOptions { tail, .. } = *options;
+        let pull = options.pull * (bend(mesh) / USUAL_BEND).clamp(LEAST_PULL, 1.0);
+        let typical = if power == Power::SQUARE { 0.0 } else { paired.mean(power) };
+        let largest = paired.largest();
+        let weighting = Weighting { pull, tail, largest, power, typical };
         let tally = equations.add_to(&mut system, weighting, |face, act| {
             paired.for_each_of(original, face, of_targets, act);
         });
@@ -192,7 +206,11 @@ pub(crate) fn fit_observed(
             report.rms_before = tally.rms();
         }
         drop(paired);
-        let moved = system.solve(mesh, &freedoms, constraints, ROUGHLY);
+        let mut moved = system.solve(mesh, &freedoms, constraints, ROUGHLY);
+        let part = power.part_of_step();
+        if part < 1.0 {
+            moved.iter_mut().for_each(|(_, displacement)| *displacement *= part);
+        }
         move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
         report.rounds += 1;
     }
@@ -241,7 +259,9 @@ impl<'a> LocalFit<'a> {
             seed: options.seed.wrapping_add(1),
         };
         let FitOptions { pull, tail, .. } = *options;
-        let weighting = Weighting { pull, tail, largest: largest * largest };
+        let largest = largest * largest;
+        let (power, typical) = (Power::SQUARE, 0.0);
+        let weighting = Weighting { pull, tail, largest, power, typical };
         equations.add_to(&mut system, weighting, targets_of);
         let moved = system.solve(mesh, &freedoms, constraints, CLOSELY);
         let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
@@ -262,7 +282,50 @@ const CLOSELY: f64 = 1e-4;
 /// The most points of the original, on each of its triangles.
 const MOST_TARGETS: usize = 6;
 
+/// How much the normals of the faces differ at the edges: the mean of sin²(θ / 2) over the angles θ
+/// between the two normals, by the areas of the faces. On a smooth surface that is about the mean square
+/// of the angle between a face and the surface.
+fn bend(mesh: &TriMesh) -> f64 {
+    let topology = mesh.topology();
+    let at = |index: usize| {
+        let edge = EdgeId::from_index(index);
+        let faces = topology.contains_edge(edge).then(|| topology.edge_faces(edge));
+        let Some([Some(left), Some(right)]) = faces else { return [0.0; 2] };
+        let (left, right) = (mesh.face_cross(left), mesh.face_cross(right));
+        let area = left.length() + right.length();
+        let cosine = left.normalize_or_zero().dot(right.normalize_or_zero());
+        [0.5 * (1.0 - cosine) * area, area]
+    };
+    let edges = topology.edge_capacity();
+    let all = parallel::sum(edges, |index| at(index)[1]);
+    if all > 0.0 { parallel::sum(edges, |index| at(index)[0]) / all } else { 0.0 }
+}
+
+/// The bend of a mesh that takes the whole pull: that of a sphere of 500 faces.
+const USUAL_BEND: f64 = 0.005;
+/// The least part of the pull, so that vertices on flat ground are held.
+const LEAST_PULL: f64 = 0.01;
+
 /// How many samples of each surface there are.
 fn sample_count(options: &FitOptions, faces: usize) -> usize {
     options.samples_per_face.saturating_mul(faces).min(MOST_SAMPLES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::bend;
+    use mesh_core::TriMesh;
+    use mesh_core::shapes::Sphere;
+
+    #[test]
+    fn the_bend_of_a_fine_sphere_is_the_mean_square_of_the_angle_to_it() {
+        let bend_of = |level| {
+            let soup = Sphere { radius: 3.0 }.icosphere(level).unwrap();
+            bend(&TriMesh::from_soup(&soup).unwrap())
+        };
+        // Of an equilateral triangle with the squared side s²: s² / 12.
+        let expected = |faces: f64| 4.0 * core::f64::consts::PI / faces * 4.0 / 3_f64.sqrt() / 12.0;
+        assert!((bend_of(3) / expected(1280.0) - 1.0).abs() < 0.05);
+        assert!((bend_of(3) / bend_of(4) / 4.0 - 1.0).abs() < 0.02);
+    }
 }

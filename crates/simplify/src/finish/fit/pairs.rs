@@ -6,6 +6,7 @@ use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::finish::face_lists::FaceLists;
 use crate::finish::fit::targets::{Target, Targets};
+use crate::finish::norm::Power;
 
 /// Points by the face that is closest to them: every so many-th of the targets, and some more.
 pub(super) struct Pairs<'a> {
@@ -53,6 +54,11 @@ impl<'a> Pairs<'a> {
     /// The largest squared distance.
     pub(super) fn largest(&self) -> f64 {
         self.squares.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The squared mean of some order of the distances.
+    pub(super) fn mean(&self, power: Power) -> f64 {
+        power.mean(&self.squares)
     }
 
     fn point(&self, index: usize) -> DVec3 {

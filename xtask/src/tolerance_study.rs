@@ -1,23 +1,23 @@
-//! `cargo xtask limits-study`: how few faces a certified largest error leaves, by preset.
+//! `cargo xtask tolerance-study`: how few faces a certified largest error leaves, by preset.
 //!
 //! Every mesh is simplified within tolerances relative to the diagonal of its bounding box. The
 //! distance that is recorded is proved anew, from the result and the input alone.
 
 use std::collections::HashSet;
-use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use mesh_core::{Repair, TriMesh, build};
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::{ErrorCheck, Options, Preset, simplify};
 
 use crate::failure::Failure;
+use crate::numbers::Numbers;
+use crate::progress::progress_bar;
 
 /// What to simplify, and how.
 #[derive(Debug, clap::Args)]
-pub(crate) struct LimitsStudy {
+pub(crate) struct ToleranceStudy {
     /// The folder with the meshes
     #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
     models: PathBuf,
@@ -34,9 +34,9 @@ pub(crate) struct LimitsStudy {
         value_parser = |s: &str| s.parse::<Preset>(),
     )]
     presets: Vec<Preset>,
-    /// The folder for the table (limits-study.txt) and the numbers (limits-study.csv). What is in
+    /// The folder for the table (tolerance-study.txt) and the numbers (tolerance-study.csv). What is in
     /// the numbers already is not computed again
-    #[arg(long, value_name = "DIR", default_value = "target/limits-study")]
+    #[arg(long, value_name = "DIR", default_value = "target/tolerance-study")]
     out: PathBuf,
 }
 
@@ -72,19 +72,12 @@ struct Row {
 }
 
 /// Runs what is missing in the numbers, row by row, and prints the table.
-pub(crate) fn run(options: &LimitsStudy) -> Result<(), Failure> {
+pub(crate) fn run(options: &ToleranceStudy) -> Result<(), Failure> {
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
-    let path = options.out.join("limits-study.csv");
-    let mut rows = read(&path);
+    let path = options.out.join("tolerance-study.csv");
+    let (mut numbers, mut rows) = Numbers::open(path, &HEADER, Row::parse)?;
     let known: HashSet<_> = rows.iter().map(Row::key).collect();
-    let bar = progress_bar(options);
-    let failed = |e: csv::Error| Failure::writing(&path)(e.into());
-    let is_new = !path.exists();
-    let file = OpenOptions::new().create(true).append(true).open(&path);
-    let mut numbers = csv::Writer::from_writer(file.map_err(Failure::writing(&path))?);
-    if is_new {
-        numbers.write_record(HEADER).map_err(failed)?;
-    }
+    let bar = progress_bar(options.meshes.len() * options.tolerances.len() * options.presets.len());
     for name in &options.meshes {
         let mesh = load(&options.models.join(name))?;
         let original = Surface::new(&mesh).map_err(Failure::mesh)?;
@@ -93,8 +86,7 @@ pub(crate) fn run(options: &LimitsStudy) -> Result<(), Failure> {
                 bar.set_message(format!("{name} {percent} % {preset}"));
                 if !known.contains(&(name.clone(), percent.to_string(), preset)) {
                     let row = measure(name, &mesh, &original, percent, preset)?;
-                    numbers.write_record(row.record()).map_err(failed)?;
-                    numbers.flush().map_err(Failure::writing(&path))?;
+                    numbers.add(&row.record())?;
                     rows.push(row);
                 }
                 bar.inc(1);
@@ -103,17 +95,10 @@ pub(crate) fn run(options: &LimitsStudy) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     let text = table(options, &rows);
-    let path = options.out.join("limits-study.txt");
+    let path = options.out.join("tolerance-study.txt");
     std::fs::write(&path, &text).map_err(Failure::writing(&path))?;
     print!("{text}");
     Ok(())
-}
-
-fn progress_bar(options: &LimitsStudy) -> ProgressBar {
-    let runs = options.meshes.len() * options.tolerances.len() * options.presets.len();
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {elapsed}  {msg}")
-        .unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(runs as u64).with_style(style)
 }
 
 fn load(path: &Path) -> Result<TriMesh, Failure> {
@@ -140,12 +125,6 @@ fn measure(
     let faces = mesh.topology().face_count();
     let left = result.mesh.topology().face_count();
     Ok(Row { mesh: name.to_owned(), faces, percent, preset, left, upper, seconds })
-}
-
-/// The rows of an earlier run; those that cannot be read are computed again.
-fn read(path: &Path) -> Vec<Row> {
-    let Ok(mut reader) = csv::Reader::from_path(path) else { return Vec::new() };
-    reader.records().filter_map(|record| Row::parse(&record.ok()?)).collect()
 }
 
 impl Row {
@@ -180,7 +159,7 @@ impl Row {
 
 /// A line per mesh and tolerance: faces, bound and seconds of each preset, and how many times the
 /// smallest number of faces the default leaves.
-fn table(options: &LimitsStudy, rows: &[Row]) -> String {
+fn table(options: &ToleranceStudy, rows: &[Row]) -> String {
     let mut table = comfy_table::Table::new();
     table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
     let mut header = vec!["mesh".to_owned(), "%".to_owned()];
@@ -215,7 +194,7 @@ fn table(options: &LimitsStudy, rows: &[Row]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Preset, Row, measure, read};
+    use super::{Preset, Row, measure};
     use mesh_core::shapes::Sphere;
     use mesh_core::{Repair, build};
     use mesh_metric::Surface;
@@ -233,7 +212,6 @@ mod tests {
         };
         let record = csv::StringRecord::from(row.record().to_vec());
         assert_eq!(Row::parse(&record).unwrap().record(), row.record());
-        assert!(read("there-is-no-such-file.csv".as_ref()).is_empty());
     }
 
     #[test]

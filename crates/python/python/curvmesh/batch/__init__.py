@@ -1,0 +1,15 @@
+"""The same for many meshes: recipes as data, on this machine, Dask or Ray.
+
+:func:`run` does the steps of a :class:`Recipe` to every input and gives a :class:`Report`. A
+:class:`Task` is what engines are handed: one input to files and a record. The same is on the command
+line: ``python -m curvmesh.batch recipe.json scans/ -o out/ --shard 3/64``.
+"""
+
+from __future__ import annotations
+
+from ._inputs import InputError, Source
+from ._recipe import Recipe, RecipeError
+from ._run import Report, gather, run
+from ._task import Task
+
+__all__ = ["InputError", "Recipe", "RecipeError", "Report", "Source", "Task", "gather", "run"]

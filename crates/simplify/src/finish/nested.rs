@@ -1,0 +1,210 @@
+//! A layout from coarse to fine.
+//!
+//! Annealing takes longest where faces are many: dislocations have to find each other. But a mesh
+//! whose faces are cut in four at the middles of their sides has new vertices of valence 6 only, and the
+//! same shapes and proportions of sizes as before. So a mesh with a fourth, a sixteenth, ... of the faces
+//! is annealed, which takes next to no time; cut in four; and annealed again with less heat, until it
+//! has as many faces as the one that was given. What is left to be healed at each stage are the few
+//! vertices that are of another valence in the coarsest mesh.
+//!
+//! That is for surfaces that are smooth at the scale of the faces. Where they are not, the coarse mesh
+//! knows nothing of what the fine one should show, and what comes out is worse and not kept.
+
+use glam::DVec3;
+use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, VertexMap};
+use mesh_metric::{Surface, SurfaceError};
+
+use crate::collapse::constraint::Boundary;
+use crate::collapse::run::Phase;
+use crate::error::SimplifyError;
+use crate::finish::collapse_back::{CollapseBack, collapse_back};
+use crate::finish::density::Density;
+use crate::finish::fit::constraints::FitConstraints;
+use crate::finish::fit::spread::area;
+use crate::finish::fit::{FitOptions, fit_observed};
+use crate::finish::layout::{Schedule, anneal_layout};
+use crate::finish::observer::Observer;
+
+/// A mesh that was laid out anew, with as many faces or fewer, to be fitted.
+pub(crate) struct Nested {
+    pub(crate) mesh: TriMesh,
+    pub(crate) constraints: FitConstraints,
+    /// How many sweeps were made.
+    pub(crate) sweeps: usize,
+}
+
+/// The fewest faces to begin with.
+const LEAST_FACES: usize = 100;
+/// The jumps and sweeps of each stage after the first one, relative to those of the first one.
+const COOLER: f64 = 0.25;
+const SHORTER: usize = 4;
+/// How many rounds of fitting there are after each stage.
+const ROUNDS: usize = 3;
+
+/// Lays out a mesh anew. `None` when there are too few faces, or something holds its vertices: features,
+/// locks, or a boundary without a curve to follow.
+pub(crate) fn lay_out_nested(
+    mesh: &TriMesh,
+    original: &Surface,
+    constraints: &FitConstraints,
+    (schedule, density, fit): (&Schedule, &mut Density, &FitOptions),
+    observer: &mut Observer<'_>,
+) -> Result<Option<Nested>, SimplifyError> {
+    let faces = mesh.topology().face_count();
+    let stages = stages(faces);
+    if stages == 0 || is_held(mesh, constraints) {
+        return Ok(None);
+    }
+    let mut mesh = mesh.clone();
+    let coarse = CollapseBack {
+        faces: faces >> (2 * stages),
+        locked: &[],
+        boundary: Boundary::Quadrics,
+        forbid_intersections: schedule.forbid_intersections,
+        // No component is lost.
+        min_component_vertices: Some(4),
+    };
+    let back = collapse_back(&mut mesh, constraints, &coarse, Phase::Anneal, observer);
+    let constraints = back.constraints;
+    if mesh.topology().face_count() > coarse.faces {
+        return Ok(None);
+    }
+    let mut schedule = *schedule;
+    let fit = FitOptions { rounds: ROUNDS, ..*fit };
+    let mut sweeps = 0;
+    for stage in (0..=stages).rev() {
+        top_up(&mut mesh, faces >> (2 * stage));
+        let with = (&schedule, &mut *density);
+        sweeps += anneal_layout(&mut mesh, original, &constraints, with, observer);
+        if observer.is_stopped() || (stage > 0 && schedule.is_over()) {
+            return Ok(None);
+        }
+        if stage > 0 {
+            fit_observed(&mut mesh, original, &constraints, &fit, observer)?;
+            if !quadruple(&mut mesh) {
+                return Ok(None);
+            }
+        }
+        if stage == stages {
+            schedule.jump *= COOLER;
+            schedule.sweeps = schedule.sweeps.div_ceil(SHORTER);
+        }
+    }
+    Ok(Some(Nested { mesh, constraints, sweeps }))
+}
+
+/// For each vertex of a mesh the closest one of another, on the same side of the surface.
+pub(crate) fn counterparts(
+    mesh: &TriMesh,
+    other: &TriMesh,
+) -> Result<VertexMap<Option<VertexId>>, SurfaceError> {
+    let topology = mesh.topology();
+    let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+    let vertices: Vec<VertexId> = used.collect();
+    let points: Vec<DVec3> = vertices.iter().map(|&v| mesh.position(v)).collect();
+    let mut map = topology.vertex_map(None);
+    let closest = Surface::new(other)?.closest_points(&points);
+    for ((&v, &point), closest) in vertices.iter().zip(&points).zip(closest) {
+        let normal = topology.faces_of_vertex(v).map(|f| mesh.face_cross(f)).sum::<DVec3>();
+        if normal.dot(other.face_cross(closest.face)) > 0.0 {
+            let corners = other.topology().face_vertices(closest.face).into_iter();
+            let distance = |w: VertexId| other.position(w).distance_squared(point);
+            map[v] = corners.min_by(|&p, &q| distance(p).total_cmp(&distance(q)));
+        }
+    }
+    Ok(map)
+}
+
+/// How often a mesh can be cut in four.
+fn stages(faces: usize) -> u32 {
+    (faces / LEAST_FACES).checked_ilog(4).unwrap_or(0)
+}
+
+fn is_held(mesh: &TriMesh, constraints: &FitConstraints) -> bool {
+    let FitConstraints { fixed, features, boundary_curve, .. } = constraints;
+    let is_open = || mesh.topology().edges().any(|e| mesh.topology().is_boundary_edge(e));
+    fixed.as_ref().is_some_and(|fixed| fixed.as_slice().contains(&true))
+        || features.as_ref().is_some_and(|features| features.as_slice().contains(&true))
+        || (boundary_curve.is_none() && is_open())
+}
+
+/// Cuts each face in four at the middles of its sides; the surface stays the same. Says whether there
+/// was room.
+fn quadruple(mesh: &mut TriMesh) -> bool {
+    let old = mesh.topology().vertex_capacity();
+    let edges: Vec<EdgeId> = mesh.topology().edges().collect();
+    let mut spokes = Vec::with_capacity(2 * edges.len());
+    for edge in edges {
+        let [a, b] = mesh.topology().edge_vertices(edge).map(|v| mesh.position(v));
+        let Ok(split) = mesh.topology().check_split_edge(edge) else { return false };
+        spokes.extend(mesh.split_edge(split, a + 0.5 * (b - a)).spokes.into_iter().flatten());
+    }
+    // Of the three edges inside a face, the first one joins a middle to the corner opposite.
+    for spoke in spokes {
+        let ends = mesh.topology().edge_vertices(spoke);
+        if ends.iter().any(|v| v.index() < old)
+            && let Ok(flip) = mesh.topology().check_flip(spoke)
+        {
+            mesh.flip(flip);
+        }
+    }
+    true
+}
+
+/// Cuts the longest sides of the largest faces until there are so many faces, or one fewer.
+fn top_up(mesh: &mut TriMesh, faces: usize) {
+    let missing = faces.saturating_sub(mesh.topology().face_count()) / 2;
+    let mut ranked: Vec<(f64, FaceId)> =
+        mesh.topology().faces().map(|f| (area(&mesh.triangle(f)), f)).collect();
+    ranked.sort_by(|p, q| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1)));
+    for &(_, face) in ranked.iter().take(missing) {
+        let topology = mesh.topology();
+        let length = |e: EdgeId| {
+            let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
+            a.distance_squared(b)
+        };
+        let sides = topology.face_edges(face).into_iter();
+        let inner = sides.filter(|&e| !topology.is_boundary_edge(e));
+        let Some(edge) = inner.max_by(|&p, &q| length(p).total_cmp(&length(q))) else { continue };
+        let [a, b] = topology.edge_vertices(edge).map(|v| mesh.position(v));
+        if let Ok(split) = topology.check_split_edge(edge) {
+            mesh.split_edge(split, a + 0.5 * (b - a));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{quadruple, stages, top_up};
+    use mesh_core::TriMesh;
+    use mesh_core::shapes::{Saddle, Sphere};
+
+    #[test]
+    fn a_mesh_cut_in_four_is_the_same_surface_with_regular_new_vertices() {
+        let sphere = Sphere { radius: 1.0 }.icosphere(1).unwrap();
+        let saddle =
+            Saddle { half_width: 1.0, coefficient: 0.5 }.mesh(4, Default::default()).unwrap();
+        for soup in [sphere, saddle] {
+            let mut mesh = TriMesh::from_soup(&soup).unwrap();
+            let before = mesh.clone();
+            assert!(quadruple(&mut mesh));
+            mesh.topology().validate().unwrap();
+            assert_eq!(mesh.topology().face_count(), 4 * before.topology().face_count());
+            assert!((mesh.area() - before.area()).abs() < 1e-12);
+            for v in mesh.topology().vertices() {
+                let is_old = before.topology().contains_vertex(v);
+                let valence = if is_old { before.topology().valence(v) } else { 6 };
+                let is_inner = !mesh.topology().is_boundary_vertex(v);
+                assert!(!is_inner || mesh.topology().valence(v) == valence);
+            }
+            let faces = mesh.topology().face_count() + 7;
+            top_up(&mut mesh, faces);
+            assert_eq!(mesh.topology().face_count(), faces - 1);
+        }
+    }
+
+    #[test]
+    fn stages_leave_enough_faces() {
+        assert_eq!([0, 99, 399, 400, 1599, 1600, 8000].map(stages), [0, 0, 0, 1, 1, 2, 3]);
+    }
+}
