@@ -170,7 +170,7 @@ pub(crate) fn settings(
     repair: &RepairOptions,
     prove: Option<f64>,
 ) -> Result<Settings, Failure> {
-    let sizes = Sizes::within(memory, &options).map_err(Failure::regions)?;
+    let sizes = Sizes::within(memory, &options, prove.is_some()).map_err(Failure::regions)?;
     Ok(Settings { options, repairs: repairs(repair)?, sizes, prove })
 }
 
@@ -183,9 +183,8 @@ pub(crate) fn show(bar: &ProgressBar, step: Step) {
 }
 
 /// Removes a folder of a run that is done with, if it is one that nobody asked for.
-pub(crate) fn remove(work: &Work, large: &Large) {
+pub(crate) fn remove(work: Work, large: &Large) {
     if large.work_dir.is_none() {
-        // What cannot be removed is in nobody's way.
-        let _ = std::fs::remove_dir_all(work.folder());
+        work.remove();
     }
 }

@@ -104,8 +104,10 @@ fn what_needs_the_whole_mesh_is_wrong_usage() {
     }
     let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert!(read("a.ply") == read("b.ply"));
-    // A folder of another run stays what it is.
+    // Neither is a folder with other files taken.
     let run = [&["simplify", text(&input), "-o", text(&output)], &TARGET[..]].concat();
+    assert_eq!(code(&[&run[..], &["--work-dir", text(folder.path())]].concat()).0, 2);
+    // A folder of another run stays what it is.
     assert_eq!(code(&[&run[..], &["--work-dir", text(&work)]].concat()).0, 0);
     assert_eq!(code(&[&run[..], &["--work-dir", text(&work)]].concat()).0, 2);
     assert_eq!(code(&[&run[..], &["--work-dir", text(&work), "--resume"]].concat()).0, 0);

@@ -271,7 +271,12 @@ fn a_result_larger_than_memory_is_put_together_from_its_regions() {
     let result = TriMesh::from_soup(&model.soup).unwrap();
     assert_eq!(result.topology().face_count() as u64, done.faces);
     assert_eq!(euler(&result), euler(&mesh));
-    assert!(done.faces.abs_diff(12_000) < 1500 && mean(&mesh, &result) < 1e-3, "{}", done.faces);
+    assert!(done.faces.abs_diff(12_000) < 1500, "{}", done.faces);
+    // Rows of faces along the rims stay as fine as they were, and others are coarser for it.
+    let options = Options::preset(Preset::Fast).to_faces(done.faces as usize);
+    let whole = simplify::simplify(&mesh, &options).unwrap().mesh;
+    let [here, there] = [&result, &whole].map(|result| mean(&mesh, result));
+    assert!(here < 1.25 * there, "{here} in regions, {there} in memory");
     // What comes after the collapses needs the mesh.
     let given = settings(Preset::Default, 12_000, 2000, 3000);
     let refused = simplify(&folder.path().join("refused"), &input, &given);

@@ -58,11 +58,15 @@ struct Results {
     faces_in: usize,
     faces_out: usize,
     /// Not counted where the result is larger than memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
     vertices_out: Option<usize>,
     stop: &'static str,
-    max_cost: f64,
-    collapses: usize,
-    rejected: BTreeMap<&'static str, usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_cost: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    collapses: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rejected: Option<BTreeMap<&'static str, usize>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Achieved>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -179,7 +183,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
         }
         large::save_left(outcome.left, &work, output, &options.job.save, console)
     })?;
-    large::remove(&work, large);
+    large::remove(work, large);
     let report = task.report(console, counts, results, seconds);
     let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
     report.done(console, summary_of(&report), brief)
@@ -231,9 +235,9 @@ impl Results {
             faces_out: topology.face_count(),
             vertices_out: Some(used.count()),
             stop: result.stop.name(),
-            max_cost: result.max_cost,
-            collapses: result.collapses,
-            rejected: rejected(&result.refusals),
+            max_cost: Some(result.max_cost),
+            collapses: Some(result.collapses),
+            rejected: Some(rejected(&result.refusals)),
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,
             fit: result.fit.as_ref().map(Fit::from),
