@@ -3,13 +3,14 @@
 #
 #     docs/slurm/simplify.sh huge.ply small.ply /shared/work --ratio 0.01
 #
-# JOBS is how many jobs an array has at most, MEMORY what each may take.
+# JOBS is how many jobs an array has at most, MEMORY what each is told to do with, and JOB_MEMORY what Slurm
+# gives it, which should be more.
 set -euo pipefail
 
 input=$1 output=$2 work=$3
 shift 3
-jobs=${JOBS:-64} memory=${MEMORY:-8G}
-submit=(sbatch --parsable --wait --cpus-per-task=4 --mem="$memory")
+jobs=${JOBS:-64} memory=${MEMORY:-6G}
+submit=(sbatch --parsable --wait --cpus-per-task=4 --mem="${JOB_MEMORY:-8G}")
 
 # The arrays of one level: as many jobs as there are cells, but no more than allowed.
 array() {
@@ -22,7 +23,7 @@ array() {
 # A value of a line of JSON.
 value() { sed -E "s/.*\"$1\":\"?([a-z0-9_]+)\"?.*/\1/"; }
 
-"${submit[@]}" --wrap "curvmesh region split '$input' -w '$work' --memory $((${memory%G} * 3 / 4))G $*"
+"${submit[@]}" --wrap "curvmesh region split '$input' -w '$work' --memory $memory $*"
 while true; do
   plan=$(curvmesh region plan "$work" --json)
   [ "$(value next <<<"$plan")" = pass ] || break
