@@ -169,6 +169,7 @@ impl Failure {
                 | out_of_core::Error::NoSuchVertex { .. }
                 | out_of_core::Error::Damaged { .. } => 3,
                 out_of_core::Error::OtherRun { .. }
+                | out_of_core::Error::NotEmpty { .. }
                 | out_of_core::Error::TooLittleMemory { .. }
                 | out_of_core::Error::Unsupported(..) => 2,
                 out_of_core::Error::Io { .. } | out_of_core::Error::Write(_) => 1,
@@ -221,6 +222,7 @@ impl Failure {
                 out_of_core::Error::RegionTooLarge { .. } => "too-large",
                 out_of_core::Error::Damaged { .. } => "damaged",
                 out_of_core::Error::OtherRun { .. }
+                | out_of_core::Error::NotEmpty { .. }
                 | out_of_core::Error::TooLittleMemory { .. }
                 | out_of_core::Error::Unsupported(..) => "usage",
                 out_of_core::Error::Io { .. } | out_of_core::Error::Write(_) => "cannot-write",

@@ -5,15 +5,17 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use indicatif::ProgressBar;
 use mesh_core::build::Weld;
-use mesh_io::Format;
-use out_of_core::{Input, Outcome, Repairs, Settings, Sizes, Step, Work};
+use mesh_io::{Format, Model};
+use out_of_core::{Input, Left, Outcome, Repairs, Settings, Sizes, Step, Work};
 use simplify::Options;
 
 use crate::args::{RepairOptions, is_standard};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt;
+use crate::interrupt::while_writing;
 use crate::load::{Loading, parse_bytes};
+use crate::save::{SaveOptions, save};
 
 /// How much memory a run may take, and where it keeps what does not fit.
 #[derive(Clone, Debug, Args)]
@@ -138,6 +140,29 @@ pub(crate) fn simplify_file(
     Ok((outcome.map_err(Failure::regions)?, work))
 }
 
+/// Writes what is left: a mesh in any format, or the regions of one that does not fit, as PLY.
+pub(crate) fn save_left(
+    left: Left,
+    work: &Work,
+    output: &Path,
+    options: &SaveOptions,
+    console: &Console,
+) -> Result<(), Failure> {
+    match left {
+        Left::Mesh(mesh) => save(output, &Model::from(mesh.to_soup()), options, console),
+        Left::Regions { level } => {
+            if options.format_of(output) != Some(Format::Ply) || is_standard(output) {
+                return Err(Failure::usage(
+                    "a result that does not fit into the memory is written as a PLY file",
+                ));
+            }
+            while_writing(output, || out_of_core::assemble(work, level, output))
+                .map_err(Failure::regions)?;
+            Ok(())
+        }
+    }
+}
+
 /// What a run in so many bytes is to do.
 pub(crate) fn settings(
     options: Options,
@@ -145,7 +170,7 @@ pub(crate) fn settings(
     repair: &RepairOptions,
     prove: Option<f64>,
 ) -> Result<Settings, Failure> {
-    let sizes = Sizes::within(memory, &options).map_err(Failure::regions)?;
+    let sizes = Sizes::within(memory, &options, prove.is_some()).map_err(Failure::regions)?;
     Ok(Settings { options, repairs: repairs(repair)?, sizes, prove })
 }
 
@@ -158,9 +183,8 @@ pub(crate) fn show(bar: &ProgressBar, step: Step) {
 }
 
 /// Removes a folder of a run that is done with, if it is one that nobody asked for.
-pub(crate) fn remove(work: &Work, large: &Large) {
+pub(crate) fn remove(work: Work, large: &Large) {
     if large.work_dir.is_none() {
-        // What cannot be removed is in nobody's way.
-        let _ = std::fs::remove_dir_all(work.folder());
+        work.remove();
     }
 }

@@ -4,24 +4,12 @@ use crate::Format;
 use crate::budget::Budget;
 use crate::error::{Location, ReadError, ReadErrorKind};
 use crate::input::Input;
+use crate::item::{Item, Visit};
 use crate::notes::Notes;
 use crate::read::{ReadOptions, detect, open};
-use glam::DVec3;
 use std::io::Read;
 use std::ops::ControlFlow;
 use std::path::Path;
-
-/// What a file holds, one by one and in its order.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Item<'a> {
-    /// A vertex: the first is number 0. It need not come before the faces that use it.
-    Vertex(DVec3),
-    /// A face by the numbers of its three or more vertices.
-    Face(&'a [u64]),
-    /// A face of a format without vertices of its own, STL, by the positions of its corners. Equal
-    /// positions, 0 and -0 included, are one vertex.
-    Facet(&'a [DVec3]),
-}
 
 /// What is known of a file after a scan.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,9 +21,6 @@ pub struct Scanned {
     /// Whether all of it was read; else the visitor has ended it.
     pub is_whole: bool,
 }
-
-/// Where the items go; `Break` ends the scan.
-pub(crate) type Visit<'v> = dyn FnMut(Item<'_>) -> ControlFlow<()> + 'v;
 
 /// Reads the vertices and faces of a PLY, STL or OBJ file one by one, in memory that does not depend on
 /// the size of the file. All else that the file holds is passed over, and named in the notes.

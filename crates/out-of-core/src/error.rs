@@ -42,6 +42,12 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
+    /// The work folder holds files of others.
+    #[error("{}: this folder holds other files; name a new one, or an empty one", path.display())]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+    },
     /// A coordinate is not finite.
     #[error(
         "vertex {vertex} has a coordinate that is not finite: {position:?}; remove it from the file"
@@ -81,6 +87,16 @@ pub enum Error {
     /// The surface that is left cannot be made one mesh.
     #[error(transparent)]
     Build(Box<mesh_core::BuildError>),
+    /// Regions that are to be joined know of vertices that their neighbours do not have.
+    #[error(
+        "the region of cell {cell} does not fit that of cell {other}: they are not of the same run"
+    )]
+    DoNotFit {
+        /// A cell.
+        cell: u32,
+        /// Its neighbour.
+        other: u32,
+    },
     /// A region is too large for numbers of 32 bits.
     #[error(
         "a region has {faces} faces, more than numbers of 32 bits can tell apart: too many vertices are in the same place"

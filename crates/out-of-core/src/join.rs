@@ -10,7 +10,7 @@ use crate::region::Region;
 /// region of that number on the next level. They may come in any order.
 ///
 /// # Errors
-/// Together they are too large for 32 bits.
+/// Together they are too large for 32 bits, one is missing, or they are not of the same run.
 ///
 /// # Panics
 /// There are none, or their cells are not those of one on the next level.
@@ -60,9 +60,13 @@ pub fn join(mut regions: Vec<Region>, bits: u32) -> Result<Region, Error> {
             match neighbour {
                 Ok(other) => {
                     let ids = &regions[other].vertex_ids[..regions[other].own];
-                    if let Ok(place) = ids.binary_search(&id) {
-                        number[which][v] = number[other][place];
-                    }
+                    let place = ids
+                        .binary_search(&id)
+                        .map_err(|_| Error::DoNotFit { cell: region.cell, other: home })?;
+                    number[which][v] = number[other][place];
+                }
+                Err(_) if home >> bits == cell => {
+                    return Err(Error::DoNotFit { cell: region.cell, other: home });
                 }
                 Err(_) => elsewhere.push((id, which as u32, v as u32)),
             }

@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod assemble;
 mod cells;
 mod error;
 mod finish;
@@ -15,13 +16,14 @@ mod split;
 mod star;
 mod work;
 
+pub use assemble::assemble;
 pub use cells::Cells;
 pub use error::Error;
 pub use incoming::{Input, Summary};
 pub use join::join;
 pub use reduce::{proved_distance, reduce};
 pub use region::Region;
-pub use run::{Outcome, run};
+pub use run::{Left, Outcome, run};
 pub use sizes::Sizes;
 pub use split::Repairs;
 pub use work::{Manifest, Next, Plan, Record, Settings, Source, Step, Work};

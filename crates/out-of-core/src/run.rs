@@ -4,18 +4,32 @@ use core::ops::ControlFlow;
 
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
-use simplify::{Progress, StopReason};
+use simplify::{Metric, Progress, StopReason};
 
 use crate::error::Error;
 use crate::finish::finish;
 use crate::rest::collapse_rest;
 use crate::work::{Next, Step, Work, add_up};
 
+/// What is left of a mesh.
+#[derive(Clone, Debug)]
+pub enum Left {
+    /// A mesh.
+    Mesh(TriMesh),
+    /// More than fits into memory: the regions of a level, which [`assemble`](crate::assemble()) puts together.
+    Regions {
+        /// The level.
+        level: u32,
+    },
+}
+
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The mesh.
-    pub mesh: TriMesh,
+    /// What is left.
+    pub left: Left,
+    /// The number of its faces.
+    pub faces: u64,
     /// The faces on each level, from the input up.
     pub levels: Vec<u64>,
     /// The cells on each level.
@@ -24,6 +38,17 @@ pub struct Outcome {
     pub stop: StopReason,
     /// No point of the input or of the result is farther from the other one than this, if that was proved.
     pub error: Option<f64>,
+}
+
+impl Outcome {
+    /// The mesh, if it fits into memory.
+    #[must_use]
+    pub fn into_mesh(self) -> Option<TriMesh> {
+        match self.left {
+            Left::Mesh(mesh) => Some(mesh),
+            Left::Regions { .. } => None,
+        }
+    }
 }
 
 /// Does what is left to do in the folder of a run. `see` is asked all the time whether to go on.
@@ -57,13 +82,30 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
         work.tidy(level);
         level += 1;
     };
-    let region = work.whole(level)?;
     let prove = work.tolerance();
+    let options = &work.manifest().settings.options;
+    if last.next == Next::Cells {
+        let is_more = options.finish.fit.is_some() || options.finish.peaks.is_some();
+        if is_more || options.collapse.metric == Metric::Hybrid {
+            return Err(Error::Unsupported(
+                "a result that does not fit into the memory",
+                "allow more memory, or take the preset draft or fast",
+            ));
+        }
+        return Ok(Outcome {
+            left: Left::Regions { level },
+            faces: last.faces,
+            levels,
+            cells: cell_counts,
+            stop: StopReason::Faces,
+            error: work.moved(level)?,
+        });
+    }
+    let region = work.whole(level)?;
     let before = match prove {
         Some(_) => Some(Surface::from_triangles(&region.positions, &region.triangles)?),
         None => None,
     };
-    let options = &work.manifest().settings.options;
     let summary = &work.manifest().summary;
     let faces_before = usize::try_from(summary.triangles).unwrap_or(usize::MAX);
     let mut observe = |now: &Progress| {
@@ -72,12 +114,7 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
         let step = Step { what: "collapsing", done, of, level };
         if see(step) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    let (mesh, run) = match last.next {
-        Next::InOnePiece => {
-            collapse_rest(region, options, summary.size(), faces_before, &mut observe)?
-        }
-        _ => return Err(Error::Unsupported("a result larger than memory", "allow more memory")),
-    };
+    let (mesh, run) = collapse_rest(region, options, summary.size(), faces_before, &mut observe)?;
     if run.stop == StopReason::Cancelled {
         return Err(Error::Stopped);
     }
@@ -90,5 +127,7 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
         }
         _ => None,
     };
-    Ok(Outcome { mesh, levels, cells: cell_counts, stop: run.stop, error })
+    let faces = mesh.topology().face_count() as u64;
+    let left = Left::Mesh(mesh);
+    Ok(Outcome { left, faces, levels, cells: cell_counts, stop: run.stop, error })
 }

@@ -26,13 +26,15 @@ const PER_REST_FACE: [u64; 2] = [260, 560];
 const LEAST: u64 = 4096;
 
 impl Sizes {
-    /// What fits into so many bytes.
+    /// What fits into so many bytes, where distances are to be proved or not.
     ///
     /// # Errors
     /// It is not even enough for the smallest regions.
-    pub fn within(memory: u64, options: &Options) -> Result<Self, Error> {
-        let least = BASE + (LEAST * PER_REST_FACE[1] * 10 / 8);
-        let usable = memory.saturating_sub(BASE) * 8 / 10;
+    pub fn within(memory: u64, options: &Options, prove: bool) -> Result<Self, Error> {
+        let least = BASE + LEAST * PER_REST_FACE[1] * 10 / 4;
+        // Proofs have the surface before and after a pass, and the trees over both.
+        let share = if prove { 4 } else { 8 };
+        let usable = memory.saturating_sub(BASE) * share / 10;
         let rest = PER_REST_FACE[usize::from(options.collapse.metric == Metric::Hybrid)];
         let region_faces = usable / PER_REGION_FACE;
         if memory < least {

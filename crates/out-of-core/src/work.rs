@@ -129,7 +129,7 @@ pub enum Next {
     },
     /// Everything fits into memory: the rest is done in one piece.
     InOnePiece,
-    /// There are few enough faces, or nothing more collapses: the cells are the result.
+    /// There are few enough faces, and still too many for one piece: the cells are the result.
     Cells,
 }
 
@@ -182,7 +182,29 @@ impl Work {
             work.is_of(&source, &settings)?;
             return Ok(work);
         }
-        let scratch = folder.join("scratch");
+        claim(folder)?;
+        let work = Self::split_new(folder, input, reading, settings, source, see);
+        let _ = fs::remove_dir_all(folder.join(SCRATCH));
+        if work.is_err() {
+            // Nobody can go on with a part of it.
+            for name in ["level-0", MARK] {
+                let left = folder.join(name);
+                let _ = fs::remove_dir_all(&left).or_else(|_| fs::remove_file(&left));
+            }
+            let _ = fs::remove_dir(folder);
+        }
+        work
+    }
+
+    fn split_new(
+        folder: &Path,
+        input: Input<'_>,
+        reading: &ReadOptions,
+        settings: Settings,
+        source: Source,
+        see: &mut dyn FnMut(Step) -> bool,
+    ) -> Result<Self, Error> {
+        let scratch = folder.join(SCRATCH);
         let _ = fs::remove_dir_all(&scratch);
         fs::create_dir_all(&scratch).map_err(Error::io(&scratch))?;
         let sizes = settings.sizes;
@@ -205,7 +227,6 @@ impl Work {
             if see(step) { Ok(()) } else { Err(Error::Stopped) }
         })?;
         drop(incoming);
-        let _ = fs::remove_dir_all(&scratch);
         put_json(&folder.join(RUN), &work.manifest)?;
         Ok(work)
     }
@@ -237,6 +258,19 @@ impl Work {
             return other("set of options");
         }
         Ok(())
+    }
+
+    /// Removes what runs leave in the folder, and the folder if nothing else is in it.
+    pub fn remove(self) {
+        // What cannot be removed is in nobody's way but that of the disk.
+        let mut level = 0;
+        while fs::remove_dir_all(self.level_folder(level)).is_ok() {
+            level += 1;
+        }
+        for name in [RUN, MARK] {
+            let _ = fs::remove_file(self.folder.join(name));
+        }
+        let _ = fs::remove_dir(&self.folder);
     }
 
     /// The folder.
@@ -362,11 +396,12 @@ impl Work {
         let before = if level > 0 { Some(self.read_plan(level - 1)?.faces) } else { None };
         let sizes = self.manifest.settings.sizes;
         let target = self.target();
+        // Of a result that does not fit, rims can stay.
         let is_at_end = before.is_some_and(|before| 20 * faces > 19 * before);
         let aim = sizes.rest_faces.max(target).max(faces / PASS);
-        let next = if faces <= sizes.rest_faces {
+        let next = if faces <= sizes.rest_faces || cells == 1 {
             Next::InOnePiece
-        } else if faces <= target + target / 100 || is_at_end {
+        } else if faces <= target + target / 100 {
             Next::Cells
         } else {
             // A little less, for regions do not tell exactly.
@@ -374,7 +409,9 @@ impl Work {
             let share = aim as f64 / faces as f64;
             let ceiling = Ceiling::leaving(share, &forecasts.iter().collect::<Vec<_>>());
             let depth = cells.trailing_zeros();
-            let bits = depth - sizes.depth(aim + aim / 10).min(depth);
+            // Where next to nothing went, rims are in the way: neighbours are joined whatever their size.
+            let fewest = u32::from(is_at_end);
+            let bits = (depth - sizes.depth(aim + aim / 10).min(depth)).max(fewest);
             Next::Pass { ceiling, aim, bits }
         };
         let plan = Plan { level, cells, faces, next };
@@ -521,6 +558,22 @@ pub struct Step {
 }
 
 const RUN: &str = "run.json";
+/// A file that says what the folder is for.
+const MARK: &str = "curvmesh-work";
+const SCRATCH: &str = "scratch";
+
+/// Makes a folder that of a run: it has to be empty, or to be one already.
+fn claim(folder: &Path) -> Result<(), Error> {
+    let mark = folder.join(MARK);
+    if mark.exists() {
+        return Ok(());
+    }
+    if fs::read_dir(folder).map_err(Error::io(folder))?.next().is_some() {
+        return Err(Error::NotEmpty { path: folder.to_owned() });
+    }
+    let text = b"The files of a mesh that is simplified region by region; see run.json.\n";
+    Ok(mesh_io::replace_file(&mark, |writer| writer.write_all(text))?)
+}
 
 fn record_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();

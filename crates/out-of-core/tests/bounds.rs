@@ -18,7 +18,8 @@ fn two_hundred_random_partitions() {
         let preset = if round % 2 == 0 { Preset::Draft } else { Preset::Fast };
         let target = (random.f64() * 0.5 * faces as f64) as usize + 20;
         let rest = random.u64(60..2000);
-        let mut given = settings(preset, target, random.u64(40..900), rest.max(target as u64));
+        let mut given =
+            settings(preset, target, random.u64(40..900), rest.max(target as u64 * 11 / 10));
         given.prove = Some(1e-3);
         let work = folder.path().join("work");
         let done = simplify(&work, &input, &given).unwrap();

@@ -2,10 +2,10 @@
 
 mod common;
 
-use common::{bits, open_torus, settings, simplify, split, torus, write};
+use common::{Done, bits, open_torus, settings, simplify, split, torus, write};
 use mesh_core::TriMesh;
 use mesh_metric::{CompareOptions, Surface, compare};
-use out_of_core::{Error, Next, Repairs, Step, join, run};
+use out_of_core::{Error, Left, Next, Repairs, Step, assemble, join, run};
 use simplify::{Options, Preset};
 
 /// The mean distance of two surfaces, both ways.
@@ -46,7 +46,7 @@ fn rims_do_not_show() {
     let input = write(&mesh, &folder.path().join("in.ply"));
     let given = settings(Preset::Default, 1500, 5000, 16_000);
     let work = split(&folder.path().join("work"), &input, &given).unwrap();
-    let done = run(&work, &mut |_| true).unwrap();
+    let done = Done::from(run(&work, &mut |_| true).unwrap());
     let original = Surface::new(&mesh).unwrap();
     let cells = &work.manifest().cells;
     // By faces that lie in several cells and others: mean area and distance.
@@ -135,7 +135,7 @@ fn a_run_that_was_stopped_anywhere_goes_on_to_the_same_result() {
         let done = out_of_core::Work::split(&work, source, &reading, given.clone(), see)
             .and_then(|work| run(&work, see));
         match done {
-            Ok(done) => break done,
+            Ok(done) => break Done::from(done),
             Err(Error::Stopped) => stops += 1,
             Err(error) => panic!("{error}"),
         }
@@ -254,4 +254,31 @@ fn plans_tell_how_many_faces_are_left() {
     let Next::Pass { aim, .. } = plan.next else { panic!("{plan:?}") };
     let left: u64 = (0..plan.cells).map(|cell| work.reduce(0, cell).unwrap().faces).sum();
     assert!(left.abs_diff(aim) < aim / 8, "{left} for {aim}");
+}
+
+#[test]
+fn a_result_larger_than_memory_is_put_together_from_its_regions() {
+    let mesh = open_torus(30_000, 6);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    let given = settings(Preset::Fast, 12_000, 2000, 3000);
+    let work = split(&folder.path().join("work"), &input, &given).unwrap();
+    let done = run(&work, &mut |_| true).unwrap();
+    let Left::Regions { level } = done.left else { panic!("{done:?}") };
+    let output = folder.path().join("out.ply");
+    assert_eq!(assemble(&work, level, &output).unwrap(), done.faces);
+    let model = mesh_io::read(&output).unwrap();
+    let result = TriMesh::from_soup(&model.soup).unwrap();
+    assert_eq!(result.topology().face_count() as u64, done.faces);
+    assert_eq!(euler(&result), euler(&mesh));
+    assert!(done.faces.abs_diff(12_000) < 1500, "{}", done.faces);
+    // Rows of faces along the rims stay as fine as they were, and others are coarser for it.
+    let options = Options::preset(Preset::Fast).to_faces(done.faces as usize);
+    let whole = simplify::simplify(&mesh, &options).unwrap().mesh;
+    let [here, there] = [&result, &whole].map(|result| mean(&mesh, result));
+    assert!(here < 1.25 * there, "{here} in regions, {there} in memory");
+    // What comes after the collapses needs the mesh.
+    let given = settings(Preset::Default, 12_000, 2000, 3000);
+    let refused = simplify(&folder.path().join("refused"), &input, &given);
+    assert!(matches!(refused, Err(Error::Unsupported(..))), "{refused:?}");
 }

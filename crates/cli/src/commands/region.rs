@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use mesh_io::Model;
 use out_of_core::{Next, Plan, Work, run as run_rest};
 use serde::Serialize;
 
@@ -13,7 +12,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::large;
 use crate::load::{Loading, parse_bytes};
-use crate::save::{SaveOptions, check_target, save};
+use crate::save::{SaveOptions, check_target};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Policy, Targets};
 
@@ -243,9 +242,8 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     });
     bar.finish_and_clear();
     let outcome = outcome.map_err(Failure::regions)?;
-    let model = Model::from(outcome.mesh.to_soup());
-    save(&options.output, &model, &options.save, console)?;
-    let faces = outcome.mesh.topology().face_count() as u64;
+    large::save_left(outcome.left, &work, &options.output, &options.save, console)?;
+    let faces = outcome.faces;
     let report = Report {
         level: outcome.levels.len() as u32 - 1,
         cells: outcome.cells.last().copied().unwrap_or(0),

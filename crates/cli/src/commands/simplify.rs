@@ -7,6 +7,7 @@ use mesh_io::Model;
 use mesh_metric::Surface;
 use mesh_view::Page;
 use mesh_work::{Attributes, Loaded};
+use out_of_core::Left;
 use serde::Serialize;
 use simplify::{FitReport, Simplified, simplify_observed};
 
@@ -17,6 +18,7 @@ use crate::failure::Failure;
 use crate::interrupt::Interruption;
 use crate::large::{self, Large};
 use crate::load::Seconds;
+use crate::save::make_folder_of;
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Policy, Targets, rejected, show};
 use crate::task::{Done, Report, Task};
@@ -55,11 +57,16 @@ struct Results {
     preset: String,
     faces_in: usize,
     faces_out: usize,
-    vertices_out: usize,
+    /// Not counted where the result is larger than memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vertices_out: Option<usize>,
     stop: &'static str,
-    max_cost: f64,
-    collapses: usize,
-    rejected: BTreeMap<&'static str, usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_cost: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    collapses: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rejected: Option<BTreeMap<&'static str, usize>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Achieved>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -152,21 +159,31 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
         large::simplify_file(&task.input, &folder, many.resume, loading, settings, console)
     })?;
     let summary = &work.manifest().summary;
-    let topology = outcome.mesh.topology();
+    let vertices_out = match &outcome.left {
+        Left::Mesh(mesh) => {
+            let topology = mesh.topology();
+            Some(topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).count())
+        }
+        Left::Regions { .. } => None,
+    };
     let results = Results {
         preset: options.policy.preset.to_string(),
         faces_in: summary.triangles as usize,
-        faces_out: topology.face_count(),
-        vertices_out: topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).count(),
+        faces_out: outcome.faces as usize,
+        vertices_out,
         stop: outcome.stop.name(),
         error: outcome.error.map(|upper| Achieved { lower: 0.0, upper: Some(upper) }),
         passes: Some(Passes { faces: outcome.levels, cells: outcome.cells }),
         ..Results::default()
     };
     let counts = [summary.vertices as usize, summary.triangles as usize];
-    let model = Model::from(outcome.mesh.to_soup());
-    task.save(&model, &options.job.save, &mut seconds, console)?;
-    large::remove(&work, large);
+    Seconds::time(&mut seconds.save, || {
+        if task.makes_folder {
+            make_folder_of(output)?;
+        }
+        large::save_left(outcome.left, &work, output, &options.job.save, console)
+    })?;
+    large::remove(work, large);
     let report = task.report(console, counts, results, seconds);
     let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
     report.done(console, summary_of(&report), brief)
@@ -216,11 +233,11 @@ impl Results {
             preset: options.policy.preset.to_string(),
             faces_in,
             faces_out: topology.face_count(),
-            vertices_out: used.count(),
+            vertices_out: Some(used.count()),
             stop: result.stop.name(),
-            max_cost: result.max_cost,
-            collapses: result.collapses,
-            rejected: rejected(&result.refusals),
+            max_cost: Some(result.max_cost),
+            collapses: Some(result.collapses),
+            rejected: Some(rejected(&result.refusals)),
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,
             fit: result.fit.as_ref().map(Fit::from),
@@ -232,11 +249,11 @@ impl Results {
 fn summary_of(report: &Report<Results>) -> String {
     let found = &report.results;
     let mut text = format!(
-        "{}: {} -> {} faces, {} vertices, in {:.3} s (stopped: {})",
+        "{}: {} -> {} faces,{} in {:.3} s (stopped: {})",
         report.subject(),
         found.faces_in,
         found.faces_out,
-        found.vertices_out,
+        found.vertices_out.map(|count| format!(" {count} vertices,")).unwrap_or_default(),
         report.seconds.compute,
         found.stop.replace('_', " ")
     );

@@ -3,8 +3,8 @@
 use super::read::{corner, join_lines, position};
 use crate::error::ReadErrorKind;
 use crate::input::{Input, Line};
+use crate::item::{Item, Visit};
 use crate::notes::Notes;
-use crate::scan::{Item, Visit};
 use crate::text::quote;
 use std::ops::ControlFlow;
 

@@ -3,8 +3,8 @@
 use super::facets::{CORNERS, FACET, Facets, HEADER, Part, corners_of, is_text};
 use crate::error::ReadErrorKind;
 use crate::input::Input;
+use crate::item::{Item, Visit};
 use crate::notes::Notes;
-use crate::scan::{Item, Visit};
 use std::ops::ControlFlow;
 
 pub(crate) fn scan(

@@ -85,8 +85,24 @@ pub(crate) fn split(folder: &Path, input: &Path, settings: &Settings) -> Result<
     Work::split(folder, Input::Path(input), &reading, settings.clone(), &mut |_| true)
 }
 
-pub(crate) fn simplify(folder: &Path, input: &Path, settings: &Settings) -> Result<Outcome, Error> {
-    run(&split(folder, input, settings)?, &mut |_: Step| true)
+/// A run that has left a mesh.
+#[derive(Debug)]
+pub(crate) struct Done {
+    pub(crate) mesh: TriMesh,
+    pub(crate) levels: Vec<u64>,
+    pub(crate) cells: Vec<u32>,
+    pub(crate) error: Option<f64>,
+}
+
+impl From<Outcome> for Done {
+    fn from(outcome: Outcome) -> Self {
+        let (levels, cells, error) = (outcome.levels.clone(), outcome.cells.clone(), outcome.error);
+        Self { mesh: outcome.into_mesh().unwrap(), levels, cells, error }
+    }
+}
+
+pub(crate) fn simplify(folder: &Path, input: &Path, settings: &Settings) -> Result<Done, Error> {
+    run(&split(folder, input, settings)?, &mut |_: Step| true).map(Done::from)
 }
 
 /// All bits of a mesh.
