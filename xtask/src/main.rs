@@ -3,7 +3,7 @@
 //! counts the faces within a largest error, `cargo xtask limit-study` measures the distance from the best
 //! possible mesh, `cargo xtask circles` holds the files of each crate to be in layers,
 //! `cargo xtask torture` runs every command on every file of a folder, `cargo xtask peers`
-//! measures other tools beside ours, `cargo xtask python` builds and tests the Python package, and
+//! measures other tools beside ours, `cargo xtask python` builds and tests the Python package, `cargo xtask giant` writes a mesh of any size, and
 //! `cargo xtask deny` checks the dependencies.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
@@ -14,6 +14,7 @@ mod convex_study;
 mod decimals;
 mod deny;
 mod failure;
+mod giant;
 mod limit_study;
 mod numbers;
 mod peers;
@@ -23,6 +24,7 @@ mod python;
 mod reproduce;
 mod tolerance_study;
 mod torture;
+mod virtual_environment;
 
 use std::process::ExitCode;
 
@@ -82,6 +84,11 @@ enum Task {
     ///     cargo xtask python --release --peers
     #[command(verbatim_doc_comment)]
     Python(python::Python),
+    /// Write a mesh of any size, a torus with bumps, as binary PLY; it is never in memory as a whole
+    ///
+    ///     cargo xtask giant -o giant.ply --faces 10000000
+    #[command(verbatim_doc_comment)]
+    Giant(giant::Giant),
     /// Check the licences, versions and sources of all dependencies against deny.toml
     Deny(deny::Deny),
 }
@@ -97,6 +104,7 @@ fn main() -> ExitCode {
         Task::Peers(options) => peers::run(&options),
         Task::PeerJob(options) => peers::run_job(&options),
         Task::Python(options) => python::run(&options),
+        Task::Giant(options) => giant::run(&options),
         Task::Deny(options) => deny::run(&options),
     };
     match result {

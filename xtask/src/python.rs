@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::failure::Failure;
+use crate::virtual_environment::{VirtualEnvironment, check};
 
 /// How to build and test the package.
 #[derive(Debug, clap::Args)]
@@ -51,12 +52,12 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
     let folder = target.join("python");
     fs::create_dir_all(&folder).map_err(Failure::writing(&folder))?;
-    let environment = Environment::make(&folder.join("venv"), options)?;
+    let environment = environment(&folder.join("venv"), options)?;
 
     step("the wheel");
     let wheels = folder.join("wheels");
     let _ = fs::remove_dir_all(&wheels);
-    let mut maturin = environment.command("maturin");
+    let mut maturin = Command::new(environment.program("maturin"));
     maturin.args(["build", "--quiet", "--out"]).arg(&wheels).arg("--manifest-path");
     maturin.arg(root.join(PACKAGE).join("Cargo.toml")).arg("--target-dir").arg(&target);
     maturin.env("VIRTUAL_ENV", &environment.folder);
@@ -121,6 +122,20 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The environment with all that the tests need, and what is to be had of what they would like.
+fn environment(folder: &Path, options: &Python) -> Result<VirtualEnvironment, Failure> {
+    step("the environment");
+    let made = VirtualEnvironment::make(folder, &options.python)?;
+    made.install(&TOOLS)?;
+    let without = "nothing is tested with it";
+    made.install_if_there(&PEERS, without);
+    made.install_if_there(&ENGINES, without);
+    if options.peers {
+        made.install_if_there(&LARGE_PEERS, without);
+    }
+    Ok(made)
+}
+
 /// Builds the program that results are compared with.
 fn build_program(target: &Path, release: bool) -> Result<PathBuf, Failure> {
     step("the program, which results are compared with");
@@ -134,70 +149,8 @@ fn build_program(target: &Path, release: bool) -> Result<PathBuf, Failure> {
     Ok(target.join(profile).join(format!("curvmesh{}", env::consts::EXE_SUFFIX)))
 }
 
-/// A virtual environment.
-struct Environment {
-    folder: PathBuf,
-}
-
-impl Environment {
-    fn make(folder: &Path, options: &Python) -> Result<Self, Failure> {
-        step("the environment");
-        let made = Self { folder: folder.to_owned() };
-        if !made.program("python").exists() {
-            check(Command::new(&options.python).args(["-m", "venv"]).arg(folder))?;
-        }
-        let mut install = made.python();
-        install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]);
-        check(install.args(TOOLS))?;
-        made.install_peers(&PEERS)?;
-        made.install_peers(&ENGINES)?;
-        if options.peers {
-            made.install_peers(&LARGE_PEERS)?;
-        }
-        Ok(made)
-    }
-
-    /// Tests that need a package that is not there say so and are skipped.
-    fn install_peers(&self, peers: &[&str]) -> Result<(), Failure> {
-        for peer in peers {
-            let mut install = self.python();
-            install.args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", peer]);
-            if check(&mut install).is_err() {
-                println!("{peer} cannot be installed here: nothing is tested with it");
-            }
-        }
-        Ok(())
-    }
-
-    fn python(&self) -> Command {
-        self.command("python")
-    }
-
-    fn command(&self, name: &str) -> Command {
-        Command::new(self.program(name))
-    }
-
-    fn program(&self, name: &str) -> PathBuf {
-        let folder = if cfg!(windows) { "Scripts" } else { "bin" };
-        self.folder.join(folder).join(format!("{name}{}", env::consts::EXE_SUFFIX))
-    }
-}
-
 fn step(name: &str) {
     println!("-- {name}");
-}
-
-/// Runs a command that has to succeed.
-fn check(command: &mut Command) -> Result<(), Failure> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let status = command.status().map_err(|source| {
-        Failure::Usage(format!("{name} cannot be run: {source}; this command needs Python 3.10"))
-    })?;
-    if status.success() {
-        return Ok(());
-    }
-    let arguments: Vec<_> = command.get_args().map(|a| a.to_string_lossy()).collect();
-    Err(Failure::Usage(format!("{name} {} has failed", arguments.join(" "))))
 }
 
 fn only_file(folder: &Path) -> Result<PathBuf, Failure> {

@@ -12,6 +12,7 @@ use crate::commands::info::Info;
 use crate::commands::lod::Lod;
 use crate::commands::man::Manual;
 use crate::commands::patch::Patch;
+use crate::commands::region::Region;
 use crate::commands::render::Render;
 use crate::commands::repair::Repair;
 use crate::commands::simplify::Simplify;
@@ -48,6 +49,7 @@ pub(crate) enum Command {
     Repair(Repair),
     View(Box<View>),
     Render(Box<Render>),
+    Region(Region),
     Completions(Completions),
     Man(Manual),
 }

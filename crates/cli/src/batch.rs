@@ -47,9 +47,10 @@ pub(crate) struct Job {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub(crate) struct Many {
-    /// Pass over files whose result is there and not older than they are
+    /// Pass over files whose result is there and not older than they are; with --memory, go on where an
+    /// earlier run was interrupted
     #[arg(long)]
-    resume: bool,
+    pub(crate) resume: bool,
     /// Do only the K-th of N parts of the files, as in 2/16, for job arrays
     #[arg(long, value_name = "K/N", value_parser = parse_shard)]
     shard: Option<Shard>,
@@ -57,16 +58,23 @@ pub(crate) struct Many {
 
 /// The K-th of N parts, counted from one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Shard {
+pub(crate) struct Shard {
     number: usize,
     of: usize,
 }
 
-fn parse_shard(text: &str) -> Result<Shard, String> {
+pub(crate) fn parse_shard(text: &str) -> Result<Shard, String> {
     let parts = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
     match parts {
         Some((number, of)) if 1 <= number && number <= of => Ok(Shard { number, of }),
         _ => Err("expected which part of how many, like 2/16".into()),
+    }
+}
+
+impl Shard {
+    /// Those of these items that belong to the part.
+    pub(crate) fn of_items<T>(self, items: impl IntoIterator<Item = T>) -> Vec<T> {
+        items.into_iter().skip(self.number - 1).step_by(self.of).collect()
     }
 }
 
@@ -101,8 +109,8 @@ impl Job {
             return Ok(Outcome::of_run());
         }
         let mut tasks = self.tasks(extension)?;
-        if let Some(Shard { number, of }) = self.many.shard {
-            tasks = tasks.into_iter().skip(number - 1).step_by(of).collect();
+        if let Some(shard) = self.many.shard {
+            tasks = shard.of_items(tasks);
         }
         all(&tasks, self.many.resume, session, work)
     }
@@ -130,7 +138,10 @@ impl Job {
             let message = format!("{name} is a folder, and the standard input has no name in it");
             return Err(Failure::usage(message));
         }
-        given.refuse(&["resume", "shard"], "there is one file only")?;
+        if !given.has("memory") {
+            given.refuse(&["resume"], "there is one file only")?;
+        }
+        given.refuse(&["shard"], "there is one file only")?;
         Ok(Some(Task { input: input.clone(), output: self.output.clone(), makes_folder: false }))
     }
 

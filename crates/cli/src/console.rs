@@ -155,6 +155,14 @@ impl Console {
             .with_message(what)
     }
 
+    /// A progress bar over the steps of a pass, with the time that is left of the step.
+    pub(crate) fn progress_of_passes(&self) -> ProgressBar {
+        let style =
+            ProgressStyle::with_template("{msg} {bar:30} {pos} of {len} {elapsed}, {eta} left")
+                .unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressBar::with_draw_target(Some(0), self.target()).with_style(style)
+    }
+
     /// A progress bar over files.
     pub(crate) fn progress_of_files(&self, files: u64) -> ProgressBar {
         let style = ProgressStyle::with_template("{bar:30} {pos} of {len} files {elapsed}")

@@ -43,6 +43,9 @@ pub(crate) enum Failure {
     /// The mesh cannot be processed as asked.
     #[error("{0}")]
     Refused(String),
+    /// A mesh larger than memory could not be done.
+    #[error("{0}")]
+    Regions(Box<out_of_core::Error>),
     #[error("cannot make a JSON object: {0}")]
     Json(Box<serde_json::Error>),
     #[error("cannot write to the standard output: {0}")]
@@ -118,6 +121,15 @@ impl Failure {
         Self::Simplify(Box::new(source))
     }
 
+    /// What went wrong with a mesh larger than memory; what is in the input is the fault of the input.
+    pub(crate) fn regions(source: out_of_core::Error) -> Self {
+        match source {
+            out_of_core::Error::Read(error) => Self::Read(Box::new(error)),
+            out_of_core::Error::Simplify(error) => Self::simplify(error),
+            other => Self::Regions(Box::new(other)),
+        }
+    }
+
     pub(crate) fn pool(source: rayon::ThreadPoolBuildError) -> Self {
         Self::Threads(std::io::Error::other(source))
     }
@@ -151,6 +163,17 @@ impl Failure {
                 | WriteError::OutOfSingleRange { .. }
                 | WriteError::TooLarge { .. } => 4,
                 _ => 1,
+            },
+            Self::Regions(error) => match **error {
+                out_of_core::Error::NotFinite { .. }
+                | out_of_core::Error::NoSuchVertex { .. }
+                | out_of_core::Error::Damaged { .. } => 3,
+                out_of_core::Error::OtherRun { .. }
+                | out_of_core::Error::NotEmpty { .. }
+                | out_of_core::Error::TooLittleMemory { .. }
+                | out_of_core::Error::Unsupported(..) => 2,
+                out_of_core::Error::Io { .. } | out_of_core::Error::Write(_) => 1,
+                _ => 4,
             },
             Self::Build { .. } | Self::Surface { .. } | Self::Simplify(_) | Self::Refused(_) => 4,
             Self::Model(_)
@@ -190,6 +213,20 @@ impl Failure {
                 BuildError::NonOrientable { .. } => "non-orientable",
                 BuildError::PinchedVertex { .. } => "pinched-vertex",
                 _ => "not-a-mesh",
+            },
+            Self::Regions(error) => match **error {
+                out_of_core::Error::NotFinite { .. } => "not-finite",
+                out_of_core::Error::NoSuchVertex { .. } => "index-out-of-range",
+                out_of_core::Error::Degenerate { .. } => "degenerate-face",
+                out_of_core::Error::NotManifold { .. } => "not-a-mesh",
+                out_of_core::Error::RegionTooLarge { .. } => "too-large",
+                out_of_core::Error::Damaged { .. } => "damaged",
+                out_of_core::Error::OtherRun { .. }
+                | out_of_core::Error::NotEmpty { .. }
+                | out_of_core::Error::TooLittleMemory { .. }
+                | out_of_core::Error::Unsupported(..) => "usage",
+                out_of_core::Error::Io { .. } | out_of_core::Error::Write(_) => "cannot-write",
+                _ => "cannot-be-done",
             },
             Self::Write { .. } if self.exit_code() == 4 => "does-not-fit-format",
             Self::Usage(_) => "usage",

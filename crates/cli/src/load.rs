@@ -81,7 +81,7 @@ impl From<ExternalName> for External {
 }
 
 /// A number of bytes, with K, M or G for powers of 1024.
-fn parse_bytes(text: &str) -> Result<u64, String> {
+pub(crate) fn parse_bytes(text: &str) -> Result<u64, String> {
     let expected = || "expected a number of bytes, like 500M or 4G".to_owned();
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit: u64 = match &text[digits.len()..].to_ascii_uppercase()[..] {
@@ -176,6 +176,25 @@ fn detect(path: &Path) -> Result<Option<Format>, Failure> {
 }
 
 impl Loading {
+    /// How a file is read as a stream; `None` when it is found out from its content which format it has.
+    pub(crate) fn streaming(&self) -> mesh_io::ReadOptions {
+        mesh_io::ReadOptions {
+            format: self.read.from.map(Format::from),
+            max_memory: self.read.max_memory,
+            allow_empty: self.read.allow_empty,
+            ..mesh_io::ReadOptions::default()
+        }
+    }
+
+    /// The format of a file, as far as it can be told before it is read.
+    pub(crate) fn format(&self, path: &Path) -> Result<Option<Format>, Failure> {
+        match self.read.from {
+            Some(format) => Ok(Some(format.into())),
+            None if is_standard(path) => Ok(None),
+            None => detect(path),
+        }
+    }
+
     /// Reads a file or the standard input as it is, and says what the reader passed over.
     pub(crate) fn read(&self, path: &Path, console: &Console) -> Result<Model, Failure> {
         self.read.read(path, console)

@@ -17,6 +17,7 @@ mod console;
 mod failure;
 mod given;
 mod interrupt;
+mod large;
 mod load;
 mod save;
 mod session;
@@ -32,7 +33,7 @@ use clap::{CommandFactory, FromArgMatches};
 
 use arguments::{Arguments, Command};
 use commands::{
-    completions, convert, curvature, distance, flip, info, lod, man, patch, render, repair,
+    completions, convert, curvature, distance, flip, info, lod, man, patch, region, render, repair,
     simplify, subdivide, view as view_command,
 };
 use console::Console;
@@ -61,8 +62,12 @@ fn parse() -> Result<(Arguments, Session), clap::Error> {
     let mut command = Arguments::command();
     let matches = command.try_get_matches_from_mut(std::env::args_os())?;
     let (name, given) = match matches.subcommand() {
-        Some((name, matches)) => {
-            let found = command.find_subcommand(name);
+        Some((name, mut matches)) => {
+            let mut found = command.find_subcommand(name);
+            // Steps of a command have options of their own.
+            while let (Some(command), Some((step, below))) = (found, matches.subcommand()) {
+                (found, matches) = (command.find_subcommand(step), below);
+            }
             (name, found.map_or_else(Given::default, |command| Given::new(command, matches)))
         }
         None => ("", Given::default()),
@@ -115,6 +120,7 @@ fn run(arguments: Arguments, session: &Session) -> Result<Outcome, Failure> {
         Command::Repair(options) => repair::run(&options, session),
         Command::View(options) => view_command::run(&options, session),
         Command::Render(options) => render::run(&options, session),
+        Command::Region(options) => region::run(&options, session),
         Command::Completions(options) => completions::run(&options, Arguments::command()),
         Command::Man(options) => man::run(&options, Arguments::command()),
     }

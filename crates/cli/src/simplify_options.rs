@@ -55,6 +55,21 @@ impl Targets {
         ))
     }
 
+    /// The targets for a mesh that is larger than memory.
+    pub(crate) fn regional_limits(&self) -> Result<Limits, Failure> {
+        let Self { faces, vertices, ratio, max_error, max_cost, time_limit } = self;
+        let others = [
+            (vertices.is_some(), "--vertices"),
+            (max_error.is_some(), "--max-error"),
+            (max_cost.is_some(), "--max-cost"),
+            (time_limit.is_some(), "--time-limit"),
+        ];
+        match others.into_iter().find(|(is_given, _)| *is_given) {
+            Some((_, name)) => Err(beyond_regions(name)),
+            None => Ok(Limits { faces: *faces, ratio: *ratio, ..Limits::default() }),
+        }
+    }
+
     /// The targets for a mesh, lengths in its units.
     pub(crate) fn goals(&self, mesh: &TriMesh, relative: bool) -> Result<Goals, Failure> {
         let limits = Limits {
@@ -208,6 +223,28 @@ impl Policy {
         self.choices().options(mesh, limits)
     }
 
+    /// The options of the library for a mesh that is larger than memory.
+    pub(crate) fn regional_options(&self, limits: Limits) -> Result<Options, Failure> {
+        if self.feature_angle.is_some() {
+            return Err(beyond_regions("--feature-angle"));
+        }
+        if self.lock_boundary {
+            return Err(beyond_regions("--lock-boundary"));
+        }
+        if self.no_intersections {
+            return Err(beyond_regions("--no-intersections"));
+        }
+        if self.components.0.is_some() {
+            return Err(beyond_regions("--components"));
+        }
+        Ok(self.choices().options_without_features(limits))
+    }
+
+    /// Whether the distance from the input is to be proved.
+    pub(crate) fn proves(&self) -> bool {
+        self.verify
+    }
+
     fn choices(&self) -> Choices {
         Choices {
             preset: self.preset,
@@ -224,6 +261,13 @@ impl Policy {
             seed: self.seed,
         }
     }
+}
+
+/// The failure for an option that nobody can obey who does not have the whole mesh.
+fn beyond_regions(option: &str) -> Failure {
+    Failure::usage(format!(
+        "{option} needs the whole mesh in memory, which --memory does not allow; give more, or leave it out"
+    ))
 }
 
 /// Moves the bar to where the collapses are on their way to their target, says what is done after

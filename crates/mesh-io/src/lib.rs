@@ -13,6 +13,7 @@ mod format;
 #[cfg(feature = "gltf")]
 mod gltf;
 mod input;
+mod item;
 mod model;
 mod notes;
 #[cfg(any(feature = "obj", feature = "gltf"))]
@@ -22,6 +23,7 @@ mod obj;
 mod off;
 mod ply;
 mod read;
+mod scan;
 mod single;
 mod stl;
 mod text;
@@ -32,8 +34,10 @@ mod write_options;
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use external::External;
 pub use format::Format;
+pub use item::Item;
 pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
 pub use read::{ReadOptions, read, read_from, read_with};
+pub use scan::{Scanned, scan, scan_from};
 pub use text::printable;
 pub use to_model::ToModel;
 pub use write::{Staged, check_write, replace_file, stage, stage_file, write, write_to};

@@ -56,17 +56,23 @@ pub fn read(path: impl AsRef<Path>) -> Result<Model, ReadError> {
 /// As [`read`].
 pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<Model, ReadError> {
     let path = path.as_ref();
-    let open = || -> Result<Model, ReadError> {
-        let mut file = File::open(path).map_err(ReadErrorKind::Io)?;
-        let metadata = file.metadata().map_err(ReadErrorKind::Io)?;
-        let options = ReadOptions {
-            folder: options.folder.clone().or_else(|| path.parent().map(Path::to_owned)),
-            size: options.size.or_else(|| metadata.is_file().then_some(metadata.len())),
-            ..options.clone()
-        };
+    let read = || -> Result<Model, ReadError> {
+        let (mut file, options) = open(path, options)?;
         read_stream(&mut file, &options, Some(path))
     };
-    open().map_err(|error| error.at_path(path))
+    read().map_err(|error| error.at_path(path))
+}
+
+/// Opens a file, and completes the options by what is known of it.
+pub(crate) fn open(path: &Path, options: &ReadOptions) -> Result<(File, ReadOptions), ReadError> {
+    let file = File::open(path).map_err(ReadErrorKind::Io)?;
+    let metadata = file.metadata().map_err(ReadErrorKind::Io)?;
+    let options = ReadOptions {
+        folder: options.folder.clone().or_else(|| path.parent().map(Path::to_owned)),
+        size: options.size.or_else(|| metadata.is_file().then_some(metadata.len())),
+        ..options.clone()
+    };
+    Ok((file, options))
 }
 
 /// Reads a mesh from a stream, which need not be buffered. Files that the content names are not read,
@@ -84,13 +90,7 @@ fn read_stream(
     path: Option<&Path>,
 ) -> Result<Model, ReadError> {
     let mut input = Input::new(reader, options.size, Budget::new(options.max_memory));
-    let head = input.peek(HEAD)?;
-    // A stream that ends within the head has told its length.
-    let size = options.size.or_else(|| (head.len() < HEAD).then_some(head.len() as u64));
-    let Some(format) = options.format.or_else(|| Format::detect(head, size, path)) else {
-        let found = quote(&head[..head.len().min(16)]);
-        return Err(ReadErrorKind::UnknownFormat { found }.into());
-    };
+    let (format, size) = detect(&mut input, options, path)?;
     let files = Files { folder: options.folder.as_deref(), external: options.external };
     let model = match format {
         Format::Ply => crate::ply::read(&mut input),
@@ -111,4 +111,22 @@ fn read_stream(
         return Err(ReadErrorKind::Empty { notes: model.notes }.into());
     }
     Ok(model)
+}
+
+/// The format of what is about to be read, and its length as far as it is known.
+pub(crate) fn detect(
+    input: &mut Input<'_>,
+    options: &ReadOptions,
+    path: Option<&Path>,
+) -> Result<(Format, Option<u64>), ReadErrorKind> {
+    let head = input.peek(HEAD)?;
+    // A stream that ends within the head has told its length.
+    let size = options.size.or_else(|| (head.len() < HEAD).then_some(head.len() as u64));
+    match options.format.or_else(|| Format::detect(head, size, path)) {
+        Some(format) => Ok((format, size)),
+        None => {
+            let found = quote(&head[..head.len().min(16)]);
+            Err(ReadErrorKind::UnknownFormat { found })
+        }
+    }
 }

@@ -84,6 +84,15 @@ impl Choices {
     /// The options for a mesh, without a largest error.
     #[must_use]
     pub fn options(&self, mesh: &TriMesh, limits: Limits) -> Options {
+        let mut options = self.options_without_features(limits);
+        let features = self.feature_angle.map(|angle| feature_edges(mesh, angle));
+        options.collapse.constraints.features = features;
+        options
+    }
+
+    /// The same for a mesh that is not there as a whole, so that nobody knows its feature lines.
+    #[must_use]
+    pub fn options_without_features(&self, limits: Limits) -> Options {
         let mut options = Options::preset(self.preset);
         options.limit.check = self.verify.then_some(ErrorCheck::Certified);
         let collapse = &mut options.collapse;
@@ -91,7 +100,7 @@ impl Choices {
         collapse.constraints = Constraints {
             boundary: if self.lock_boundary { Boundary::Lock } else { Boundary::Quadrics },
             locked: None,
-            features: self.feature_angle.map(|angle| feature_edges(mesh, angle)),
+            features: None,
         };
         collapse.min_component_vertices = self.min_component_vertices;
         collapse.forbid_intersections = self.no_intersections;

@@ -262,6 +262,7 @@ def test_what_is_asked_of_run_is_checked(scans: Path, tmp_path: Path) -> None:
         ({"engine": "slurm"}, "no engine"),
         ({"client": "tcp://x"}, "no client"),
         ({"workers": 0}, "at least 1"),
+        ({"engine": "dask", "client": "tcp://x", "workers": 2}, "one of the two"),
         ({"cores": 0}, "at least 1"),
         ({"retries": -1}, "at least 0"),
     ):

@@ -11,9 +11,11 @@ use crate::collapse::level::Level;
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::run::{Progress, Run};
 use crate::collapse::stop::{Limits, StopReason};
-use crate::named::{Regional, collapse, collapse_rest, regional};
+use crate::error::SimplifyError;
+use crate::named::{Regional, collapse, collapse_rest, regional, regional_at};
 use crate::options::Options;
-use crate::regions::run::{self as regions, End, collapse_in_regions};
+use crate::regions::run::{self as regions, End, collapse_in_regions, collapse_sheet};
+use crate::regions::{Fragment, Rules, Sheet};
 
 /// The metrics that regions do not know take over at so many times the faces that are wanted.
 const REST: usize = 24;
@@ -56,6 +58,53 @@ pub(crate) fn collapse_to_level(
             (Level::at_end(working, &run), run)
         }
     }
+}
+
+/// The rules by which regions do what the options ask for, or the beginning of it, with a mesh of this
+/// size, the diagonal of its bounding box; `None` where the options ask for something that regions do
+/// not know.
+#[must_use]
+pub fn rules(options: &Options, size: f64) -> Option<Rules> {
+    regional_at(size, options).map(|regional| Rules { record: false, ..regional.rules })
+}
+
+/// Goes on with what is left of a mesh after passes that were made elsewhere, as if they had been made
+/// here: collapses to the number of faces that the options name, and does nothing else of what they
+/// say. `size` is that of the mesh before the first pass, and `faces_before` the number of its faces.
+///
+/// # Errors
+/// The options make no sense, or ask for what regions do not know.
+pub fn finish_collapses(
+    fragment: Fragment,
+    options: &Options,
+    size: f64,
+    faces_before: usize,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<(TriMesh, Run), SimplifyError> {
+    options.check()?;
+    let found = regional_at(size, options);
+    let Regional { rules, is_start } = found.ok_or(SimplifyError::Conflict {
+        option: "regions",
+        with: "what the options ask for",
+        cure: "take quadrics without constraints, or the whole mesh",
+    })?;
+    let mut options = options.clone();
+    options.collapse.record = false;
+    let rules = Rules { record: false, ..rules };
+    let target = options.collapse.limits.face_target(faces_before);
+    let limits = Limits { faces: Some(target), ratio: None, ..options.collapse.limits };
+    let (capacity, start) = (fragment.positions.len(), Instant::now());
+    let sheet = Sheet::from_fragment(fragment);
+    let observe = &mut |now: &Progress| observe(&Progress { faces_before, ..*now });
+    if !is_start {
+        let done = collapse_sheet(sheet, capacity, rules, &limits, End::Exact, observe);
+        return Ok((done.mesh, done.run));
+    }
+    let rough = Limits { faces: Some(REST * target), ..limits };
+    let first = collapse_sheet(sheet, capacity, rules, &rough, End::Rough, observe);
+    let time = limits.time.map(|time| time.saturating_sub(start.elapsed()));
+    let (level, run) = go_on(first, &options, Limits { time, ..limits }, faces_before, observe);
+    Ok((level.mesh, run))
 }
 
 /// Runs the driver on what regions have left of a mesh of so many faces.

@@ -59,6 +59,8 @@ pub use collapse::run::{Phase, Progress, Run};
 pub use collapse::stop::{Limits, StopReason};
 pub use collapse::symmetric::Symmetric3;
 #[cfg(feature = "finish")]
+pub use course::{finish_collapses, rules};
+#[cfg(feature = "finish")]
 pub use error::SimplifyError;
 #[cfg(feature = "finish")]
 pub use finish::anneal::{AnnealOptions, AnnealReport, anneal};

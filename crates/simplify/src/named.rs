@@ -28,6 +28,12 @@ pub(crate) struct Regional {
 
 /// What regions can do of what the options ask for.
 pub(crate) fn regional(mesh: &TriMesh, options: &Options) -> Option<Regional> {
+    let size = mesh.bounding_box().map_or(0.0, |bounds| bounds.diagonal());
+    regional_at(size, options)
+}
+
+/// The same for a mesh of this size, the diagonal of its bounding box.
+pub(crate) fn regional_at(size: f64, options: &Options) -> Option<Regional> {
     let Options { collapse, limit, attributes, .. } = options;
     let Constraints { boundary, locked, features } = &collapse.constraints;
     let is_start = match collapse.metric {
@@ -57,7 +63,7 @@ pub(crate) fn regional(mesh: &TriMesh, options: &Options) -> Option<Regional> {
         min_cosine: collapse.min_cosine,
         min_shape: collapse.min_shape,
         record: collapse.record,
-        ..Rules::new(mesh)
+        ..Rules::of_size(size)
     };
     can.then_some(Regional { rules, is_start })
 }

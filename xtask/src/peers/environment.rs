@@ -8,6 +8,7 @@ use super::job::{Done, Job, Stop};
 use super::raw::RawMesh;
 use super::tool::{Package, Tool};
 use crate::failure::Failure;
+use crate::virtual_environment::VirtualEnvironment;
 
 /// Packages by their names in the index. `Open3D` also measures.
 const PACKAGES: [&str; 6] =
@@ -24,6 +25,7 @@ const SOURCES: [(&str, &str); 3] = [
 #[derive(Debug)]
 pub(super) struct Environment {
     folder: PathBuf,
+    python: VirtualEnvironment,
     /// The packages that can be imported.
     packages: Vec<Package>,
     /// The program with CGAL, or why there is none.
@@ -37,9 +39,13 @@ impl Environment {
             let path = folder.join(name);
             std::fs::write(&path, text).map_err(Failure::writing(&path))?;
         }
-        let mut environment =
-            Self { folder: folder.to_owned(), packages: Vec::new(), cgal: Err(String::new()) };
-        environment.make_virtual_environment()?;
+        let mut environment = Self {
+            folder: folder.to_owned(),
+            python: VirtualEnvironment::make(&folder.join("environment"), "python3")?,
+            packages: Vec::new(),
+            cgal: Err(String::new()),
+        };
+        environment.install()?;
         environment.packages = Package::ALL
             .into_iter()
             .filter(|package| environment.imports(package.module()))
@@ -48,41 +54,22 @@ impl Environment {
         Ok(environment)
     }
 
-    fn make_virtual_environment(&self) -> Result<(), Failure> {
-        let interpreter = self.interpreter();
-        if !interpreter.exists() {
-            println!("making a virtual environment in {}", self.folder.display());
-            let place = self.folder.join("environment");
-            succeed(Command::new("python3").args(["-m", "venv"]).arg(&place))
-                .map_err(Failure::Usage)?;
-        }
+    fn install(&self) -> Result<(), Failure> {
         if self.imports("open3d") && self.imports("numpy") {
             return Ok(());
         }
-        // One by one: not all of them are there for every system.
-        for package in PACKAGES {
-            println!("installing {package}");
-            let mut pip = Command::new(&interpreter);
-            pip.args(["-m", "pip", "install", "--quiet", package]);
-            if let Err(why) = succeed(&mut pip) {
-                println!("without {package}: {why}");
-            }
-        }
+        println!("installing the peers in {}", self.folder.display());
+        self.python.install_if_there(&PACKAGES, "the table is without it");
         if !self.imports("open3d") {
             return Err(Failure::Usage("without open3d nothing can be measured".into()));
         }
         Ok(())
     }
 
-    fn interpreter(&self) -> PathBuf {
-        let place = self.folder.join("environment");
-        if cfg!(windows) { place.join("Scripts/python.exe") } else { place.join("bin/python") }
-    }
-
     fn imports(&self, module: &str) -> bool {
         let import =
             format!("import importlib.util as u, sys; sys.exit(not u.find_spec('{module}'))");
-        succeed(Command::new(self.interpreter()).args(["-c", &import])).is_ok()
+        succeed(self.python.python().args(["-c", &import])).is_ok()
     }
 
     fn compile_cgal(&self) -> Result<PathBuf, String> {
@@ -142,7 +129,7 @@ impl Environment {
                 std::env::current_exe().map_err(|e| e.to_string())
             }
             Tool::OurProgram { program, .. } => Ok(program.clone()),
-            Tool::Python(_) => Ok(self.interpreter()),
+            Tool::Python(_) => Ok(self.python.program("python")),
             Tool::CgalLindstromTurk | Tool::CgalGarlandHeckbert => self.cgal.clone(),
         }
     }
@@ -193,7 +180,7 @@ impl Environment {
 
     /// What a script of the folder prints.
     pub(super) fn python(&self, script: &str, arguments: &[&OsStr]) -> Result<String, String> {
-        succeed(Command::new(self.interpreter()).arg(self.folder.join(script)).args(arguments))
+        succeed(self.python.python().arg(self.folder.join(script)).args(arguments))
     }
 }
 

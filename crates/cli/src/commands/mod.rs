@@ -9,6 +9,7 @@ pub(crate) mod info;
 pub(crate) mod lod;
 pub(crate) mod man;
 pub(crate) mod patch;
+pub(crate) mod region;
 pub(crate) mod render;
 pub(crate) mod repair;
 pub(crate) mod simplify;

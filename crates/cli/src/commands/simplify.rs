@@ -7,6 +7,7 @@ use mesh_io::Model;
 use mesh_metric::Surface;
 use mesh_view::Page;
 use mesh_work::{Attributes, Loaded};
+use out_of_core::Left;
 use serde::Serialize;
 use simplify::{FitReport, Simplified, simplify_observed};
 
@@ -15,7 +16,9 @@ use crate::carry::Carry;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::Interruption;
+use crate::large::{self, Large};
 use crate::load::Seconds;
+use crate::save::make_folder_of;
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Policy, Targets, rejected, show};
 use crate::task::{Done, Report, Task};
@@ -44,25 +47,41 @@ pub(crate) struct Simplify {
     #[command(flatten)]
     look: Look,
     #[command(flatten)]
+    large: Large,
+    #[command(flatten)]
     job: Job,
 }
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Results {
     preset: String,
     faces_in: usize,
     faces_out: usize,
-    vertices_out: usize,
+    /// Not counted where the result is larger than memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vertices_out: Option<usize>,
     stop: &'static str,
-    max_cost: f64,
-    collapses: usize,
-    rejected: BTreeMap<&'static str, usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    max_cost: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    collapses: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rejected: Option<BTreeMap<&'static str, usize>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<Achieved>,
     #[serde(skip_serializing_if = "Option::is_none")]
     boundary_shift: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     fit: Option<Fit>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    passes: Option<Passes>,
+}
+
+/// The passes over a mesh larger than memory, from the input up.
+#[derive(Serialize)]
+struct Passes {
+    faces: Vec<u64>,
+    cells: Vec<u32>,
 }
 
 /// The distance from the original: at least `lower`, and at most `upper` if it was proved.
@@ -97,6 +116,9 @@ pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Fail
 }
 
 fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
+    if options.large.is_needed(&task.input, &options.job.loading)? {
+        return in_regions(options, task, console);
+    }
     let mut seconds = Seconds::default();
     let loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let attributes = options.carry.find(&loaded, console)?;
@@ -114,7 +136,57 @@ fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failu
         options.look.write(page, &report, console)?;
     }
     let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
-    report.done(console, summary(&report), brief)
+    report.done(console, summary_of(&report), brief)
+}
+
+/// A mesh that is larger than the memory it may take.
+fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let mut seconds = Seconds::default();
+    if options.look.is_wanted() {
+        return Err(Failure::usage("--view shows the whole mesh, which --memory does not allow"));
+    }
+    let limits = options.targets.regional_limits()?;
+    let chosen = options.policy.regional_options(limits)?;
+    let Job { loading, many, .. } = &options.job;
+    let (large, memory) = (&options.large, options.large.memory.unwrap_or(u64::MAX));
+    let prove = options.policy.proves().then_some(large::PROVED);
+    let settings = large::settings(chosen, memory, &loading.repair, prove)?;
+    let Some(output) = &task.output else {
+        return Err(Failure::usage("say where the result goes: -o OUT"));
+    };
+    let folder = large.folder(output);
+    let (outcome, work) = Seconds::time(&mut seconds.compute, || {
+        large::simplify_file(&task.input, &folder, many.resume, loading, settings, console)
+    })?;
+    let summary = &work.manifest().summary;
+    let vertices_out = match &outcome.left {
+        Left::Mesh(mesh) => {
+            let topology = mesh.topology();
+            Some(topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).count())
+        }
+        Left::Regions { .. } => None,
+    };
+    let results = Results {
+        preset: options.policy.preset.to_string(),
+        faces_in: summary.triangles as usize,
+        faces_out: outcome.faces as usize,
+        vertices_out,
+        stop: outcome.stop.name(),
+        error: outcome.error.map(|upper| Achieved { lower: 0.0, upper: Some(upper) }),
+        passes: Some(Passes { faces: outcome.levels, cells: outcome.cells }),
+        ..Results::default()
+    };
+    let counts = [summary.vertices as usize, summary.triangles as usize];
+    Seconds::time(&mut seconds.save, || {
+        if task.makes_folder {
+            make_folder_of(output)?;
+        }
+        large::save_left(outcome.left, &work, output, &options.job.save, console)
+    })?;
+    large::remove(work, large);
+    let report = task.report(console, counts, results, seconds);
+    let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
+    report.done(console, summary_of(&report), brief)
 }
 
 /// The original and the result, each with its distance from the other.
@@ -161,26 +233,27 @@ impl Results {
             preset: options.policy.preset.to_string(),
             faces_in,
             faces_out: topology.face_count(),
-            vertices_out: used.count(),
+            vertices_out: Some(used.count()),
             stop: result.stop.name(),
-            max_cost: result.max_cost,
-            collapses: result.collapses,
-            rejected: rejected(&result.refusals),
+            max_cost: Some(result.max_cost),
+            collapses: Some(result.collapses),
+            rejected: Some(rejected(&result.refusals)),
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,
             fit: result.fit.as_ref().map(Fit::from),
+            passes: None,
         }
     }
 }
 
-fn summary(report: &Report<Results>) -> String {
+fn summary_of(report: &Report<Results>) -> String {
     let found = &report.results;
     let mut text = format!(
-        "{}: {} -> {} faces, {} vertices, in {:.3} s (stopped: {})",
+        "{}: {} -> {} faces,{} in {:.3} s (stopped: {})",
         report.subject(),
         found.faces_in,
         found.faces_out,
-        found.vertices_out,
+        found.vertices_out.map(|count| format!(" {count} vertices,")).unwrap_or_default(),
         report.seconds.compute,
         found.stop.replace('_', " ")
     );

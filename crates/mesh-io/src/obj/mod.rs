@@ -9,8 +9,10 @@ mod library;
 mod material;
 mod names;
 mod read;
+mod scan;
 mod write;
 
 pub(crate) use library::{Library, prepare_library};
 pub(crate) use read::read;
+pub(crate) use scan::scan;
 pub(crate) use write::write;

@@ -33,7 +33,7 @@ pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, Re
 }
 
 /// Appends lines as long as the last one ends in a backslash.
-fn join_lines(joined: &mut Vec<u8>, input: &mut Input<'_>) -> Result<(), ReadErrorKind> {
+pub(super) fn join_lines(joined: &mut Vec<u8>, input: &mut Input<'_>) -> Result<(), ReadErrorKind> {
     while joined.pop_if(|last| *last == b'\\').is_some() {
         joined.push(b' ');
         match input.line()? {
@@ -178,33 +178,12 @@ impl Reader {
         [&self.objects.names()[object as usize], &self.group_names.names()[name as usize]]
     }
 
-    /// `x y z`, then nothing, a weight, or a colour with or without opacity.
     fn position(&mut self, line: Line<'_>) -> Result<u64, ReadErrorKind> {
-        let mut values = [0.0; 7];
-        let mut count = 0;
-        for word in line.words().skip(1) {
-            let value = number(word);
-            match (values.get_mut(count), value) {
-                (Some(slot), Some(value)) => *slot = value,
-                _ => return Err(line.unexpected("3 to 7 numbers", word)),
-            }
-            count += 1;
-        }
-        let [x, y, z, fourth, g, b, opacity] = values;
-        let mut position = DVec3::new(x, y, z);
-        let mut color = [1.0; 4];
-        match count {
-            3 => {}
-            4 if fourth != 0.0 => position /= fourth,
-            4 => return Err(line.unexpected("a weight other than zero", b"0")),
-            6 => color = [fourth as f32, g as f32, b as f32, 1.0],
-            7 => color = [fourth as f32, g as f32, b as f32, opacity as f32],
-            _ => return Err(line.unexpected("3, 4, 6 or 7 numbers", line.text)),
-        }
+        let (position, color) = position(line)?;
         let vertices = self.soup.vertex_count();
-        if count >= 6 || !self.colors.is_empty() {
+        if color.is_some() || !self.colors.is_empty() {
             self.colors.resize(vertices, [1.0; 4]);
-            self.colors.push(color);
+            self.colors.push(color.unwrap_or([1.0; 4]));
         }
         self.soup.push_vertex(position);
         // Room for a colour too, whether there is one yet or not.
@@ -289,6 +268,31 @@ impl Reader {
     }
 }
 
+/// `x y z`, then nothing, a weight, or a colour with or without opacity.
+pub(super) fn position(line: Line<'_>) -> Result<(DVec3, Option<[f32; 4]>), ReadErrorKind> {
+    let mut values = [0.0; 7];
+    let mut count = 0;
+    for word in line.words().skip(1) {
+        let value = number(word);
+        match (values.get_mut(count), value) {
+            (Some(slot), Some(value)) => *slot = value,
+            _ => return Err(line.unexpected("3 to 7 numbers", word)),
+        }
+        count += 1;
+    }
+    let [x, y, z, fourth, g, b, opacity] = values;
+    let position = DVec3::new(x, y, z);
+    let color = |opacity| Some([fourth as f32, g as f32, b as f32, opacity]);
+    match count {
+        3 => Ok((position, None)),
+        4 if fourth != 0.0 => Ok((position / fourth, None)),
+        4 => Err(line.unexpected("a weight other than zero", b"0")),
+        6 => Ok((position, color(1.0))),
+        7 => Ok((position, color(opacity as f32))),
+        _ => Err(line.unexpected("3, 4, 6 or 7 numbers", line.text)),
+    }
+}
+
 /// Appends values for the corners from `first` on; those before that have none get `fill`.
 fn append<T: Copy>(all: &mut Vec<T>, first: usize, fill: T, values: impl Iterator<Item = T>) {
     all.resize(first, fill);
@@ -318,7 +322,7 @@ fn floats<const N: usize>(line: Line<'_>, least: usize) -> Result<[f32; N], Read
 
 /// The places of the vertex, the texture coordinate and the normal that `v/vt/vn` names; those that
 /// it names must have been given before.
-fn corner(
+pub(super) fn corner(
     line: Line<'_>,
     corner: &[u8],
     counts: [usize; 3],

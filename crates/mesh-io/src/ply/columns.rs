@@ -35,6 +35,11 @@ fn find_all<const N: usize>(element: &Element, names: [&str; N]) -> Option<[usiz
     places.iter().all(Option::is_some).then(|| places.map(Option::unwrap_or_default))
 }
 
+/// The places of the coordinates.
+pub(super) fn positions(element: &Element) -> Result<[usize; 3], ReadErrorKind> {
+    find_all(element, POSITION).ok_or_else(|| no_positions(element))
+}
+
 /// Assigns colours and whatever remains; returns the names of the remaining numbers.
 fn assign_colors_and_scalars(element: &Element, targets: &mut [Target]) -> Vec<Scalars> {
     let full = |place: usize| element.properties[place].value.full_intensity();
@@ -74,7 +79,7 @@ pub(super) struct VertexColumns {
 impl VertexColumns {
     pub(super) fn new(element: &Element) -> Result<Self, ReadErrorKind> {
         let mut targets = vec![Target::Nothing; element.properties.len()];
-        let position = find_all(element, POSITION).ok_or_else(|| no_positions(element))?;
+        let position = positions(element)?;
         for (axis, place) in position.into_iter().enumerate() {
             targets[place] = Target::Position(axis);
         }
@@ -242,6 +247,11 @@ impl FaceColumns {
     /// vertices.
     pub(super) fn row(&self, corners: usize) -> u64 {
         12 * corners as u64 + 4 + 16 + 8 * self.scalars.len() as u64
+    }
+
+    /// The place of the list of vertex indices.
+    pub(super) fn index_list(&self) -> usize {
+        self.indices
     }
 
     pub(super) fn indices<'r>(&self, record: &'r Record) -> &'r [f64] {

@@ -5,7 +5,9 @@ mod columns;
 mod header;
 mod read;
 mod records;
+mod scan;
 mod write;
 
 pub(crate) use read::read;
+pub(crate) use scan::scan;
 pub(crate) use write::write;

@@ -304,7 +304,7 @@ fn is_plain_index_list(element: &Element) -> bool {
 }
 
 /// A value of a list as the index of one of `limit` vertices.
-fn vertex_index(value: f64, limit: u64, record: &Record) -> Result<u32, ReadErrorKind> {
+pub(super) fn vertex_index(value: f64, limit: u64, record: &Record) -> Result<u32, ReadErrorKind> {
     if value >= 0.0 && value < limit as f64 && value.fract() == 0.0 {
         Ok(value as u32)
     } else {

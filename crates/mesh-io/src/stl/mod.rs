@@ -4,8 +4,11 @@
 //! -0 are equal), for without that the file says nothing about which triangles are neighbours.
 //! The normals in the file are ignored; writing computes them.
 
+mod facets;
 mod read;
+mod scan;
 mod write;
 
 pub(crate) use read::read;
+pub(crate) use scan::scan;
 pub(crate) use write::{write_binary, write_text};

@@ -62,8 +62,9 @@ impl StopReason {
 }
 
 impl Limits {
-    /// The number of faces to stop at, from the count and the ratio.
-    pub(crate) fn face_target(&self, faces: usize) -> usize {
+    /// The number of faces to stop at for a mesh of so many, from the count and the ratio.
+    #[must_use]
+    pub fn face_target(&self, faces: usize) -> usize {
         let by_ratio = self.ratio.map_or(0, |ratio| (ratio * faces as f64).ceil() as usize);
         self.faces.unwrap_or(0).max(by_ratio)
     }

@@ -22,6 +22,24 @@ impl Forecast {
         Self { faces: faces as u64, gone: Vec::new() }
     }
 
+    /// Those of some regions as that of a whole with so many faces.
+    pub(super) fn of_all(regions: &[Self], faces: u64) -> Self {
+        let mut gone = std::collections::BTreeMap::<usize, u64>::new();
+        for &(bucket, count) in regions.iter().flat_map(|region| &region.gone) {
+            *gone.entry(bucket).or_default() += u64::from(count);
+        }
+        let seen: u64 = regions.iter().map(|region| region.faces).sum();
+        let scale = faces as f64 / seen.max(1) as f64;
+        let scaled = |(bucket, count)| (bucket, (scale * count as f64) as u32);
+        Self { faces, gone: gone.into_iter().map(scaled).collect() }
+    }
+
+    /// The number of faces.
+    #[must_use]
+    pub fn face_count(&self) -> u64 {
+        self.faces
+    }
+
     pub(super) fn add(&mut self, bucket: usize, faces: u32) {
         match self.gone.last_mut() {
             Some((last, count)) if *last == bucket => *count += faces,

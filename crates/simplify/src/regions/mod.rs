@@ -62,4 +62,4 @@ pub use ceiling::{Ceiling, Forecast};
 pub use partition::Partition;
 pub use region::{Reduced, Region};
 pub use rules::Rules;
-pub use sheet::Sheet;
+pub use sheet::{Fragment, Sheet};

@@ -12,9 +12,9 @@ use crate::regions::sheet::Sheet;
 /// The vertices of a sheet in regions of equal size; only the last may be smaller.
 #[derive(Clone, Debug)]
 pub struct Partition {
-    /// The vertices, region by region.
+    /// The vertices, region by region, but those that are held.
     order: Vec<u32>,
-    /// By vertex: its place in the order.
+    /// By vertex: its place in the order; far beyond it for those that are held.
     rank: Vec<u32>,
     /// The binary logarithm of the number of vertices of each region.
     shift: u32,
@@ -62,7 +62,7 @@ struct Site {
     vertex: u32,
 }
 
-/// Marks of faces that have corners in several regions, and of those that are not there.
+/// Marks of faces that have corners in several regions, and of those that are in none.
 const MIXED: u32 = u32::MAX;
 const GONE: u32 = u32::MAX - 1;
 
@@ -93,7 +93,7 @@ impl Partition {
             let at = directions * (sheet.positions[vertex as usize] - center);
             Site { at: at.as_vec3().to_array(), vertex }
         };
-        let mut sites: Vec<Site> = sheet.vertices().map(site).collect();
+        let mut sites: Vec<Site> = sheet.own_vertices().map(site).collect();
         halve(&mut sites, 1 << shift);
         let order: Vec<u32> = sites.into_iter().map(|site| site.vertex).collect();
         let mut rank = vec![u32::MAX; sheet.vertex_capacity()];
@@ -104,9 +104,9 @@ impl Partition {
         let regions_of =
             |face: usize| sheet.triangle(face).map(|t| t.map(|v| rank[v as usize] >> shift));
         let tags = parallel::collect(sheet.face_capacity(), |face| match regions_of(face) {
-            Some([a, b, c]) if a == b && b == c => a,
-            Some(_) => MIXED,
-            None => GONE,
+            Some([a, b, c]) if a == b && b == c && (a as usize) < regions => a,
+            Some([a, b, c]) if (a.min(b).min(c) as usize) < regions => MIXED,
+            _ => GONE,
         });
         let of_face = || tags.iter().enumerate().map(|(face, &tag)| (face as u32, tag));
         let inner = Lists::new(regions, || {
@@ -118,7 +118,9 @@ impl Partition {
                 let [a, b, c] = regions_of(face as usize).unwrap_or_default();
                 let others = [(b != a).then_some(b), (c != a && c != b).then_some(c)];
                 let all = core::iter::once(a).chain(others.into_iter().flatten());
-                all.map(move |region| (face, region as usize))
+                // What is held is in none.
+                all.filter(|&region| (region as usize) < regions)
+                    .map(move |region| (face, region as usize))
             })
         });
         Self { order, rank, shift, inner, mixed }

@@ -2,19 +2,27 @@
 
 use std::borrow::Cow;
 
-use mesh_core::{HalfEdgeId, VertexId};
+use mesh_core::{HalfEdgeId, VertexId, parallel};
 
 use crate::collapse::log::LogEntry;
-use crate::regions::region::{Done, Reduced};
+use crate::regions::ceiling::{Ceiling, Forecast};
+use crate::regions::region::{Done, Reduced, Region};
+use crate::regions::rules::Rules;
 use crate::regions::sheet::Sheet;
 use crate::regions::tile::Step;
 
 impl Sheet<'static> {
     /// Puts all regions of a sheet together again, in the order in which they were cut out.
     #[must_use]
-    pub fn join(mut regions: Vec<Reduced>) -> Self {
+    pub fn join(regions: Vec<Reduced>) -> Self {
         let largest = regions.iter().flat_map(|region| &region.vertices).max();
-        let mut number = vec![u32::MAX; largest.map_or(0, |&v| v as usize + 1)];
+        let capacity = largest.map_or(0, |&v| v as usize + 1);
+        Self::join_all(regions, capacity)
+    }
+
+    /// The same, for a sheet with so many vertices.
+    fn join_all(mut regions: Vec<Reduced>, capacity: usize) -> Self {
+        let mut number = vec![u32::MAX; capacity];
         let left = regions.iter().flat_map(|region| &region.vertices);
         for (new, &v) in left.enumerate() {
             number[v as usize] = new as u32;
@@ -36,6 +44,7 @@ impl Sheet<'static> {
         drop(number);
         Self {
             whole: None,
+            held: 0,
             positions: Cow::Owned(all(regions, |region| &mut region.positions)),
             quadrics: all(regions, |region| &mut region.quadrics),
             vertex_ids: all(regions, |region| &mut region.vertex_ids),
@@ -43,6 +52,61 @@ impl Sheet<'static> {
             face_ids: all(regions, |region| &mut region.face_ids),
             half_edges: all(regions, |region| &mut region.half_edges),
         }
+    }
+}
+
+impl Sheet<'_> {
+    /// What belongs to no region: the held vertices, and the faces that have no other ones.
+    fn idle(&self) -> Reduced {
+        let first = (self.vertex_capacity() - self.held) as u32;
+        let vertices: Vec<u32> = (first..first + self.held as u32).collect();
+        let faces = (0..self.face_capacity() as u32).filter_map(|face| {
+            let triangle = self.triangle(face as usize)?;
+            triangle.iter().all(|&v| v >= first).then_some((self.face_id(face as usize), triangle))
+        });
+        let (face_ids, triangles) = if self.held > 0 { faces.unzip() } else { Default::default() };
+        let quadric = |&v: &u32| self.quadrics.get(v as usize).copied().unwrap_or_default();
+        Reduced {
+            vertex_ids: vertices.iter().map(|&v| self.vertex_id(v)).collect(),
+            positions: vertices.iter().map(|&v| self.positions[v as usize]).collect(),
+            quadrics: vertices.iter().map(quadric).collect(),
+            triangles,
+            face_ids,
+            vertices,
+            ..Reduced::default()
+        }
+    }
+
+    /// A pass over all regions: collapses the edges that cost less than a ceiling. Not for collapses that
+    /// are recorded.
+    ///
+    /// # Panics
+    /// The rules say that collapses are recorded.
+    #[must_use]
+    pub fn reduce(&self, pass: usize, rules: &Rules, ceiling: Ceiling) -> Sheet<'static> {
+        assert!(!rules.record, "nothing is recorded here");
+        let partition = self.partition(pass);
+        let mut reduced = parallel::collect_each(partition.regions(), |i| {
+            Region::new(self, &partition, i, rules).reduce(rules, ceiling)
+        });
+        reduced.push(self.idle());
+        let joined = Sheet::join_all(reduced, self.vertex_capacity());
+        Sheet { held: self.held, ..joined }
+    }
+
+    /// What a pass would take away at which costs, as one in so many regions tell, each collapsed until
+    /// this share of its faces is left.
+    #[must_use]
+    pub fn forecast(&self, pass: usize, rules: &Rules, share: f64, one_in: usize) -> Forecast {
+        let partition = self.partition(pass);
+        let regions = partition.regions();
+        let asked = regions.div_ceil(one_in.max(1)).max(regions.min(3));
+        let forecasts = parallel::collect_each(asked, |i| {
+            // Those that are asked lie evenly in the order, and none at its ends.
+            let region = (2 * i + 1) * regions / (2 * asked);
+            Region::new(self, &partition, region, rules).forecast(rules, share)
+        });
+        Forecast::of_all(&forecasts, self.face_count() as u64)
     }
 }
 

@@ -135,7 +135,8 @@ impl Region {
     /// All of a sheet.
     pub(super) fn whole(sheet: Sheet<'_>, rules: &Rules) -> Self {
         let vertices: Vec<u32> = sheet.vertices().collect();
-        if sheet.whole.is_some() || !rules.record && !sheet.half_edges.is_empty() {
+        let unused = !rules.record && !sheet.half_edges.is_empty();
+        if sheet.whole.is_some() || unused || sheet.held > 0 {
             let partition = Partition::whole(&sheet);
             return Self::new(&sheet, &partition, 0, rules);
         }

@@ -27,7 +27,12 @@ impl Rules {
     /// Those of [`Preset::Draft`](crate::Preset::Draft) for a mesh.
     #[must_use]
     pub fn new(mesh: &TriMesh) -> Self {
-        let size = mesh.bounding_box().map_or(0.0, |bounds| bounds.diagonal());
+        Self::of_size(mesh.bounding_box().map_or(0.0, |bounds| bounds.diagonal()))
+    }
+
+    /// The same for a mesh of this size, the diagonal of its bounding box.
+    #[must_use]
+    pub fn of_size(size: f64) -> Self {
         let scale = size.powi(4).recip();
         Self {
             marginal: true,

@@ -81,7 +81,20 @@ pub(crate) fn collapse_in_regions(
     end: End,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Regional {
-    let faces = mesh.topology().face_count();
+    let capacity = mesh.topology().vertex_capacity();
+    collapse_sheet(Sheet::new(mesh), capacity, rules, limits, end, observe)
+}
+
+/// The same for a sheet whose vertices have ids below `capacity`.
+pub(crate) fn collapse_sheet(
+    mut sheet: Sheet<'_>,
+    capacity: usize,
+    rules: Rules,
+    limits: &Limits,
+    end: End,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Regional {
+    let faces = sheet.face_count();
     let target = limits.face_target(faces);
     let mut passes = Passes {
         rules,
@@ -90,7 +103,7 @@ pub(crate) fn collapse_in_regions(
         faces_before: faces,
         observe,
         start: Instant::now(),
-        merged_into: (0..mesh.topology().vertex_capacity() as u32).collect(),
+        merged_into: (0..capacity as u32).collect(),
         log: Vec::new(),
         log_faces: faces as u32,
         collapses: 0,
@@ -98,7 +111,6 @@ pub(crate) fn collapse_in_regions(
         max_cost: 0.0,
         stop: None,
     };
-    let mut sheet = Sheet::new(mesh);
     let mut pass = 0;
     let last = match end {
         End::Exact => (LAST * target as f64) as usize,
@@ -119,7 +131,7 @@ pub(crate) fn collapse_in_regions(
     if end == End::Exact && passes.stop.is_none() {
         sheet = passes.in_one_piece(sheet);
     }
-    passes.finish(mesh, &sheet)
+    passes.finish(&sheet)
 }
 
 impl Passes<'_, '_> {
@@ -215,9 +227,9 @@ impl Passes<'_, '_> {
     }
 
     /// The mesh that is left: vertices and faces in the order of the original.
-    fn finish(mut self, mesh: &TriMesh, sheet: &Sheet<'_>) -> Regional {
+    fn finish(mut self, sheet: &Sheet<'_>) -> Regional {
         let Ordered { mesh: left, vertices: order, faces } = sheet.to_ordered_mesh();
-        let mut of_id = vec![None; mesh.topology().vertex_capacity()];
+        let mut of_id = vec![None; self.merged_into.len()];
         for (new, &(id, _)) in order.iter().enumerate() {
             of_id[id as usize] = Some(VertexId::new(new as u32));
         }

@@ -24,6 +24,8 @@ pub struct Sheet<'a> {
     /// The half-edges of the original that are left of the sides of each face, if collapses are
     /// recorded.
     pub(super) half_edges: Vec<[u32; 3]>,
+    /// So many of the last vertices belong elsewhere: neither they nor those next to them move.
+    pub(super) held: usize,
 }
 
 impl<'a> Sheet<'a> {
@@ -38,6 +40,7 @@ impl<'a> Sheet<'a> {
             triangles: Vec::new(),
             face_ids: Vec::new(),
             half_edges: Vec::new(),
+            held: 0,
         }
     }
 
@@ -93,6 +96,11 @@ impl<'a> Sheet<'a> {
         if self.whole.is_some() { face as u32 } else { self.face_ids[face] }
     }
 
+    /// The vertices that may be collapsed: those that are not held.
+    pub(super) fn own_vertices(&self) -> impl Iterator<Item = u32> + '_ {
+        self.vertices().take(self.vertex_capacity() - self.held)
+    }
+
     /// The mesh that the sheet is: vertices and faces in the order of the original.
     #[must_use]
     pub fn to_mesh(&self) -> TriMesh {
@@ -121,6 +129,67 @@ impl<'a> Sheet<'a> {
         #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
         let mesh = TriMesh::from_triangles(&positions, &triangles).expect("a manifold");
         Ordered { mesh, vertices, faces }
+    }
+}
+
+/// A part of a mesh that is collapsed by itself, as arrays: what a [`Sheet`] is made of, and what is left of it.
+///
+/// It has every face with a corner among its own vertices. The vertices after these belong elsewhere and
+/// are there for the sake of these faces: neither they nor those next to them move, so what is done
+/// with one part is no matter to another.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Fragment {
+    /// Where the vertices are, its own ones first.
+    pub positions: Vec<DVec3>,
+    /// How many of the vertices are its own.
+    pub own: usize,
+    /// What each of its own vertices remembers of the faces that it stands for, about its position;
+    /// nothing before the first pass.
+    pub quadrics: Vec<Quadric>,
+    /// The faces, by vertices.
+    pub triangles: Vec<[u32; 3]>,
+    /// For a part that was made of another one: the number that each vertex had there.
+    pub vertex_ids: Vec<u32>,
+}
+
+impl Sheet<'static> {
+    /// A part of a mesh before a pass; its vertex ids are the places in it, whatever it had before.
+    ///
+    /// # Panics
+    /// A triangle has a vertex that is not there, or the number of quadrics is neither zero nor that
+    /// of the own vertices.
+    #[must_use]
+    pub fn from_fragment(fragment: Fragment) -> Self {
+        let Fragment { positions, own, mut quadrics, triangles, vertex_ids: _ } = fragment;
+        let count = positions.len();
+        assert!(quadrics.is_empty() || quadrics.len() == own, "a quadric for each own vertex");
+        let is_there = |&v: &u32| (v as usize) < count;
+        assert!(triangles.as_flattened().iter().all(is_there), "triangles of vertices");
+        if !quadrics.is_empty() {
+            quadrics.resize(count, Quadric::default());
+        }
+        Self {
+            whole: None,
+            positions: Cow::Owned(positions),
+            quadrics,
+            vertex_ids: (0..count as u32).collect(),
+            face_ids: (0..triangles.len() as u32).collect(),
+            triangles,
+            half_edges: Vec::new(),
+            held: count - own,
+        }
+    }
+
+    /// What the sheet is, as arrays; the vertex ids are places in the fragment that the first sheet was
+    /// made from.
+    #[must_use]
+    pub fn into_fragment(self) -> Fragment {
+        let Self { positions, mut quadrics, vertex_ids, triangles, held, .. } = self;
+        let positions = positions.into_owned();
+        let own = positions.len() - held;
+        quadrics.truncate(own);
+        Fragment { positions, own, quadrics, triangles, vertex_ids }
     }
 }
 

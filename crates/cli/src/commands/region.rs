@@ -1,0 +1,280 @@
+//! `curvmesh region`: the steps of a run over a mesh larger than memory, one by one, for job arrays.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+use out_of_core::{Next, Plan, Work, run as run_rest};
+use serde::Serialize;
+
+use crate::batch::{Shard, parse_shard};
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::interrupt;
+use crate::large;
+use crate::load::{Loading, parse_bytes};
+use crate::save::{SaveOptions, check_target};
+use crate::session::{Outcome, Session};
+use crate::simplify_options::{Policy, Targets};
+
+/// Simplify a mesh larger than memory step by step, on as many machines as there are
+///
+/// Every step goes from files to files in a work folder on a disk that all machines see. What is done is
+/// passed over, so that a job that failed is simply started again.
+///
+///     curvmesh region split huge.ply -w work --ratio 0.01 --memory 8G
+///     curvmesh region plan work                  # which level is next, and what is to be done
+///     curvmesh region reduce work --level 0 --shard 3/64
+///     curvmesh region join work --level 1 --shard 3/16
+///     curvmesh region finish work -o small.ply
+#[derive(Debug, Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Region {
+    #[command(subcommand)]
+    step: RegionStep,
+}
+
+#[derive(Debug, Subcommand)]
+enum RegionStep {
+    /// Split a file into regions on disk
+    Split(Box<Split>),
+    /// Say what is to be done next: reduce and join a level, or finish
+    Plan(Folder),
+    /// Collapse regions of a level up to the cost that is planned
+    Reduce(Cells),
+    /// Join what was left of the level below
+    Join(Cells),
+    /// Do whatever is left to do, and write the result
+    Finish(Finish),
+}
+
+#[derive(Debug, Args)]
+struct Split {
+    /// The file to read: PLY, STL or OBJ
+    #[arg(value_name = "IN", help_heading = None)]
+    input: PathBuf,
+    /// The folder for the regions
+    #[arg(short, long, value_name = "DIR", help_heading = None)]
+    work_dir: PathBuf,
+    /// The most memory that a step may take, like 512MiB or 4G
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes, help_heading = None)]
+    memory: u64,
+    #[command(flatten)]
+    targets: Targets,
+    #[command(flatten)]
+    policy: Policy,
+    #[command(flatten)]
+    loading: Loading,
+}
+
+#[derive(Debug, Args)]
+struct Folder {
+    /// The work folder
+    #[arg(value_name = "DIR")]
+    work_dir: PathBuf,
+}
+
+#[derive(Debug, Args)]
+struct Cells {
+    /// The work folder
+    #[arg(value_name = "DIR")]
+    work_dir: PathBuf,
+    /// The level
+    #[arg(long, value_name = "L")]
+    level: u32,
+    /// Only this cell [default: all]
+    #[arg(long, value_name = "C", conflicts_with = "shard")]
+    cell: Option<u32>,
+    /// Only the K-th of N parts of the cells, as in 3/64
+    #[arg(long, value_name = "K/N", value_parser = parse_shard)]
+    shard: Option<Shard>,
+}
+
+#[derive(Debug, Args)]
+struct Finish {
+    /// The work folder
+    #[arg(value_name = "DIR")]
+    work_dir: PathBuf,
+    /// The file to write
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    #[command(flatten)]
+    save: SaveOptions,
+}
+
+/// What a step has done or found.
+#[derive(Serialize)]
+struct Report {
+    command: String,
+    work_dir: String,
+    step: &'static str,
+    level: u32,
+    /// The cells of the level.
+    cells: u32,
+    /// The faces of what was done, or of the level.
+    faces: u64,
+    /// What comes next, from a plan: `pass`, `finish`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    next: Option<&'static str>,
+    /// How many cells the next level has, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    joined: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<String>,
+    /// No point of either surface is farther from the other one than this, if that was proved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<f64>,
+}
+
+pub(crate) fn run(options: &Region, session: &Session) -> Result<Outcome, Failure> {
+    let console = &session.console;
+    match &options.step {
+        RegionStep::Split(split) => split_file(split, session),
+        RegionStep::Plan(folder) => {
+            let work = open(&folder.work_dir)?;
+            print_plan(&work, &current(&work)?, console)
+        }
+        RegionStep::Reduce(cells) => each_cell(cells, "reduce", console, &|work, cell| {
+            work.reduce(cells.level, cell).map(|record| record.faces)
+        }),
+        RegionStep::Join(cells) => each_cell(cells, "join", console, &|work, cell| {
+            work.join(cells.level, cell).map(|record| record.faces)
+        }),
+        RegionStep::Finish(finish) => finish_run(finish, session),
+    }
+}
+
+fn open(folder: &std::path::Path) -> Result<Work, Failure> {
+    Work::open(folder).map_err(Failure::regions)
+}
+
+fn split_file(options: &Split, session: &Session) -> Result<Outcome, Failure> {
+    options.targets.check()?;
+    options.policy.check_given(&session.given)?;
+    let limits = options.targets.regional_limits()?;
+    let chosen = options.policy.regional_options(limits)?;
+    let prove = options.policy.proves().then_some(large::PROVED);
+    let settings = large::settings(chosen, options.memory, &options.loading.repair, prove)?;
+    let (folder, console) = (&options.work_dir, &session.console);
+    let work = large::split_file(&options.input, folder, &options.loading, settings, console)?;
+    print_plan(&work, &work.plan(0).map_err(Failure::regions)?, console)
+}
+
+/// The plan of the highest level whose regions are all there.
+fn current(work: &Work) -> Result<Plan, Failure> {
+    let mut level = 0;
+    loop {
+        let plan = work.plan(level).map_err(Failure::regions)?;
+        let is_done = matches!(plan.next, Next::Pass { .. }) && work.is_joined(level + 1);
+        if !is_done {
+            return Ok(plan);
+        }
+        level += 1;
+    }
+}
+
+fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Failure> {
+    let (next, joined) = match plan.next {
+        Next::Pass { bits, .. } => ("pass", Some(plan.cells.div_ceil(1 << bits))),
+        Next::InOnePiece | Next::Cells => ("finish", None),
+    };
+    let report = Report {
+        level: plan.level,
+        cells: plan.cells,
+        faces: plan.faces,
+        next: Some(next),
+        joined,
+        ..report(work, "plan", console)
+    };
+    let text = match joined {
+        Some(joined) => format!(
+            "level {}: {} faces in {} cells; reduce them, then join them to the {joined} of level {}",
+            plan.level,
+            plan.faces,
+            plan.cells,
+            plan.level + 1
+        ),
+        None => format!("level {}: {} faces; finish", plan.level, plan.faces),
+    };
+    print(&report, &text, console)
+}
+
+fn each_cell(
+    options: &Cells,
+    step: &'static str,
+    console: &Console,
+    act: &dyn Fn(&Work, u32) -> Result<u64, out_of_core::Error>,
+) -> Result<Outcome, Failure> {
+    let work = open(&options.work_dir)?;
+    let below = if step == "join" { options.level.checked_sub(1) } else { Some(options.level) };
+    let Some(below) = below else {
+        return Err(Failure::usage("level 0 is what was split; the first that is joined is 1"));
+    };
+    // Everybody comes to the same plan.
+    work.plan(below).map_err(Failure::regions)?;
+    let cells = work.cells(options.level).map_err(Failure::regions)?;
+    let mine: Vec<u32> = match (options.cell, options.shard) {
+        (Some(cell), _) if cell >= cells => {
+            return Err(Failure::usage(format!(
+                "there are only {cells} cells on level {}",
+                options.level
+            )));
+        }
+        (Some(cell), _) => vec![cell],
+        (None, Some(shard)) => shard.of_items(0..cells),
+        (None, None) => (0..cells).collect(),
+    };
+    let mut faces = 0;
+    for cell in mine {
+        faces += act(&work, cell).map_err(Failure::regions)?;
+    }
+    let report = Report { level: options.level, cells, faces, ..report(&work, step, console) };
+    print(&report, &format!("{step} of level {}: {faces} faces", options.level), console)
+}
+
+fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
+    check_target(&options.output, &options.save, &session.given)?;
+    let console = &session.console;
+    let work = open(&options.work_dir)?;
+    let bar = console.progress_of_passes();
+    let outcome = run_rest(&work, &mut |step| {
+        large::show(&bar, step);
+        !interrupt::is_asked_to_end()
+    });
+    bar.finish_and_clear();
+    let outcome = outcome.map_err(Failure::regions)?;
+    large::save_left(outcome.left, &work, &options.output, &options.save, console)?;
+    let faces = outcome.faces;
+    let report = Report {
+        level: outcome.levels.len() as u32 - 1,
+        cells: outcome.cells.last().copied().unwrap_or(0),
+        faces,
+        output: Some(options.output.display().to_string()),
+        error: outcome.error,
+        ..report(&work, "finish", console)
+    };
+    print(&report, &format!("{}: {faces} faces", options.output.display()), console)
+}
+
+fn report(work: &Work, step: &'static str, console: &Console) -> Report {
+    Report {
+        command: console.command().to_owned(),
+        work_dir: work.folder().display().to_string(),
+        step,
+        level: 0,
+        cells: 0,
+        faces: 0,
+        next: None,
+        joined: None,
+        output: None,
+        error: None,
+    }
+}
+
+fn print(report: &Report, text: &str, console: &Console) -> Result<Outcome, Failure> {
+    if console.is_json() {
+        console.print(console.signed(report)?)?;
+    } else {
+        console.print(text)?;
+    }
+    Ok(Outcome::of_run())
+}

@@ -1,0 +1,170 @@
+//! Meshes that are larger than the memory they may take.
+#![allow(clippy::unwrap_used)]
+
+mod common;
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use common::{code, curvmesh, json, write};
+use mesh_core::shapes::Torus;
+
+/// A torus of 100,000 faces.
+fn torus(folder: &Path) -> PathBuf {
+    let input = folder.join("in.ply");
+    write(Torus { major: 5.0, minor: 2.0 }.shifted_mesh(500, 100).unwrap(), &input);
+    input
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+const TARGET: [&str; 4] = ["--ratio", "0.02", "--memory", "32MiB"];
+
+#[test]
+fn in_one_go_step_by_step_and_killed_in_between_is_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = torus(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    let [whole, steps, killed, work] = ["whole.ply", "steps.ply", "killed.ply", "work"].map(at);
+
+    let report = json(&[&["simplify", text(&input), "-o", text(&whole)], &TARGET[..]].concat());
+    assert_eq!((&report["faces_in"], &report["faces_out"]), (&100_000.into(), &2000.into()));
+    assert!(report["passes"]["cells"][0].as_u64().unwrap() >= 4, "{report}");
+    assert!(!at("whole.ply.work").exists());
+    let bytes = std::fs::read(&whole).unwrap();
+
+    let split = ["region", "split", text(&input), "-w", text(&work)];
+    let mut plan = json(&[&split[..], &TARGET[..]].concat());
+    while plan["next"] == "pass" {
+        let level = plan["level"].as_u64().unwrap();
+        // In any order, and in parts.
+        for shard in ["2/3", "3/3", "1/3", "2/3"] {
+            let level = level.to_string();
+            json(&["region", "reduce", text(&work), "--level", &level, "--shard", shard]);
+        }
+        json(&["region", "join", text(&work), "--level", &(level + 1).to_string()]);
+        plan = json(&["region", "plan", text(&work)]);
+    }
+    json(&["region", "finish", text(&work), "-o", text(&steps)]);
+    assert!(bytes == std::fs::read(&steps).unwrap());
+
+    // Killed again and again, later each time.
+    let go_on =
+        [&["simplify", text(&input), "-o", text(&killed), "--resume"], &TARGET[..]].concat();
+    for round in 1..6 {
+        let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+        let mut run = run.args(&go_on).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(130 * round));
+        run.kill().unwrap();
+        run.wait().unwrap();
+    }
+    let output = curvmesh(&go_on);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(bytes == std::fs::read(&killed).unwrap());
+}
+
+#[test]
+fn what_needs_the_whole_mesh_is_wrong_usage() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = torus(folder.path());
+    let [output, work] = ["out.ply", "work"].map(|name| folder.path().join(name));
+    let simplify = ["simplify", text(&input), "-o", text(&output), "--memory", "32MiB"];
+    for more in [
+        &["--max-error", "1%"][..],
+        &["--ratio", "0.1", "--feature-angle", "30"],
+        &["--ratio", "0.1", "--lock-boundary"],
+        &["--ratio", "0.1", "--no-intersections"],
+        &["--ratio", "0.1", "--preset", "paper-l1"],
+        &["--ratio", "0.1", "--weld", "exact"],
+        &["--ratio", "0.1", "--view", "page.html"],
+    ] {
+        let (code, message) = code(&[&simplify[..], more].concat());
+        assert!(code == 2 && !output.exists(), "{more:?}: {code} {message}");
+    }
+    let (least, message) = code(&[
+        "simplify",
+        text(&input),
+        "-o",
+        text(&output),
+        "--ratio",
+        "0.1",
+        "--memory",
+        "1MiB",
+    ]);
+    assert!(least == 2 && message.contains("allow at least"), "{message}");
+    // A mesh that fits is done as without the option.
+    for (name, memory) in [("a.ply", None), ("b.ply", Some("1G"))] {
+        let there = folder.path().join(name);
+        let mut arguments = vec!["simplify", text(&input), "-o", text(&there), "--ratio", "0.02"];
+        arguments.extend(memory.iter().flat_map(|memory| ["--memory", memory]));
+        assert_eq!(code(&arguments).0, 0);
+    }
+    let read = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
+    assert!(read("a.ply") == read("b.ply"));
+    // Neither is a folder with other files taken.
+    let run = [&["simplify", text(&input), "-o", text(&output)], &TARGET[..]].concat();
+    assert_eq!(code(&[&run[..], &["--work-dir", text(folder.path())]].concat()).0, 2);
+    // A folder of another run stays what it is.
+    assert_eq!(code(&[&run[..], &["--work-dir", text(&work)]].concat()).0, 0);
+    assert_eq!(code(&[&run[..], &["--work-dir", text(&work)]].concat()).0, 2);
+    assert_eq!(code(&[&run[..], &["--work-dir", text(&work), "--resume"]].concat()).0, 0);
+    let other = [&run[..], &["--work-dir", text(&work), "--resume", "--preset", "fast"]].concat();
+    assert_eq!(code(&other).0, 2);
+}
+
+#[test]
+fn strangers_files_are_refused_as_ever() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out.ply");
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                  property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+    let cases = [
+        ("short.ply", format!("{header}0 0 0\n"), 3),
+        ("index.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"), 3),
+        ("nan.ply", format!("{header}0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n"), 3),
+        ("twice.ply", format!("{header}0 0 0\n1 0 0\n0 1 0\n3 0 1 1\n"), 4),
+        ("huge.ply", header.replace("vertex 3", "vertex 3000000000"), 3),
+        ("facets.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0\n".to_owned(), 3),
+        ("lines.obj", "v 0 0 0\nf 1 2 9\n".to_owned(), 3),
+        ("off.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n".to_owned(), 3),
+        ("nothing.ply", String::new(), 3),
+    ];
+    for (name, content, expected) in cases {
+        let input = folder.path().join(name);
+        std::fs::write(&input, content).unwrap();
+        // By the steps, which never do it in one piece.
+        let work = folder.path().join("work");
+        let split = ["region", "split", text(&input), "-w", text(&work), "--faces", "1"];
+        let (code, message) = code(&[&split[..], &["--memory", "64MiB"]].concat());
+        assert!(code == expected && !output.exists(), "{name}: {code} {message}");
+        assert!(!work.join("run.json").exists());
+        std::fs::remove_dir_all(work).ok();
+    }
+}
+
+/// The most memory that a run had in the real store, as the system counts it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_stays_within_its_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("in.ply");
+    write(Torus { major: 5.0, minor: 2.0 }.shifted_mesh(1000, 200).unwrap(), &input);
+    let output = folder.path().join("out.ply");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+    run.args([&["simplify", text(&input), "-o", text(&output)], &TARGET[..]].concat());
+    let mut run = run.stdout(Stdio::null()).spawn().unwrap();
+    let status = format!("/proc/{}/status", run.id());
+    let mut most = 0;
+    while run.try_wait().unwrap().is_none() {
+        let text = std::fs::read_to_string(&status).unwrap_or_default();
+        let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let kibibytes = line.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+        most = most.max(kibibytes.unwrap_or(0));
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(run.wait().unwrap().success());
+    assert!(most > 0 && most < 40 * 1024, "{most} KiB where 32 MiB are allowed");
+}

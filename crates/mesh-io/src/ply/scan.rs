@@ -1,0 +1,131 @@
+//! PLY as a stream.
+
+use super::columns::{FaceColumns, positions};
+use super::header::{self, Element};
+use super::read::vertex_index;
+use super::records::each_record;
+use crate::error::{Location, ReadErrorKind};
+use crate::input::Input;
+use crate::item::{Item, Visit};
+use crate::notes::Notes;
+use crate::text::quote;
+use glam::DVec3;
+use std::ops::ControlFlow;
+
+pub(crate) fn scan(
+    input: &mut Input<'_>,
+    visit: &mut Visit<'_>,
+    notes: &mut Notes,
+) -> Result<ControlFlow<()>, ReadErrorKind> {
+    let header = header::read(input)?;
+    let vertex_count = header.elements.iter().find(|e| e.name == "vertex").map_or(0, |e| e.count);
+    let (mut has_vertices, mut has_faces) = (false, false);
+    let mut flow = ControlFlow::Continue(());
+    for element in &header.elements {
+        if !element.properties.is_empty() {
+            let here = match header.storage {
+                header::Storage::Text => Location::Line(element.line),
+                _ => input.here(),
+            };
+            let what = format!("{} records", quote(element.name.as_bytes()));
+            input.plausible(element.count, element.least_bytes(header.storage), here, &what)?;
+        }
+        let scan = Scan { input, storage: header.storage, element, notes };
+        match element.name.as_str() {
+            "vertex" if !has_vertices => {
+                has_vertices = element.count > 0;
+                scan.vertices(visit, &mut flow)?;
+            }
+            "face" if !has_faces => {
+                has_faces = element.count > 0;
+                scan.faces(vertex_count, visit, &mut flow)?;
+            }
+            "tristrips" if !has_faces && element.count > 0 => {
+                return Err(ReadErrorKind::Unsupported {
+                    at: Location::Line(element.line),
+                    what: "reading triangle strips as a stream".to_owned(),
+                    cure: "convert the file to one with faces where there is memory for it",
+                });
+            }
+            _ => scan.pass_over()?,
+        }
+        if flow.is_break() {
+            return Ok(flow);
+        }
+    }
+    Ok(flow)
+}
+
+/// Ends the reading of records early; never seen outside.
+fn stopped() -> ReadErrorKind {
+    ReadErrorKind::Io(std::io::ErrorKind::Interrupted.into())
+}
+
+struct Scan<'s, 'i, 'a> {
+    input: &'i mut Input<'a>,
+    storage: header::Storage,
+    element: &'s Element,
+    notes: &'i mut Notes,
+}
+
+impl Scan<'_, '_, '_> {
+    fn note_others(&mut self, used: &[usize]) {
+        for (place, property) in self.element.properties.iter().enumerate() {
+            if !used.contains(&place) {
+                let name = quote(property.name.as_bytes());
+                self.notes.add(format!("passed over the PLY property {name}"));
+            }
+        }
+    }
+
+    fn vertices(
+        mut self,
+        visit: &mut Visit<'_>,
+        flow: &mut ControlFlow<()>,
+    ) -> Result<(), ReadErrorKind> {
+        let places = positions(self.element)?;
+        self.note_others(&places);
+        let read = each_record(self.input, self.storage, self.element, |record| {
+            *flow = visit(Item::Vertex(DVec3::from(places.map(|place| record.values[place]))));
+            if flow.is_break() { Err(stopped()) } else { Ok(0) }
+        });
+        if flow.is_break() { Ok(()) } else { read }
+    }
+
+    fn faces(
+        mut self,
+        vertex_count: u64,
+        visit: &mut Visit<'_>,
+        flow: &mut ControlFlow<()>,
+    ) -> Result<(), ReadErrorKind> {
+        let Some(columns) = FaceColumns::new(self.element) else {
+            self.notes.add("the PLY faces have no list of vertex indices");
+            return each_record(self.input, self.storage, self.element, |_| Ok(0));
+        };
+        self.note_others(&[columns.index_list()]);
+        let mut face: Vec<u64> = Vec::new();
+        let mut too_small = 0_u64;
+        let read = each_record(self.input, self.storage, self.element, |record| {
+            face.clear();
+            for &value in columns.indices(record) {
+                face.push(u64::from(vertex_index(value, vertex_count, record)?));
+            }
+            if face.len() < 3 {
+                too_small += 1;
+                return Ok(0);
+            }
+            *flow = visit(Item::Face(&face));
+            if flow.is_break() { Err(stopped()) } else { Ok(0) }
+        });
+        if too_small > 0 {
+            self.notes.add(format!("skipped {too_small} faces of fewer than three corners"));
+        }
+        if flow.is_break() { Ok(()) } else { read }
+    }
+
+    fn pass_over(self) -> Result<(), ReadErrorKind> {
+        let name = quote(self.element.name.as_bytes());
+        self.notes.add(format!("skipped the PLY element {name}"));
+        each_record(self.input, self.storage, self.element, |_| Ok(0))
+    }
+}

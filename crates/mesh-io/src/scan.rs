@@ -1,0 +1,99 @@
+//! Reading a file as a stream: vertices and faces pass by, nothing is kept of them.
+
+use crate::Format;
+use crate::budget::Budget;
+use crate::error::{Location, ReadError, ReadErrorKind};
+use crate::input::Input;
+use crate::item::{Item, Visit};
+use crate::notes::Notes;
+use crate::read::{ReadOptions, detect, open};
+use std::io::Read;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+/// What is known of a file after a scan.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Scanned {
+    /// The format.
+    pub format: Format,
+    /// What was passed over.
+    pub notes: Vec<String>,
+    /// Whether all of it was read; else the visitor has ended it.
+    pub is_whole: bool,
+}
+
+/// Reads the vertices and faces of a PLY, STL or OBJ file one by one, in memory that does not depend on
+/// the size of the file. All else that the file holds is passed over, and named in the notes.
+///
+/// ```no_run
+/// use core::ops::ControlFlow;
+/// use mesh_io::{Item, ReadOptions, scan};
+///
+/// let mut faces = 0_u64;
+/// scan("huge.ply", &ReadOptions::default(), &mut |item| {
+///     faces += u64::from(!matches!(item, Item::Vertex(_)));
+///     ControlFlow::Continue(())
+/// })?;
+/// # Ok::<(), mesh_io::ReadError>(())
+/// ```
+///
+/// # Errors
+/// As [`read_with`](crate::read_with), and [`ReadErrorKind::Unsupported`] for formats that cannot be read as a stream:
+/// OFF, glTF and GLB.
+pub fn scan(
+    path: impl AsRef<Path>,
+    options: &ReadOptions,
+    visit: &mut dyn FnMut(Item<'_>) -> ControlFlow<()>,
+) -> Result<Scanned, ReadError> {
+    let path = path.as_ref();
+    let mut scan = || -> Result<Scanned, ReadError> {
+        let (mut file, options) = open(path, options)?;
+        scan_stream(&mut file, &options, Some(path), visit)
+    };
+    scan().map_err(|error| error.at_path(path))
+}
+
+/// As [`scan`], from a stream, which need not be buffered.
+///
+/// # Errors
+/// As [`scan`]; the error has no path.
+pub fn scan_from(
+    reader: &mut dyn Read,
+    options: &ReadOptions,
+    visit: &mut dyn FnMut(Item<'_>) -> ControlFlow<()>,
+) -> Result<Scanned, ReadError> {
+    scan_stream(reader, options, None, visit)
+}
+
+fn scan_stream(
+    reader: &mut dyn Read,
+    options: &ReadOptions,
+    path: Option<&Path>,
+    visit: &mut Visit<'_>,
+) -> Result<Scanned, ReadError> {
+    let mut input = Input::new(reader, options.size, Budget::new(options.max_memory));
+    let (format, size) = detect(&mut input, options, path)?;
+    let mut items = 0_u64;
+    let mut notes = Notes::default();
+    let counted = &mut |item: Item<'_>| {
+        items += 1;
+        visit(item)
+    };
+    let flow = match format {
+        Format::Ply => crate::ply::scan(&mut input, counted, &mut notes),
+        Format::Stl => crate::stl::scan(&mut input, size, counted, &mut notes),
+        #[cfg(feature = "obj")]
+        Format::Obj => crate::obj::scan(&mut input, counted, &mut notes),
+        #[cfg(not(feature = "obj"))]
+        Format::Obj => Err(ReadErrorKind::FormatDisabled(format)),
+        Format::Off | Format::Gltf | Format::Glb => Err(ReadErrorKind::Unsupported {
+            at: Location::Byte(0),
+            what: format!("reading {format} as a stream"),
+            cure: "convert the file to PLY where there is memory for it",
+        }),
+    }?;
+    if items == 0 && !options.allow_empty {
+        return Err(ReadErrorKind::Empty { notes: notes.finish() }.into());
+    }
+    Ok(Scanned { format, notes: notes.finish(), is_whole: flow.is_continue() })
+}

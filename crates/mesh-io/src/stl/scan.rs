@@ -1,0 +1,66 @@
+//! STL as a stream.
+
+use super::facets::{CORNERS, FACET, Facets, HEADER, Part, corners_of, is_text};
+use crate::error::ReadErrorKind;
+use crate::input::Input;
+use crate::item::{Item, Visit};
+use crate::notes::Notes;
+use std::ops::ControlFlow;
+
+pub(crate) fn scan(
+    input: &mut Input<'_>,
+    size: Option<u64>,
+    visit: &mut Visit<'_>,
+    notes: &mut Notes,
+) -> Result<ControlFlow<()>, ReadErrorKind> {
+    if is_text(input, size)? { scan_text(input, visit) } else { scan_binary(input, visit, notes) }
+}
+
+fn scan_binary(
+    input: &mut Input<'_>,
+    visit: &mut Visit<'_>,
+    notes: &mut Notes,
+) -> Result<ControlFlow<()>, ReadErrorKind> {
+    input.skip(HEADER, "the header")?;
+    let at = input.here();
+    let count = u32::from_le_bytes(input.array("the number of facets")?);
+    input.plausible(u64::from(count), FACET as u64, at, "facets")?;
+    let mut extra = false;
+    for _ in 0..count {
+        let facet: [u8; FACET] = input.array("a facet")?;
+        extra |= facet[CORNERS.end..] != [0, 0];
+        if visit(Item::Facet(&corners_of(&facet))).is_break() {
+            return Ok(ControlFlow::Break(()));
+        }
+    }
+    if extra {
+        notes.add("ignored the two extra bytes of the STL facets");
+    }
+    if !input.peek(1)?.is_empty() {
+        notes.add("ignored what follows the last STL facet");
+    }
+    Ok(ControlFlow::Continue(()))
+}
+
+fn scan_text(
+    input: &mut Input<'_>,
+    visit: &mut Visit<'_>,
+) -> Result<ControlFlow<()>, ReadErrorKind> {
+    let mut facets = Facets::default();
+    let mut flow = ControlFlow::Continue(());
+    while let Some(line) = input.line()? {
+        facets.line(line, &mut |part| {
+            if let Part::Facet(corners) = part
+                && flow.is_continue()
+            {
+                flow = visit(Item::Facet(corners));
+            }
+            Ok(())
+        })?;
+        if flow.is_break() {
+            return Ok(flow);
+        }
+    }
+    facets.finish(input)?;
+    Ok(flow)
+}

@@ -1,0 +1,144 @@
+//! Files as streams: the same vertices and faces as when they are read whole.
+#![cfg(feature = "obj")]
+#![allow(clippy::unwrap_used)]
+
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+use mesh_core::PolygonSoup;
+use mesh_core::shapes::Torus;
+use mesh_io::{
+    Encoding, Format, Item, Model, ReadError, ReadErrorKind, ReadOptions, WriteOptions, read_from,
+    scan_from, write_to,
+};
+
+/// What a scan meets: the positions of vertices, and those of the corners of each face.
+#[derive(Debug, Default, PartialEq)]
+struct Met {
+    vertices: Vec<[u64; 3]>,
+    faces: Vec<Vec<[u64; 3]>>,
+}
+
+fn bits(point: DVec3) -> [u64; 3] {
+    (point + DVec3::ZERO).to_array().map(f64::to_bits)
+}
+
+fn scanned(bytes: &[u8]) -> Result<(Met, bool), ReadError> {
+    let (mut met, mut faces, mut has_facets) = (Met::default(), Vec::new(), false);
+    scan_from(&mut &*bytes, &ReadOptions::default(), &mut |item| {
+        match item {
+            Item::Vertex(point) => met.vertices.push(bits(point)),
+            Item::Face(corners) => faces.push(corners.to_vec()),
+            Item::Facet(corners) => {
+                has_facets = true;
+                met.faces.push(corners.iter().copied().map(bits).collect());
+            }
+        }
+        ControlFlow::Continue(())
+    })?;
+    for face in faces {
+        met.faces.push(face.iter().map(|&v| met.vertices[v as usize]).collect());
+    }
+    Ok((met, has_facets))
+}
+
+fn whole(soup: &PolygonSoup) -> Met {
+    let vertices: Vec<[u64; 3]> = soup.positions().iter().copied().map(bits).collect();
+    let faces = soup.faces().map(|face| face.iter().map(|&v| vertices[v as usize]).collect());
+    Met { faces: faces.collect(), vertices }
+}
+
+/// Files of every format and encoding that can be scanned.
+fn files() -> Vec<(String, Vec<u8>)> {
+    let mut soup = Torus { major: 3.0, minor: 1.0 }.shifted_mesh(12, 7).unwrap();
+    let first = soup.vertex_count() as u32;
+    for i in 0..5_u32 {
+        soup.push_vertex([f64::from(i).cos(), f64::from(i).sin(), 0.1]);
+    }
+    soup.push_face(&[first, first + 1, first + 2, first + 3, first + 4]).unwrap();
+    let mut model = Model::from(soup);
+    model.vertex_colors = Some(vec![[0.5, 0.25, 1.0, 1.0]; model.soup.vertex_count()]);
+    let encodings = [Encoding::Text, Encoding::LittleEndian, Encoding::BigEndian];
+    let mut files = Vec::new();
+    for format in [Format::Ply, Format::Stl, Format::Obj] {
+        for encoding in encodings {
+            let options = WriteOptions { encoding, ..WriteOptions::default() };
+            let mut bytes = Vec::new();
+            if write_to(&mut bytes, &model, format, &options).is_ok() {
+                files.push((format!("{format} {encoding:?}"), bytes));
+            }
+        }
+    }
+    assert_eq!(files.len(), 6);
+    files
+}
+
+#[test]
+fn a_scan_meets_what_a_reader_finds() {
+    for (name, bytes) in files() {
+        let (met, has_facets) = scanned(&bytes).unwrap();
+        let read = whole(&read_from(&mut &*bytes, &ReadOptions::default()).unwrap().soup);
+        assert_eq!(met.faces, read.faces, "{name}");
+        assert!(has_facets || met.vertices == read.vertices, "{name}");
+    }
+}
+
+#[test]
+fn a_visitor_can_end_a_scan() {
+    for (name, bytes) in files() {
+        let mut seen = 0;
+        let done = scan_from(&mut &*bytes, &ReadOptions::default(), &mut |_| {
+            seen += 1;
+            if seen == 30 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert!(seen == 30 && !done.unwrap().is_whole, "{name}");
+    }
+}
+
+#[test]
+fn whatever_is_in_a_file_both_agree_or_the_scan_says_why() {
+    let mut random = fastrand::Rng::with_seed(9);
+    for (name, bytes) in files() {
+        for round in 0..400 {
+            let mut changed = bytes.clone();
+            for _ in 0..random.usize(1..4) {
+                let place = random
+                    .usize(0..changed.len().min(if round % 2 == 0 { 400 } else { usize::MAX }));
+                changed[place] = if round % 3 == 0 {
+                    b"0123456789 \n-f"[random.usize(0..14)]
+                } else {
+                    random.u8(..)
+                };
+            }
+            if round % 5 == 0 {
+                changed.truncate(random.usize(0..bytes.len()));
+            }
+            let read = read_from(&mut &*changed, &ReadOptions::default());
+            match (read, scanned(&changed)) {
+                (Ok(model), Ok((met, _))) => {
+                    assert_eq!(met.faces, whole(&model.soup).faces, "{name} {round}")
+                }
+                (Err(_), Err(_)) => {}
+                // A scan keeps nothing, so it need not refuse for lack of memory, nor for materials.
+                (Err(error), Ok(_)) => assert!(
+                    matches!(
+                        error.kind,
+                        ReadErrorKind::Memory { .. } | ReadErrorKind::Malformed { .. }
+                    ),
+                    "{name} {round}: {error}"
+                ),
+                (Ok(_), Err(error)) => assert!(
+                    matches!(error.kind, ReadErrorKind::Unsupported { .. }),
+                    "{name} {round}: {error}"
+                ),
+            }
+        }
+    }
+}
+
+#[test]
+fn formats_that_cannot_be_scanned_say_so() {
+    let off = b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    let error = scanned(off).unwrap_err();
+    assert!(matches!(error.kind, ReadErrorKind::Unsupported { .. }), "{error}");
+}

@@ -1,0 +1,90 @@
+//! Space in cells with about equally many vertices each: a binary tree of planes.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// A binary tree of planes across the axes. Its leaves are the cells of level 0, numbered from left to
+/// right; those of a higher level are subtrees, so that neighbours are joined by cutting off binary digits.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Cells {
+    /// The planes in the order of a heap: those below plane i are 2 i + 1 and 2 i + 2.
+    planes: Vec<Plane>,
+}
+
+/// Where space is halved.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Plane {
+    axis: u8,
+    /// What is below this is on the left.
+    at: f64,
+}
+
+impl Cells {
+    /// Two to the power of `depth` cells with equally many of the sites each, as far as these differ.
+    pub(crate) fn new(mut sites: Vec<DVec3>, depth: u32) -> Self {
+        let unset = Plane { axis: 0, at: 0.0 };
+        let mut cells = Self { planes: vec![unset; (1 << depth) - 1] };
+        cells.halve(&mut sites, 0);
+        cells
+    }
+
+    fn halve(&mut self, sites: &mut [DVec3], node: usize) {
+        if node >= self.planes.len() {
+            return;
+        }
+        let low = sites.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let extent = sites.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max) - low;
+        let axis =
+            (1..3).fold(0, |longest, i| if extent[i] > extent[longest] { i } else { longest });
+        let middle = sites.len() / 2;
+        let mut at = 0.0;
+        if middle > 0 {
+            sites.select_nth_unstable_by(middle, |a, b| a[axis].total_cmp(&b[axis]));
+            at = sites[middle][axis];
+        }
+        self.planes[node] = Plane { axis: axis as u8, at };
+        // By the plane itself, as everything else will be.
+        let (mut left, mut right): (Vec<DVec3>, Vec<DVec3>) =
+            sites.iter().partition(|site| site[axis] < at);
+        self.halve(&mut left, 2 * node + 1);
+        self.halve(&mut right, 2 * node + 2);
+    }
+
+    /// The number of cells of level 0.
+    #[must_use]
+    pub fn count(&self) -> u32 {
+        self.planes.len() as u32 + 1
+    }
+
+    /// The cell that a point lies in.
+    #[must_use]
+    pub fn cell_of(&self, point: DVec3) -> u32 {
+        let mut node = 0;
+        while let Some(plane) = self.planes.get(node) {
+            node = 2 * node + if point[usize::from(plane.axis)] < plane.at { 1 } else { 2 };
+        }
+        (node - self.planes.len()) as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_of_equal_size_and_cover_space() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut point = || DVec3::new(random.f64(), 3.0 * random.f64(), random.f64().powi(4));
+        let sites: Vec<DVec3> = (0..20_000).map(|_| point()).collect();
+        let cells = Cells::new(sites.clone(), 4);
+        let mut counts = [0; 16];
+        sites.iter().for_each(|&site| counts[cells.cell_of(site) as usize] += 1);
+        assert!(counts.iter().all(|&count| (1200..1300).contains(&count)), "{counts:?}");
+        assert!(cells.cell_of(DVec3::splat(1e30)) < 16 && cells.cell_of(DVec3::splat(-1e30)) < 16);
+        assert_eq!(Cells::new(sites, 0).count(), 1);
+        // Nothing to tell apart: everything in one cell, and no endless loop.
+        let same = Cells::new(vec![DVec3::ONE; 100], 3);
+        assert_eq!(same.cell_of(DVec3::ONE), same.cell_of(DVec3::splat(1.0)));
+        assert_eq!(Cells::new(Vec::new(), 2).count(), 4);
+    }
+}

@@ -1,0 +1,329 @@
+//! Fitting the result to the original, piece by piece, each against its own part of the original.
+//!
+//! The faces of the result are dealt out to pieces by cell. A face of the original belongs to the piece that
+//! is closest to its middle. Each piece is fitted, annealed, and its peaks are cut, as the options say; its
+//! rim stays, so that pieces fit together again. A second round does the same with strips along the rims of
+//! the first, and what was a rim lies within a piece then.
+
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+use mesh_core::{
+    FaceId, FaceMap, Handle, PolygonSoup, Repair, TriMesh, VertexId, VertexMap, build,
+};
+use mesh_metric::Surface;
+use simplify::{FinishOptions, FitConstraints, FitOptions, PeakOptions, anneal, cut_peaks, fit};
+
+use crate::cells::Cells;
+use crate::error::Error;
+use crate::region::Region;
+use crate::work::{Step, Work};
+
+/// So many rings of faces about a rim make up the strip in which it is smoothed over.
+const RINGS: usize = 4;
+
+/// No piece.
+const NONE: u32 = u32::MAX;
+
+/// Finishes what the collapses have left, against the regions of level 0.
+pub(crate) fn finish(
+    work: &Work,
+    mut mesh: TriMesh,
+    options: &FinishOptions,
+    see: &mut dyn FnMut(Step) -> bool,
+) -> Result<TriMesh, Error> {
+    let is_nothing = options.fit.is_none() && options.anneal.is_none() && options.peaks.is_none();
+    if is_nothing || mesh.topology().face_count() == 0 {
+        return Ok(mesh);
+    }
+    let mut of_face = by_cell(&mesh, &work.manifest().cells, DMat3::IDENTITY);
+    let strips = strips(&mesh, &of_face);
+    mesh = round(work, 0, mesh, &of_face, options, see)?;
+    // The rims are where they were; faces about them may have been flipped or moved since.
+    if let Some(rims) = strips {
+        let turn = DMat3::from_rotation_z(0.785) * DMat3::from_rotation_x(0.471);
+        let depth = work.manifest().cells.count().trailing_zeros();
+        let sites = mesh.positions().iter().map(|&position| turn * position).collect();
+        of_face = by_cell(&mesh, &Cells::new(sites, depth), turn);
+        let is_near = near(&mesh, &rims);
+        for face in mesh.topology().faces().filter(|&face| !is_near[face]) {
+            of_face[face] = NONE;
+        }
+        mesh = round(work, 1, mesh, &of_face, options, see)?;
+    }
+    Ok(mesh)
+}
+
+/// The piece of each face: the cell of its middle, in other directions.
+fn by_cell(mesh: &TriMesh, cells: &Cells, turn: DMat3) -> FaceMap<u32> {
+    let mut of_face = mesh.topology().face_map(NONE);
+    for face in mesh.topology().faces() {
+        of_face[face] = cells.cell_of(turn * middle(mesh.triangle(face)));
+    }
+    of_face
+}
+
+fn middle([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (a + b + c) / 3.0
+}
+
+/// The places of the vertices between pieces; `None` when there are none.
+fn strips(mesh: &TriMesh, of_face: &FaceMap<u32>) -> Option<Vec<DVec3>> {
+    let topology = mesh.topology();
+    let is_rim = |&v: &VertexId| {
+        let mut pieces = topology.faces_of_vertex(v).map(|face| of_face[face]);
+        let first = pieces.next();
+        pieces.any(|piece| Some(piece) != first)
+    };
+    let rims: Vec<DVec3> = topology.vertices().filter(is_rim).map(|v| mesh.position(v)).collect();
+    (!rims.is_empty()).then_some(rims)
+}
+
+/// The faces within some rings of the vertices at these places.
+fn near(mesh: &TriMesh, rims: &[DVec3]) -> FaceMap<bool> {
+    let topology = mesh.topology();
+    let key = |point: DVec3| point.to_array().map(f64::to_bits);
+    let mut places: Vec<[u64; 3]> = rims.iter().copied().map(key).collect();
+    places.sort_unstable();
+    let mut reached = topology.vertex_map(false);
+    for v in topology.vertices() {
+        reached[v] = places.binary_search(&key(mesh.position(v))).is_ok();
+    }
+    let mut is_near = topology.face_map(false);
+    for _ in 0..RINGS {
+        for face in topology.faces() {
+            is_near[face] |= topology.face_vertices(face).iter().any(|&v| reached[v]);
+        }
+        for face in topology.faces().filter(|&face| is_near[face]) {
+            topology.face_vertices(face).iter().for_each(|&v| reached[v] = true);
+        }
+    }
+    is_near
+}
+
+/// Finishes every piece by itself, and puts them together again.
+fn round(
+    work: &Work,
+    number: u32,
+    mesh: TriMesh,
+    of_face: &FaceMap<u32>,
+    options: &FinishOptions,
+    see: &mut dyn FnMut(Step) -> bool,
+) -> Result<TriMesh, Error> {
+    let folder = work.folder().join(format!("finish-{number}"));
+    std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+    let cells = work.manifest().cells.count();
+    let mut goes_on = |what, done: u32| {
+        let step = Step { what, done: u64::from(done), of: u64::from(cells), level: number };
+        if see(step) { Ok(()) } else { Err(Error::Stopped) }
+    };
+    let surface = Surface::new(&mesh)?;
+    for cell in 0..cells {
+        goes_on("dealing out", cell)?;
+        deal(&work.region(0, cell)?, &surface, of_face, &folder)?;
+    }
+    drop(surface);
+    let mut pieces = Vec::new();
+    for piece in 0..cells {
+        goes_on("fitting", piece)?;
+        let Some(part) = Piece::new(&mesh, of_face, piece)? else { continue };
+        let original = gather(&folder, cells, piece)?;
+        pieces.push(match original {
+            Some(original) => part.finished(&original, options)?,
+            None => part,
+        });
+    }
+    let glued = glue(&mesh, of_face, &pieces);
+    let finished = match glued {
+        Ok(finished) => finished,
+        // Two pieces have come to the same edge between their rims. What only moves cannot.
+        Err(_) => {
+            let fit = options.fit.map(|fit| FitOptions { flips: false, ..fit });
+            let only_moves = FinishOptions { fit, anneal: None, peaks: None };
+            let mut pieces = Vec::new();
+            for piece in 0..cells {
+                goes_on("fitting", piece)?;
+                let Some(part) = Piece::new(&mesh, of_face, piece)? else { continue };
+                let original = gather(&folder, cells, piece)?;
+                pieces.push(match original {
+                    Some(original) => part.finished(&original, &only_moves)?,
+                    None => part,
+                });
+            }
+            glue(&mesh, of_face, &pieces).unwrap_or(mesh)
+        }
+    };
+    let _ = std::fs::remove_dir_all(&folder);
+    Ok(finished)
+}
+
+fn part_path(folder: &Path, cell: u32, piece: u32) -> std::path::PathBuf {
+    folder.join(format!("cell-{cell}-piece-{piece}.region"))
+}
+
+/// Writes the own faces of a region of the original to a file for each piece that they belong to.
+fn deal(
+    region: &Region,
+    surface: &Surface,
+    of_face: &FaceMap<u32>,
+    folder: &Path,
+) -> Result<(), Error> {
+    let triangles: Vec<[u32; 3]> = region.own_triangles().collect();
+    let middles: Vec<DVec3> =
+        triangles.iter().map(|t| middle(t.map(|v| region.positions[v as usize]))).collect();
+    let closest = surface.closest_to_neighbours(&middles);
+    let mut dealt: Vec<(u32, u32)> =
+        closest.iter().zip(0..).map(|(point, i)| (of_face[point.face], i)).collect();
+    dealt.retain(|&(piece, _)| piece != NONE);
+    dealt.sort_unstable();
+    let mut number = vec![NONE; region.positions.len()];
+    for group in dealt.chunk_by(|a, b| a.0 == b.0) {
+        let mut used: Vec<u32> = group.iter().flat_map(|&(_, i)| triangles[i as usize]).collect();
+        used.sort_unstable_by_key(|&v| region.vertex_ids[v as usize]);
+        used.dedup();
+        used.iter().enumerate().for_each(|(new, &v)| number[v as usize] = new as u32);
+        let part = Region {
+            level: 0,
+            cell: group[0].0,
+            own: 0,
+            vertex_ids: used.iter().map(|&v| region.vertex_ids[v as usize]).collect(),
+            homes: vec![NONE; used.len()],
+            positions: used.iter().map(|&v| region.positions[v as usize]).collect(),
+            triangles: group
+                .iter()
+                .map(|&(_, i)| triangles[i as usize].map(|v| number[v as usize]))
+                .collect(),
+            ..Region::default()
+        };
+        part.write(&part_path(folder, region.cell, part.cell))?;
+    }
+    Ok(())
+}
+
+/// The part of the original that belongs to a piece.
+fn gather(folder: &Path, cells: u32, piece: u32) -> Result<Option<Surface>, Error> {
+    let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+    for cell in 0..cells {
+        let path = part_path(folder, cell, piece);
+        if path.exists() {
+            let part = Region::read(&path)?;
+            let first = positions.len() as u32;
+            positions.extend(part.positions);
+            triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+        }
+    }
+    if triangles.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(Surface::from_triangles(&positions, &triangles)?))
+}
+
+/// A piece of the result.
+struct Piece {
+    mesh: TriMesh,
+    /// The vertex of the whole for each vertex of the piece that lies on its rim, or on the boundary.
+    rim: VertexMap<Option<VertexId>>,
+}
+
+impl Piece {
+    fn new(mesh: &TriMesh, of_face: &FaceMap<u32>, piece: u32) -> Result<Option<Self>, Error> {
+        let topology = mesh.topology();
+        let faces: Vec<FaceId> = topology.faces().filter(|&face| of_face[face] == piece).collect();
+        if faces.is_empty() {
+            return Ok(None);
+        }
+        let mut soup = PolygonSoup::with_capacity(faces.len(), faces.len(), 3 * faces.len());
+        let mut number = topology.vertex_map(NONE);
+        let mut ids = Vec::new();
+        for &face in &faces {
+            let corners = topology.face_vertices(face).map(|v| {
+                if number[v] == NONE {
+                    number[v] = ids.len() as u32;
+                    ids.push(v);
+                    soup.push_vertex(mesh.position(v));
+                }
+                number[v]
+            });
+            let too_large = |_| Error::RegionTooLarge { faces: faces.len() as u64 };
+            soup.push_face(&corners).map_err(too_large)?;
+        }
+        // Faces that meet at a vertex alone come apart there; it is on the rim, and stays.
+        let mut cut = Repair::strict();
+        cut.cut_non_manifold = true;
+        let built = build(&soup, &cut).map_err(|error| Error::Build(Box::new(error)))?;
+        let mut rim = built.mesh.topology().vertex_map(None);
+        for v in built.mesh.topology().vertices() {
+            if built.mesh.topology().is_boundary_vertex(v) {
+                rim[v] = Some(ids[built.provenance.vertex_source[v.index()] as usize]);
+            }
+        }
+        Ok(Some(Self { mesh: built.mesh, rim }))
+    }
+
+    /// The same, closer to the original.
+    fn finished(mut self, original: &Surface, options: &FinishOptions) -> Result<Self, Error> {
+        // Without a curve to slide along, what is on the boundary stays.
+        let mut constraints = FitConstraints::default();
+        if let Some(options) = &options.fit {
+            fit(&mut self.mesh, original, &constraints, options)?;
+        }
+        if let Some(options) = &options.anneal {
+            let report = anneal(&mut self.mesh, original, &mut constraints, options)?;
+            self.follow(&report.vertex_map);
+        }
+        if let Some(options) = &options.peaks {
+            let faces = self.mesh.topology().face_count();
+            let options = PeakOptions { min_faces: faces, ..*options };
+            let report = cut_peaks(&mut self.mesh, original, &mut constraints, &options)?;
+            self.follow(&report.vertex_map);
+        }
+        Ok(self)
+    }
+
+    fn follow(&mut self, became: &VertexMap<Option<VertexId>>) {
+        let mut rim = self.mesh.topology().vertex_map(None);
+        for (old, new) in became.as_slice().iter().enumerate() {
+            if let (Some(new), Some(id)) = (new, self.rim[VertexId::from_index(old)]) {
+                rim[*new] = Some(id);
+            }
+        }
+        self.rim = rim;
+    }
+}
+
+/// Puts the pieces in the place of the faces that they were made of.
+fn glue(
+    mesh: &TriMesh,
+    of_face: &FaceMap<u32>,
+    pieces: &[Piece],
+) -> Result<TriMesh, mesh_core::MeshError> {
+    let topology = mesh.topology();
+    let mut positions = Vec::new();
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    let mut number = topology.vertex_map(NONE);
+    let mut place = |v: VertexId, positions: &mut Vec<DVec3>| {
+        if number[v] == NONE {
+            number[v] = positions.len() as u32;
+            positions.push(mesh.position(v));
+        }
+        number[v]
+    };
+    for face in topology.faces().filter(|&face| of_face[face] == NONE) {
+        triangles.push(topology.face_vertices(face).map(|v| place(v, &mut positions)));
+    }
+    for piece in pieces {
+        let own = piece.mesh.topology();
+        let mut local = own.vertex_map(NONE);
+        for v in own.vertices() {
+            local[v] = match piece.rim[v] {
+                Some(id) => place(id, &mut positions),
+                None => {
+                    positions.push(piece.mesh.position(v));
+                    (positions.len() - 1) as u32
+                }
+            };
+        }
+        triangles.extend(own.faces().map(|face| own.face_vertices(face).map(|v| local[v])));
+    }
+    TriMesh::from_triangles(&positions, &triangles)
+}

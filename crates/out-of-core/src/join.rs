@@ -1,0 +1,99 @@
+//! Neighbours as one region: what was their rim can move now.
+
+use glam::DVec3;
+use simplify::Quadric;
+
+use crate::error::Error;
+use crate::region::Region;
+
+/// Joins the regions of cells whose numbers are the same without their last `bits` binary digits into the
+/// region of that number on the next level. They may come in any order.
+///
+/// # Errors
+/// Together they are too large for 32 bits, one is missing, or they are not of the same run.
+///
+/// # Panics
+/// There are none, or their cells are not those of one on the next level.
+pub fn join(mut regions: Vec<Region>, bits: u32) -> Result<Region, Error> {
+    regions.sort_unstable_by_key(|region| region.cell);
+    assert!(!regions.is_empty(), "regions to be joined");
+    let (level, cell) = (regions[0].level + 1, regions[0].cell >> bits);
+    assert!(regions.iter().all(|region| region.cell >> bits == cell), "cells of one cell");
+    let faces: usize = regions.iter().map(|region| region.triangles.len()).sum();
+    let vertices: usize = regions.iter().map(|region| region.positions.len()).sum();
+    if faces > u32::MAX as usize / 3 || vertices > u32::MAX as usize {
+        return Err(Error::RegionTooLarge { faces: faces as u64 });
+    }
+    // The own vertices of all, in the order of their numbers.
+    let mut order: Vec<(u64, u32, u32)> = Vec::new();
+    for (which, region) in regions.iter().enumerate() {
+        let own = region.vertex_ids[..region.own].iter().zip(0..);
+        order.extend(own.map(|(&id, v)| (id, which as u32, v)));
+    }
+    order.sort_unstable();
+    let own = order.len();
+    let mut number: Vec<Vec<u32>> =
+        regions.iter().map(|region| vec![u32::MAX; region.positions.len()]).collect();
+    for (new, &(_, which, v)) in order.iter().enumerate() {
+        number[which as usize][v as usize] = new as u32;
+    }
+    let remembers = regions.iter().all(|region| region.quadrics.len() == region.own);
+    let quadric = |&(_, which, v): &(u64, u32, u32)| regions[which as usize].quadrics[v as usize];
+    let quadrics: Vec<Quadric> =
+        if remembers { order.iter().map(quadric).collect() } else { Vec::new() };
+    let position = |&(_, which, v): &(u64, u32, u32)| regions[which as usize].positions[v as usize];
+    let mut positions: Vec<DVec3> = order.iter().map(position).collect();
+    let mut vertex_ids: Vec<u64> = order.iter().map(|&(id, ..)| id).collect();
+    drop(order);
+    let mut stuck: Vec<u32> = Vec::new();
+    for (region, number) in regions.iter().zip(&number) {
+        stuck.extend(region.stuck.iter().map(|&v| number[v as usize]));
+    }
+    stuck.sort_unstable();
+    // The others: some are the own vertices of a neighbour, the rest is still elsewhere.
+    let mut elsewhere: Vec<(u64, u32, u32)> = Vec::new();
+    for (which, region) in regions.iter().enumerate() {
+        for v in region.own..region.positions.len() {
+            let id = region.vertex_ids[v];
+            let home = region.homes[v - region.own];
+            let neighbour = regions.binary_search_by_key(&home, |other| other.cell);
+            match neighbour {
+                Ok(other) => {
+                    let ids = &regions[other].vertex_ids[..regions[other].own];
+                    let place = ids
+                        .binary_search(&id)
+                        .map_err(|_| Error::DoNotFit { cell: region.cell, other: home })?;
+                    number[which][v] = number[other][place];
+                }
+                Err(_) if home >> bits == cell => {
+                    return Err(Error::DoNotFit { cell: region.cell, other: home });
+                }
+                Err(_) => elsewhere.push((id, which as u32, v as u32)),
+            }
+        }
+    }
+    elsewhere.sort_unstable();
+    let mut homes = Vec::new();
+    for (id, which, v) in elsewhere {
+        let region = &regions[which as usize];
+        if homes.is_empty() || vertex_ids.last() != Some(&id) {
+            vertex_ids.push(id);
+            homes.push(region.homes[v as usize - region.own] >> bits);
+            positions.push(region.positions[v as usize]);
+        }
+        number[which as usize][v as usize] = (vertex_ids.len() - 1) as u32;
+    }
+    // A face comes from the first of the regions that know it.
+    let is_here = |home: u32| regions.binary_search_by_key(&home, |other| other.cell).is_ok();
+    let mut triangles = Vec::with_capacity(faces);
+    for (region, number) in regions.iter().zip(&number) {
+        for triangle in &region.triangles {
+            let homes = triangle.map(|v| region.home(v));
+            let first = homes.into_iter().filter(|&home| is_here(home)).min();
+            if first == Some(region.cell) {
+                triangles.push(triangle.map(|v| number[v as usize]));
+            }
+        }
+    }
+    Ok(Region { level, cell, own, vertex_ids, homes, stuck, positions, quadrics, triangles })
+}

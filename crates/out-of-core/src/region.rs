@@ -1,0 +1,367 @@
+//! A region of a mesh, by itself: as data, and as a file.
+//!
+//! A file is, with all numbers little-endian:
+//!
+//! | bytes | |
+//! |---|---|
+//! | 16 | `curvmesh region`, and a byte 0 |
+//! | 4 | the version of the format, 1 |
+//! | 4, 4 | the level, and the number of the cell on it |
+//! | 8 each | the number of own vertices, of other vertices, of stuck vertices, of quadrics, of triangles |
+//! | 8 each | the number in the input of each vertex, own ones first, ascending in both parts |
+//! | 4 each | the cell of each other vertex |
+//! | 4 each | the stuck vertices, by place |
+//! | 24 each | the position of each vertex, three numbers of 64 bits |
+//! | 80 each | the quadrics: xx, yy, zz, yz, zx, xy, the three linear terms, the constant |
+//! | 12 each | the triangles, three places of vertices |
+//! | 32 | the SHA-256 checksum of everything before |
+
+use std::fs::File;
+use std::io::{BufReader, Read, Write};
+use std::path::Path;
+
+use glam::DVec3;
+use sha2::{Digest, Sha256};
+use simplify::regions::Fragment;
+use simplify::{Quadric, Symmetric3};
+
+use crate::error::Error;
+use crate::star::stuck_vertices;
+
+const MAGIC: &[u8; 16] = b"curvmesh region\0";
+const VERSION: u32 = 1;
+const HEADER: u64 = 16 + 12 + 40;
+const CHECKSUM: u64 = 32;
+/// Bytes that are read or written at a time.
+const BLOCK: usize = 1 << 16;
+
+/// A region of a mesh: every face with a corner in its cell.
+///
+/// The vertices of the cell are its own. The others belong to other cells and are there for the sake of
+/// the faces; neither they nor those next to them move before the cells are joined. A face belongs to the
+/// first of the cells of its corners, and is in the others as a copy.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Region {
+    /// How many times cells were joined before.
+    pub level: u32,
+    /// Which cell of the level it is.
+    pub cell: u32,
+    /// How many of the vertices are its own; they come first.
+    pub own: usize,
+    /// The number of each vertex in the input; ascending among the own vertices, and among the others.
+    pub vertex_ids: Vec<u64>,
+    /// The cell, on this level, of each vertex that is not its own.
+    pub homes: Vec<u32>,
+    /// Own vertices where the surface is not manifold, ascending; they stay until the mesh is put together
+    /// and cut there.
+    pub stuck: Vec<u32>,
+    /// Where the vertices are.
+    pub positions: Vec<DVec3>,
+    /// What each own vertex remembers of the faces that it stands for, about its position; nothing
+    /// before the first pass.
+    pub quadrics: Vec<Quadric>,
+    /// The faces, by places of vertices.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Region {
+    /// The cell of a vertex.
+    pub(crate) fn home(&self, v: u32) -> u32 {
+        match (v as usize).checked_sub(self.own) {
+            Some(other) => self.homes[other],
+            None => self.cell,
+        }
+    }
+
+    /// Whether a face belongs to this cell, and is not a copy.
+    pub(crate) fn is_owner(&self, triangle: [u32; 3]) -> bool {
+        triangle.into_iter().all(|v| self.home(v) >= self.cell)
+    }
+
+    /// The faces that belong to this cell.
+    pub fn own_triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.triangles.iter().copied().filter(|&t| self.is_owner(t))
+    }
+
+    /// The number of faces that belong to this cell.
+    #[must_use]
+    pub fn own_face_count(&self) -> usize {
+        self.own_triangles().count()
+    }
+
+    /// The region as collapses take it, and the place of each of its vertices here: stuck vertices are among
+    /// those that stay.
+    pub(crate) fn into_fragment(self) -> (Fragment, Vec<u32>, Self) {
+        let Self { positions, quadrics, triangles, .. } = self;
+        let mut is_stuck = vec![false; self.own];
+        self.stuck.iter().for_each(|&v| is_stuck[v as usize] = true);
+        let free = (0..self.own as u32).filter(|&v| !is_stuck[v as usize]);
+        let others = self.own as u32..positions.len() as u32;
+        let mut places: Vec<u32> = free.collect();
+        let own = places.len();
+        places.extend(self.stuck.iter().copied().chain(others));
+        let rest =
+            Self { positions: Vec::new(), quadrics: Vec::new(), triangles: Vec::new(), ..self };
+        if own == rest.own {
+            return (
+                Fragment { positions, own, quadrics, triangles, vertex_ids: Vec::new() },
+                places,
+                rest,
+            );
+        }
+        let mut number = vec![0_u32; places.len()];
+        places.iter().enumerate().for_each(|(new, &v)| number[v as usize] = new as u32);
+        let fragment = Fragment {
+            positions: places.iter().map(|&v| positions[v as usize]).collect(),
+            own,
+            quadrics: places[..own.min(quadrics.len())]
+                .iter()
+                .map(|&v| quadrics[v as usize])
+                .collect(),
+            triangles: triangles.iter().map(|t| t.map(|v| number[v as usize])).collect(),
+            vertex_ids: Vec::new(),
+        };
+        (fragment, places, rest)
+    }
+
+    /// Writes the region, whole or not at all; returns its checksum.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<String, Error> {
+        let mut checksum = String::new();
+        mesh_io::replace_file(path, |writer| {
+            let mut out = Summed { inner: writer, sum: Sha256::new() };
+            self.put(&mut out)?;
+            let Summed { inner, sum } = out;
+            let sum = sum.finalize();
+            checksum = hex(&sum);
+            inner.write_all(&sum)
+        })?;
+        Ok(checksum)
+    }
+
+    fn put(&self, out: &mut impl Write) -> std::io::Result<()> {
+        out.write_all(MAGIC)?;
+        for number in [VERSION, self.level, self.cell] {
+            out.write_all(&number.to_le_bytes())?;
+        }
+        let counts = [
+            self.own,
+            self.homes.len(),
+            self.stuck.len(),
+            self.quadrics.len(),
+            self.triangles.len(),
+        ];
+        for count in counts {
+            out.write_all(&(count as u64).to_le_bytes())?;
+        }
+        put_all(out, &self.vertex_ids, |id, to| to.extend_from_slice(&id.to_le_bytes()))?;
+        put_all(out, &self.homes, |home, to| to.extend_from_slice(&home.to_le_bytes()))?;
+        put_all(out, &self.stuck, |v, to| to.extend_from_slice(&v.to_le_bytes()))?;
+        put_all(out, &self.positions, |p, to| {
+            p.to_array().iter().for_each(|x| to.extend_from_slice(&x.to_le_bytes()));
+        })?;
+        put_all(out, &self.quadrics, |q, to| {
+            let (d, m, l) = (q.matrix.diagonal, q.matrix.mixed, q.linear);
+            let rows = [d, m, l].map(|row| row.to_array());
+            let numbers = rows.as_flattened().iter().chain(core::iter::once(&q.constant));
+            numbers.for_each(|x| to.extend_from_slice(&x.to_le_bytes()));
+        })?;
+        put_all(out, &self.triangles, |t, to| {
+            t.iter().for_each(|v| to.extend_from_slice(&v.to_le_bytes()));
+        })
+    }
+
+    /// Reads a region, and checks it against its checksum.
+    ///
+    /// # Errors
+    /// The file cannot be read, is cut short, is no region, or was changed.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::read_checked(path).map(|(region, _)| region)
+    }
+
+    /// As [`Region::read`], with the checksum.
+    pub(crate) fn read_checked(path: &Path) -> Result<(Self, String), Error> {
+        let file = File::open(path).map_err(Error::io(path))?;
+        let size = file.metadata().map_err(Error::io(path))?.len();
+        let buffered = BufReader::with_capacity(BLOCK, file);
+        let mut input = Summing { inner: buffered, sum: Sha256::new(), path };
+        let damaged = |reason: &str| Error::damaged(path, reason);
+        if size < HEADER + CHECKSUM || &input.array::<16>()? != MAGIC {
+            return Err(damaged("this is no file of a region"));
+        }
+        let [version, level, cell] = [input.u32()?, input.u32()?, input.u32()?];
+        if version != VERSION {
+            return Err(damaged(&format!(
+                "a region of version {version}; this program writes {VERSION}"
+            )));
+        }
+        let mut counts = [0_u64; 5];
+        for count in &mut counts {
+            *count = u64::from_le_bytes(input.array()?);
+        }
+        let [own, others, stuck, quadrics, triangles] = counts;
+        let bytes = |count: u64, each: u64| count.checked_mul(each);
+        let expected = [(own, 32), (others, 36), (stuck, 4), (quadrics, 80), (triangles, 12)]
+            .into_iter()
+            .try_fold(HEADER + CHECKSUM, |sum, (count, each)| sum.checked_add(bytes(count, each)?));
+        if expected != Some(size) {
+            return Err(damaged(&format!(
+                "{size} bytes long, not as its header says; it was cut short"
+            )));
+        }
+        if own + others > u64::from(u32::MAX) || triangles > u64::from(u32::MAX) / 3 {
+            return Err(Error::RegionTooLarge { faces: triangles });
+        }
+        if quadrics != 0 && quadrics != own {
+            return Err(damaged("as many quadrics as own vertices are expected, or none"));
+        }
+        let vertices = (own + others) as usize;
+        let region = Self {
+            level,
+            cell,
+            own: own as usize,
+            vertex_ids: input.all::<8, _>(vertices, u64::from_le_bytes)?,
+            homes: input.all::<4, _>(others as usize, u32::from_le_bytes)?,
+            stuck: input.all::<4, _>(stuck as usize, u32::from_le_bytes)?,
+            positions: input
+                .all::<24, _>(vertices, |bytes| DVec3::from(doubles::<24, 3>(bytes)))?,
+            quadrics: input.all::<80, _>(quadrics as usize, |bytes| {
+                let [xx, yy, zz, yz, zx, xy, x, y, z, constant] = doubles::<80, 10>(bytes);
+                let (diagonal, mixed) = (DVec3::new(xx, yy, zz), DVec3::new(yz, zx, xy));
+                let matrix = Symmetric3 { diagonal, mixed };
+                Quadric { matrix, linear: DVec3::new(x, y, z), constant }
+            })?,
+            triangles: input.all::<12, _>(triangles as usize, |bytes| {
+                let mut corners = [0; 3];
+                for (corner, bytes) in corners.iter_mut().zip(bytes.as_chunks::<4>().0) {
+                    *corner = u32::from_le_bytes(*bytes);
+                }
+                corners
+            })?,
+        };
+        let sum = input.sum.finalize();
+        let mut written = [0; CHECKSUM as usize];
+        input.inner.read_exact(&mut written).map_err(Error::io(path))?;
+        if sum[..] != written {
+            return Err(damaged("its content does not fit its checksum; it was changed"));
+        }
+        region.check(path)?;
+        Ok((region, hex(&sum)))
+    }
+
+    /// A checksum says that nothing was changed by accident, and nothing about who has written it.
+    fn check(&self, path: &Path) -> Result<(), Error> {
+        let damaged = |reason: &str| Err(Error::damaged(path, reason));
+        if self.triangles.as_flattened().iter().any(|&v| v as usize >= self.positions.len()) {
+            return damaged("a triangle of a vertex that is not there");
+        }
+        if self.triangles.iter().any(|[a, b, c]| a == b || b == c || c == a) {
+            return damaged("a triangle with a vertex twice");
+        }
+        if self.stuck.iter().any(|&v| v as usize >= self.own)
+            || !self.stuck.is_sorted_by(|a, b| a < b)
+        {
+            return damaged("stuck vertices out of range or order");
+        }
+        let found = stuck_vertices(self.own, &self.triangles);
+        if found.iter().any(|v| self.stuck.binary_search(v).is_err()) {
+            return damaged("a surface that is no manifold where it says that it is");
+        }
+        let (own, others) = self.vertex_ids.split_at(self.own);
+        if !own.is_sorted_by(|a, b| a < b) || !others.is_sorted_by(|a, b| a < b) {
+            return damaged("vertices out of order");
+        }
+        if self.homes.contains(&self.cell) {
+            return damaged("a vertex of the cell among those of others");
+        }
+        if !self.positions.iter().all(|p| p.is_finite()) {
+            return damaged("a coordinate that is not finite");
+        }
+        Ok(())
+    }
+}
+
+/// A checksum in hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn doubles<const N: usize, const M: usize>(bytes: [u8; N]) -> [f64; M] {
+    let mut numbers = [0.0; M];
+    for (number, bytes) in numbers.iter_mut().zip(bytes.as_chunks::<8>().0) {
+        *number = f64::from_le_bytes(*bytes);
+    }
+    numbers
+}
+
+fn put_all<T>(
+    out: &mut impl Write,
+    values: &[T],
+    put: impl Fn(&T, &mut Vec<u8>),
+) -> std::io::Result<()> {
+    let mut bytes = Vec::with_capacity(BLOCK);
+    for chunk in values.chunks(512) {
+        bytes.clear();
+        chunk.iter().for_each(|value| put(value, &mut bytes));
+        out.write_all(&bytes)?;
+    }
+    Ok(())
+}
+
+/// Adds up what passes.
+struct Summed<W> {
+    inner: W,
+    sum: Sha256,
+}
+
+impl<W: Write> Write for Summed<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.inner.write(bytes)?;
+        self.sum.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+/// Reads arrays and adds up their bytes.
+struct Summing<'p, R> {
+    inner: R,
+    sum: Sha256,
+    path: &'p Path,
+}
+
+impl<R: Read> Summing<'_, R> {
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], Error> {
+        let mut bytes = [0; N];
+        self.inner.read_exact(&mut bytes).map_err(Error::io(self.path))?;
+        self.sum.update(bytes);
+        Ok(bytes)
+    }
+
+    fn u32(&mut self) -> Result<u32, Error> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    /// So many values of `N` bytes each; the length of the file is known to be enough for them.
+    fn all<const N: usize, T>(
+        &mut self,
+        count: usize,
+        value: impl Fn([u8; N]) -> T,
+    ) -> Result<Vec<T>, Error> {
+        let mut values = Vec::with_capacity(count);
+        let mut block = vec![0; (BLOCK / N).min(count) * N];
+        while values.len() < count {
+            let there = (count - values.len()).min(BLOCK / N) * N;
+            let bytes = &mut block[..there];
+            self.inner.read_exact(bytes).map_err(Error::io(self.path))?;
+            self.sum.update(&*bytes);
+            values.extend(bytes.as_chunks::<N>().0.iter().map(|&bytes| value(bytes)));
+        }
+        Ok(values)
+    }
+}

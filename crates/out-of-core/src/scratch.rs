@@ -1,0 +1,185 @@
+//! Lists too long for memory, in files that are written once from front to end.
+
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use crate::error::Error;
+
+/// Bytes that are read or written at a time.
+const BUFFER: usize = 1 << 16;
+
+/// The bytes of the number of a vertex: enough for 2^40 of them.
+pub(crate) const ID: usize = 5;
+
+pub(crate) fn id_bytes(id: u64) -> [u8; ID] {
+    let [a, b, c, d, e, ..] = id.to_le_bytes();
+    [a, b, c, d, e]
+}
+
+pub(crate) fn id_of([a, b, c, d, e]: [u8; ID]) -> u64 {
+    u64::from_le_bytes([a, b, c, d, e, 0, 0, 0])
+}
+
+pub(crate) fn point_bytes(point: DVec3) -> [u8; 24] {
+    let mut bytes = [0; 24];
+    for (bytes, x) in bytes.as_chunks_mut::<8>().0.iter_mut().zip(point.to_array()) {
+        *bytes = x.to_le_bytes();
+    }
+    bytes
+}
+
+pub(crate) fn point_of(bytes: &[u8; 24]) -> DVec3 {
+    let mut point = [0.0; 3];
+    for (x, bytes) in point.iter_mut().zip(bytes.as_chunks::<8>().0) {
+        *x = f64::from_le_bytes(*bytes);
+    }
+    DVec3::from(point)
+}
+
+/// A file that is being written, and removed when nobody needs it any more.
+pub(crate) struct Sink {
+    path: PathBuf,
+    writer: BufWriter<File>,
+}
+
+impl Sink {
+    pub(crate) fn new(path: PathBuf) -> Result<Self, Error> {
+        let file = File::create(&path).map_err(Error::io(&path))?;
+        Ok(Self { writer: BufWriter::with_capacity(BUFFER, file), path })
+    }
+
+    pub(crate) fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.writer.write_all(bytes).map_err(Error::io(&self.path))
+    }
+
+    /// The file, whole.
+    pub(crate) fn finish(self) -> Result<Scratch, Error> {
+        let Self { path, writer } = self;
+        writer.into_inner().map_err(|error| Error::io(&path)(error.into_error()))?;
+        Ok(Scratch { path })
+    }
+}
+
+/// A file that was written, and is removed in the end.
+pub(crate) struct Scratch {
+    path: PathBuf,
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed is in nobody's way but that of the disk.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+impl Scratch {
+    /// From the front.
+    pub(crate) fn source(&self) -> Result<Source<'_>, Error> {
+        let file = File::open(&self.path).map_err(Error::io(&self.path))?;
+        Ok(Source { path: &self.path, reader: BufReader::with_capacity(BUFFER, file) })
+    }
+}
+
+/// A file that is being read.
+pub(crate) struct Source<'s> {
+    path: &'s Path,
+    reader: BufReader<File>,
+}
+
+impl Source<'_> {
+    /// The next bytes; `None` at the end.
+    pub(crate) fn next<const N: usize>(&mut self) -> Result<Option<[u8; N]>, Error> {
+        let mut bytes = [0; N];
+        match self.reader.read_exact(&mut bytes) {
+            Ok(()) => Ok(Some(bytes)),
+            Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => Ok(None),
+            Err(error) => Err(Error::io(self.path)(error)),
+        }
+    }
+
+    /// The next bytes, which have to be there.
+    pub(crate) fn expect<const N: usize>(&mut self) -> Result<[u8; N], Error> {
+        self.next()?.ok_or_else(|| Error::damaged(self.path, "the file ends too soon"))
+    }
+
+    /// The next face; `None` at the end. The corners replace what was in the list.
+    pub(crate) fn next_face(&mut self, corners: &mut Vec<u64>) -> Result<bool, Error> {
+        let Some([short]) = self.next()? else { return Ok(false) };
+        let count = match short {
+            LONG => u32::from_le_bytes(self.expect()?),
+            short => u32::from(short),
+        };
+        corners.clear();
+        for _ in 0..count {
+            corners.push(id_of(self.expect()?));
+        }
+        Ok(true)
+    }
+}
+
+/// Says that the number of corners follows in four bytes.
+const LONG: u8 = u8::MAX;
+
+/// Appends a face.
+pub(crate) fn put_face(to: &mut Sink, corners: &[u64]) -> Result<(), Error> {
+    match u8::try_from(corners.len()) {
+        Ok(short) if short < LONG => to.put(&[short])?,
+        _ => {
+            to.put(&[LONG])?;
+            to.put(&(corners.len() as u32).to_le_bytes())?;
+        }
+    }
+    corners.iter().try_for_each(|&v| to.put(&id_bytes(v)))
+}
+
+/// Points by number, of which the blocks used last are in memory.
+pub(crate) struct Table<'s> {
+    path: &'s Path,
+    file: File,
+    count: u64,
+    /// Where the block with this remainder is, if it is there.
+    slots: Vec<(u64, Vec<DVec3>)>,
+    bytes: Vec<u8>,
+}
+
+/// Points of a block.
+const BLOCK: u64 = 1024;
+
+impl<'s> Table<'s> {
+    /// A file of points, in about so many bytes of memory.
+    pub(crate) fn new(points: &'s Scratch, memory: u64) -> Result<Self, Error> {
+        let path = &points.path;
+        let file = File::open(path).map_err(Error::io(path))?;
+        let count = file.metadata().map_err(Error::io(path))?.len() / 24;
+        let blocks = count.div_ceil(BLOCK).min(memory / (24 * BLOCK)).max(16);
+        let slots = vec![(u64::MAX, Vec::new()); blocks as usize];
+        Ok(Self { path, file, count, slots, bytes: Vec::new() })
+    }
+
+    pub(crate) fn count(&self) -> u64 {
+        self.count
+    }
+
+    pub(crate) fn get(&mut self, number: u64) -> Result<DVec3, Error> {
+        let block = number / BLOCK;
+        let slot = (block % self.slots.len() as u64) as usize;
+        if self.slots[slot].0 != block {
+            let first = block * BLOCK;
+            let points = BLOCK.min(self.count.saturating_sub(first));
+            self.bytes.resize(24 * points as usize, 0);
+            self.file
+                .seek(SeekFrom::Start(24 * first))
+                .and_then(|_| self.file.read_exact(&mut self.bytes))
+                .map_err(Error::io(self.path))?;
+            let (there, list) = &mut self.slots[slot];
+            *there = block;
+            list.clear();
+            list.extend(self.bytes.as_chunks::<24>().0.iter().map(point_of));
+        }
+        let point = self.slots[slot].1.get((number % BLOCK) as usize);
+        point.copied().ok_or_else(|| Error::damaged(self.path, "a vertex is not there"))
+    }
+}

@@ -1,0 +1,50 @@
+//! How much fits into memory.
+
+use serde::{Deserialize, Serialize};
+use simplify::{Metric, Options};
+
+use crate::error::Error;
+
+/// How many faces are held at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sizes {
+    /// The faces of a region, about.
+    pub region_faces: u64,
+    /// The faces with which the rest is done in one piece.
+    pub rest_faces: u64,
+    /// Bytes for what streams by.
+    pub stream: u64,
+}
+
+/// What the process takes whatever the mesh is, in bytes.
+const BASE: u64 = 24 << 20;
+/// The bytes that a face of a region takes while it is split off, collapsed, or joined.
+const PER_REGION_FACE: u64 = 250;
+/// The bytes that a face of the rest takes: where it goes on in regions, and where it does not.
+const PER_REST_FACE: [u64; 2] = [260, 560];
+/// No region is smaller than this: rims would be most of it.
+const LEAST: u64 = 4096;
+
+impl Sizes {
+    /// What fits into so many bytes, where distances are to be proved or not.
+    ///
+    /// # Errors
+    /// It is not even enough for the smallest regions.
+    pub fn within(memory: u64, options: &Options, prove: bool) -> Result<Self, Error> {
+        let least = BASE + LEAST * PER_REST_FACE[1] * 10 / 4;
+        // Proofs have the surface before and after a pass, and the trees over both.
+        let share = if prove { 4 } else { 8 };
+        let usable = memory.saturating_sub(BASE) * share / 10;
+        let rest = PER_REST_FACE[usize::from(options.collapse.metric == Metric::Hybrid)];
+        let region_faces = usable / PER_REGION_FACE;
+        if memory < least {
+            return Err(Error::TooLittleMemory { given: memory, least });
+        }
+        Ok(Self { region_faces, rest_faces: usable / rest, stream: usable / 2 })
+    }
+
+    /// The binary logarithm of the number of cells in which so many faces fit.
+    pub(crate) fn depth(&self, faces: u64) -> u32 {
+        faces.div_ceil(self.region_faces.max(1)).next_power_of_two().trailing_zeros()
+    }
+}

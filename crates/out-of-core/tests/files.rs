@@ -1,0 +1,74 @@
+//! Files of regions: as they were written, or a typed error.
+
+mod common;
+
+use common::{settings, split, torus, write};
+use out_of_core::{Error, Region};
+
+#[test]
+fn every_change_of_a_file_is_found() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&torus(2000, 0), &folder.path().join("in.ply"));
+    let given = settings(simplify::Preset::Draft, 100, 700, 200);
+    let work = split(&folder.path().join("work"), &input, &given).unwrap();
+    work.plan(0).unwrap();
+    work.reduce(0, 1).unwrap();
+    for name in ["cell-1.region", "cell-1.reduced"] {
+        let path = work.folder().join("level-0").join(name);
+        let region = Region::read(&path).unwrap();
+        let copy = folder.path().join("copy");
+        region.write(&copy).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        assert_eq!(bytes, std::fs::read(&copy).unwrap());
+        let mut random = fastrand::Rng::with_seed(1);
+        for round in 0..300 {
+            let mut changed = bytes.clone();
+            if round % 3 == 0 {
+                changed.truncate(random.usize(0..bytes.len()));
+            } else {
+                let place =
+                    if round % 3 == 1 { random.usize(0..68) } else { random.usize(0..bytes.len()) };
+                changed[place] ^= 1 << random.u8(0..8);
+            }
+            std::fs::write(&copy, &changed).unwrap();
+            let read = Region::read(&copy);
+            assert!(
+                matches!(
+                    read,
+                    Err(Error::Damaged { .. } | Error::RegionTooLarge { .. } | Error::Io { .. })
+                ),
+                "{round}: {read:?}"
+            );
+        }
+    }
+}
+
+/// Whoever writes a checksum of his own is not believed either.
+#[test]
+fn what_is_no_region_is_refused_with_a_checksum_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("region");
+    let point = glam::DVec3::ZERO;
+    let good = Region {
+        own: 3,
+        vertex_ids: vec![1, 4, 7],
+        positions: vec![point, point + glam::DVec3::X, point + glam::DVec3::Y],
+        triangles: vec![[0, 1, 2]],
+        ..Region::default()
+    };
+    good.write(&path).unwrap();
+    assert_eq!(Region::read(&path).unwrap(), good);
+    let bad = [
+        Region { triangles: vec![[0, 1, 3]], ..good.clone() },
+        Region { triangles: vec![[0, 1, 1]], ..good.clone() },
+        Region { triangles: vec![[0, 1, 2], [0, 1, 2]], ..good.clone() },
+        Region { stuck: vec![5], ..good.clone() },
+        Region { vertex_ids: vec![4, 1, 7], ..good.clone() },
+        Region { positions: vec![glam::DVec3::NAN; 3], ..good.clone() },
+        Region { own: 2, homes: vec![0], ..good.clone() },
+    ];
+    for region in bad {
+        region.write(&path).unwrap();
+        assert!(matches!(Region::read(&path), Err(Error::Damaged { .. })), "{region:?}");
+    }
+}

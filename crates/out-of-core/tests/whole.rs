@@ -1,0 +1,284 @@
+//! Whole runs beside the same work in memory.
+
+mod common;
+
+use common::{Done, bits, open_torus, settings, simplify, split, torus, write};
+use mesh_core::TriMesh;
+use mesh_metric::{CompareOptions, Surface, compare};
+use out_of_core::{Error, Left, Next, Repairs, Step, assemble, join, run};
+use simplify::{Options, Preset};
+
+/// The mean distance of two surfaces, both ways.
+fn mean(a: &TriMesh, b: &TriMesh) -> f64 {
+    let [a, b] = [a, b].map(|mesh| Surface::new(mesh).unwrap());
+    let options = CompareOptions { samples: 100_000, ..CompareOptions::default() };
+    compare(&a, &b, &options).mean()
+}
+
+fn euler(mesh: &TriMesh) -> i64 {
+    let topology = mesh.topology();
+    topology.vertex_count() as i64 - topology.edge_count() as i64 + topology.face_count() as i64
+}
+
+#[test]
+fn a_run_in_regions_is_as_good_as_one_in_memory() {
+    let mesh = torus(60_000, 0);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    for preset in [Preset::Draft, Preset::Fast, Preset::Default] {
+        let whole =
+            simplify::simplify(&mesh, &Options::preset(preset).to_faces(1500)).unwrap().mesh;
+        let work = folder.path().join(preset.name());
+        let done = simplify(&work, &input, &settings(preset, 1500, 5000, 16_000)).unwrap();
+        assert!(done.cells[0] == 16 && done.levels.len() > 1, "{:?} {:?}", done.cells, done.levels);
+        let topology = done.mesh.topology();
+        assert_eq!(topology.face_count(), whole.topology().face_count());
+        assert!(topology.is_closed() && topology.validate().is_ok() && euler(&done.mesh) == 0);
+        let [here, there] = [&done.mesh, &whole].map(|result| mean(&mesh, result));
+        assert!(here < 1.03 * there, "{preset}: {here} in regions, {there} in memory");
+    }
+}
+
+#[test]
+fn rims_do_not_show() {
+    let mesh = torus(60_000, 3);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    let given = settings(Preset::Default, 1500, 5000, 16_000);
+    let work = split(&folder.path().join("work"), &input, &given).unwrap();
+    let done = Done::from(run(&work, &mut |_| true).unwrap());
+    let original = Surface::new(&mesh).unwrap();
+    let cells = &work.manifest().cells;
+    // By faces that lie in several cells and others: mean area and distance.
+    let mut sums = [[0.0; 3]; 2];
+    for face in done.mesh.topology().faces() {
+        let corners = done.mesh.triangle(face);
+        let homes = corners.map(|corner| cells.cell_of(corner));
+        let at_rim = usize::from(homes[0] != homes[1] || homes[1] != homes[2]);
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let area = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
+        let add = [1.0, area, area * original.distance(middle)];
+        sums[at_rim].iter_mut().zip(add).for_each(|(sum, value)| *sum += value);
+    }
+    let [elsewhere, rim] = sums.map(|[count, area, moved]| [area / count, moved / area, count]);
+    assert!(rim[2] > 100.0, "{rim:?}");
+    // Larger faces are likelier to lie across a plane.
+    assert!(rim[0] > 0.9 * elsewhere[0] && rim[0] < 1.7 * elsewhere[0], "{rim:?} {elsewhere:?}");
+    assert!(rim[1] < 1.25 * elsewhere[1], "{rim:?} {elsewhere:?}");
+}
+
+#[test]
+fn a_boundary_stays_one() {
+    let mesh = open_torus(40_000, 1);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    let work = folder.path().join("work");
+    let done = simplify(&work, &input, &settings(Preset::Default, 2000, 4000, 12_000)).unwrap();
+    assert_eq!(euler(&done.mesh), euler(&mesh));
+    let loops = |mesh: &TriMesh| mesh.topology().boundary_loops().len();
+    assert_eq!(loops(&done.mesh), loops(&mesh));
+    assert!(mean(&mesh, &done.mesh) < 0.02);
+}
+
+#[test]
+fn threads_do_not_matter_and_formats_neither() {
+    let mesh = torus(30_000, 2);
+    let folder = tempfile::tempdir().unwrap();
+    let given = settings(Preset::Fast, 1000, 3000, 8000);
+    let inputs = ["ply", "obj", "stl"]
+        .map(|extension| write(&mesh, &folder.path().join("in").with_extension(extension)));
+    let mut results = Vec::new();
+    for threads in 1..=3 {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let work = folder.path().join(format!("threads-{threads}"));
+        let done = pool.install(|| simplify(&work, &inputs[0], &given)).unwrap();
+        let again: Result<Vec<String>, Error> = pool.install(|| {
+            let work =
+                split(&folder.path().join(format!("reduced-{threads}")), &inputs[0], &given)?;
+            work.plan(0)?;
+            (0..work.cells(0)?)
+                .map(|cell| work.reduce(0, cell).map(|record| record.sha256))
+                .collect()
+        });
+        let files = again.unwrap();
+        results.push((bits(&done.mesh), files));
+    }
+    assert!(results.windows(2).all(|pair| pair[0] == pair[1]));
+    // STL has coordinates of 32 bits, and vertices in another order.
+    for (input, faces) in inputs.iter().zip([1000, 1000, 1000]) {
+        let work = input.with_extension("work");
+        let done = simplify(&work, input, &given).unwrap();
+        assert_eq!(done.mesh.topology().face_count(), faces);
+        assert!(done.mesh.topology().is_closed(), "{}", input.display());
+        std::fs::remove_dir_all(work).unwrap();
+    }
+}
+
+#[test]
+fn a_run_that_was_stopped_anywhere_goes_on_to_the_same_result() {
+    let mesh = torus(30_000, 5);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    let given = settings(Preset::Default, 1000, 3000, 8000);
+    let whole = simplify(&folder.path().join("whole"), &input, &given).unwrap();
+    let mut random = fastrand::Rng::with_seed(11);
+    let mut stops = 0;
+    let work = folder.path().join("work");
+    let done = loop {
+        let mut left = random.usize(1..40);
+        let see = &mut |_: Step| {
+            left = left.saturating_sub(1);
+            left > 0 || stops > 20
+        };
+        let reading = mesh_io::ReadOptions::default();
+        let source = out_of_core::Input::Path(&input);
+        let done = out_of_core::Work::split(&work, source, &reading, given.clone(), see)
+            .and_then(|work| run(&work, see));
+        match done {
+            Ok(done) => break Done::from(done),
+            Err(Error::Stopped) => stops += 1,
+            Err(error) => panic!("{error}"),
+        }
+        // A file that was half written when the power failed, under its own name or another.
+        if let Some(path) = std::fs::read_dir(work.join("level-1")).ok().and_then(|mut all| {
+            all.find_map(|entry| {
+                Some(entry.ok()?.path()).filter(|p| p.extension() == Some("region".as_ref()))
+            })
+        }) && stops == 3
+        {
+            let bytes = std::fs::read(&path).unwrap();
+            std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        }
+    };
+    assert!(stops > 0);
+    assert_eq!(bits(&done.mesh), bits(&whole.mesh));
+    // Another run is not mixed up with it.
+    let other = settings(Preset::Default, 1001, 3000, 8000);
+    assert!(matches!(split(&work, &input, &other), Err(Error::OtherRun { .. })));
+}
+
+#[test]
+fn regions_hold_every_face_once_and_join_to_the_whole() {
+    let mesh = open_torus(20_000, 4);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    let given = settings(Preset::Draft, 100, 700, 1000);
+    let work = split(&folder.path().join("work"), &input, &given).unwrap();
+    let cells = work.cells(0).unwrap();
+    let mut owned = Vec::new();
+    let mut regions = Vec::new();
+    for cell in 0..cells {
+        let region = work.region(0, cell).unwrap();
+        let ids = |t: [u32; 3]| t.map(|v| region.vertex_ids[v as usize]);
+        owned.extend(region.own_triangles().map(ids).map(rotated));
+        regions.push(region);
+    }
+    let whole: Vec<[u64; 3]> =
+        mesh.topology().triangles().map(|t| rotated(t.map(u64::from))).collect();
+    let sorted = |mut all: Vec<[u64; 3]>| {
+        all.sort_unstable();
+        all
+    };
+    assert_eq!(sorted(owned), sorted(whole.clone()));
+    // Level by level, or all at once: the same.
+    let bits = cells.trailing_zeros();
+    assert!(bits >= 4);
+    let at_once = join(regions.clone(), bits).unwrap();
+    let mut by_pairs = regions;
+    while by_pairs.len() > 1 {
+        by_pairs = by_pairs.chunks(2).map(|pair| join(pair.to_vec(), 1).unwrap()).collect();
+    }
+    for all in [&at_once, &by_pairs[0]] {
+        assert!(all.homes.is_empty() && all.own == mesh.topology().vertex_count());
+        assert_eq!(all.positions, mesh.positions());
+        let ids = |t: &[u32; 3]| rotated(t.map(|v| all.vertex_ids[v as usize]));
+        assert_eq!(sorted(all.triangles.iter().map(ids).collect()), sorted(whole.clone()));
+    }
+}
+
+fn rotated([a, b, c]: [u64; 3]) -> [u64; 3] {
+    if a <= b && a <= c {
+        [a, b, c]
+    } else if b <= a && b <= c {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+#[test]
+fn defects_are_refused_or_cut() {
+    // Two tori that share a vertex, and one face that uses a vertex twice.
+    let folder = tempfile::tempdir().unwrap();
+    let mut soup = torus(8000, 0).to_soup();
+    let far = torus(8000, 1);
+    let first = soup.vertex_count() as u32;
+    for (i, &p) in far.positions().iter().enumerate() {
+        let there = p + glam::DVec3::new(20.0, 0.0, 0.0);
+        soup.push_vertex(if i == 0 { soup.positions()[0] } else { there });
+    }
+    for t in far.topology().triangles() {
+        let shared = |v: u32| if v == 0 { 0 } else { v + first };
+        soup.push_face(&t.map(shared)).unwrap();
+    }
+    let pinched = folder.path().join("pinched.ply");
+    let model = mesh_io::Model::from(soup.clone());
+    mesh_io::write(&pinched, &model, &mesh_io::WriteOptions::default()).unwrap();
+    let mut given = settings(Preset::Draft, 2000, 1000, 6000);
+    let work = folder.path().join("work");
+    let refused = simplify(&work, &pinched, &given);
+    assert!(matches!(refused, Err(Error::NotManifold { vertex: 0 })), "{refused:?}");
+    given.repairs = Repairs { cut: true, ..Repairs::default() };
+    let done = simplify(&work, &pinched, &given).unwrap();
+    let topology = done.mesh.topology();
+    assert!(topology.validate().is_ok() && topology.face_count() <= 2000 && topology.is_closed());
+
+    soup.push_face(&[5_u32, 9, 5]).unwrap();
+    let twice = folder.path().join("twice.ply");
+    let model = mesh_io::Model::from(soup);
+    mesh_io::write(&twice, &model, &mesh_io::WriteOptions::default()).unwrap();
+    let work = folder.path().join("twice");
+    assert!(matches!(simplify(&work, &twice, &given), Err(Error::Degenerate { vertex: 5 })));
+    given.repairs.drop_degenerate = true;
+    assert!(simplify(&work, &twice, &given).is_ok());
+}
+
+#[test]
+fn plans_tell_how_many_faces_are_left() {
+    let mesh = torus(60_000, 7);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    let given = settings(Preset::Draft, 500, 8000, 10_000);
+    let work = split(&folder.path().join("work"), &input, &given).unwrap();
+    let plan = work.plan(0).unwrap();
+    let Next::Pass { aim, .. } = plan.next else { panic!("{plan:?}") };
+    let left: u64 = (0..plan.cells).map(|cell| work.reduce(0, cell).unwrap().faces).sum();
+    assert!(left.abs_diff(aim) < aim / 8, "{left} for {aim}");
+}
+
+#[test]
+fn a_result_larger_than_memory_is_put_together_from_its_regions() {
+    let mesh = open_torus(30_000, 6);
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&mesh, &folder.path().join("in.ply"));
+    let given = settings(Preset::Fast, 12_000, 2000, 3000);
+    let work = split(&folder.path().join("work"), &input, &given).unwrap();
+    let done = run(&work, &mut |_| true).unwrap();
+    let Left::Regions { level } = done.left else { panic!("{done:?}") };
+    let output = folder.path().join("out.ply");
+    assert_eq!(assemble(&work, level, &output).unwrap(), done.faces);
+    let model = mesh_io::read(&output).unwrap();
+    let result = TriMesh::from_soup(&model.soup).unwrap();
+    assert_eq!(result.topology().face_count() as u64, done.faces);
+    assert_eq!(euler(&result), euler(&mesh));
+    assert!(done.faces.abs_diff(12_000) < 1500, "{}", done.faces);
+    // Rows of faces along the rims stay as fine as they were, and others are coarser for it.
+    let options = Options::preset(Preset::Fast).to_faces(done.faces as usize);
+    let whole = simplify::simplify(&mesh, &options).unwrap().mesh;
+    let [here, there] = [&result, &whole].map(|result| mean(&mesh, result));
+    assert!(here < 1.25 * there, "{here} in regions, {there} in memory");
+    // What comes after the collapses needs the mesh.
+    let given = settings(Preset::Default, 12_000, 2000, 3000);
+    let refused = simplify(&folder.path().join("refused"), &input, &given);
+    assert!(matches!(refused, Err(Error::Unsupported(..))), "{refused:?}");
+}
