@@ -200,3 +200,23 @@ fn proved_bounds_hold_the_largest_sample() {
     assert!(max <= lower && lower <= upper && upper - lower <= 1e-4, "{report}");
     assert!(max > lower - 1e-3, "{report}");
 }
+
+#[test]
+fn the_norm_is_in_the_report_and_annealing_ends_in_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, output) = (torus(folder.path(), 60), folder.path().join("out.ply"));
+    let run = |more: &[&str]| {
+        let start = ["simplify", text(&input), "-o", text(&output), "--faces", "300"];
+        let report = json(&[&start[..], more].concat());
+        let d = json(&["distance", text(&output), text(&input), "--samples", "100000"]);
+        (report["fit"]["norm"].clone(), ["mean", "rms", "max"].map(|key| number(&d[key])))
+    };
+    let (usual, [mean, rms, max]) = run(&["--preset", "quality"]);
+    let (l1, [mean1, ..]) = run(&["--preset", "quality", "--norm", "l1"]);
+    let (l2, same) = run(&["--preset", "quality", "--norm", "l2"]);
+    let (largest, [.., max3]) = run(&["--preset", "quality", "--norm", "max"]);
+    assert_eq!([usual, l1, l2, largest], ["l2", "l1", "l2", "max"]);
+    assert_eq!(same, [mean, rms, max]);
+    assert!(mean1 < mean && max3 < max, "{mean1} {mean}, {max3} {max}");
+    run(&["--preset", "extreme", "--anneal-time", "0"]);
+}

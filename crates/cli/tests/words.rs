@@ -119,6 +119,12 @@ fn options_that_would_do_nothing_are_refused() {
             "--crease-angle",
         ),
         (&["lod", &input, "-o", &ply, "--faces", "9", "--fit-rounds", "3"], "--fit-rounds"),
+        (&["lod", &input, "-o", &ply, "--faces", "9", "--norm", "l1"], "--norm"),
+        (
+            &["simplify", &input, "-o", &ply, "--faces", "9", "--preset", "fast", "--norm", "l1"],
+            "--norm",
+        ),
+        (&["simplify", &input, "-o", &ply, "--faces", "9", "--anneal-time", "3"], "--anneal-time"),
         (&["lod", &input, "-o", &ply, "--faces", "9", "--verify"], "--verify"),
         (
             &["lod", &input, "-o", &ply, "--faces", "9", "--replay", &record, "--preset", "fast"],

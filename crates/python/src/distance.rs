@@ -1,6 +1,8 @@
 //! `curvmesh.distance`.
 
-use mesh_metric::{CertifyOptions, CompareOptions, OneSided, compare_until, hausdorff_bounds_until};
+use mesh_metric::{
+    CertifyOptions, CompareOptions, OneSided, compare_until, hausdorff_bounds_until,
+};
 use mesh_work::{diagonal, surface};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;

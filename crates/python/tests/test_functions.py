@@ -94,6 +94,16 @@ def test_a_surcharge_of_nothing_changes_nothing(bumpy: cm.Mesh) -> None:
         assert cm.simplify(bumpy, faces=700, **options).mesh == plain.mesh  # type: ignore[arg-type]
 
 
+def test_the_norm_of_a_fit(bumpy: cm.Mesh) -> None:
+    usual = cm.simplify(bumpy, faces=700)
+    for norm in ("l1", "l2", "max"):
+        found = cm.simplify(bumpy, faces=700, norm=norm)
+        assert found.fit is not None and found.fit.norm == norm
+        assert (found.mesh == usual.mesh) == (norm == "l2")
+    with pytest.raises(cm.OptionError, match="not fitted"):
+        cm.simplify(bumpy, faces=700, preset="fast", norm="l1")
+
+
 def test_a_surcharge_and_a_guard(bumpy: cm.Mesh) -> None:
     def left(mesh: cm.Mesh) -> int:
         return int((mesh.vertices[:, 0] < 0).sum())

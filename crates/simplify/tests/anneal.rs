@@ -107,17 +107,17 @@ fn an_ellipsoid_is_laid_out_anew_and_comes_nearer() {
     let irregular = Irregular { jitter: 0.2, seed: 1 };
     let soup = Ellipsoid { semi_axes: axes }.irregular_icosphere(5, irregular).unwrap();
     let mesh = TriMesh::from_soup(&soup).unwrap();
-    let result = simplify(&mesh, &annealing(80).to_faces(500)).unwrap();
+    let result = simplify(&mesh, &annealing(160).to_faces(500)).unwrap();
     let report = result.anneal.unwrap();
-    // From 125 faces on: 80 sweeps, and a fourth of them after the faces were cut in four.
-    assert!(report.is_layout_kept && report.sweeps == 100, "{report:?}");
-    assert!(report.rms_after < 0.96 * report.rms_before, "{report:?}");
+    // From 125 faces on: 160 sweeps, and a fourth of them after the faces were cut in four.
+    assert!(report.is_layout_kept && report.sweeps == 200, "{report:?}");
+    assert!(report.rms_after < 0.97 * report.rms_before, "{report:?}");
     let topology = result.mesh.topology();
     let regular = topology.vertices().filter(|&v| topology.valence(v) == 6).count();
     assert!(5 * regular > 4 * topology.vertex_count(), "{regular}");
     // Every vertex of the original has become one near it.
     let near = |(v, new): (VertexId, &Option<VertexId>)| {
-        new.is_some_and(|w| mesh.position(v).distance(result.mesh.position(w)) < 0.3)
+        new.is_some_and(|w| mesh.position(v).distance(result.mesh.position(w)) < 0.5)
     };
     assert!(result.vertex_map.iter().all(near));
 }

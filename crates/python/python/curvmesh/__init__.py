@@ -9,7 +9,7 @@ from __future__ import annotations
 # Type checkers take this for true; `typing` itself is not imported, so that importing this takes no time.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from . import batch, shapes
+    from . import batch, regions, shapes
     from ._call import State
     from ._convert import as_mesh
     from ._core import VERSION as __version__
@@ -103,6 +103,7 @@ __all__ = [
     "lod",
     "patch",
     "read",
+    "regions",
     "render",
     "repair",
     "shapes",
@@ -116,7 +117,7 @@ __all__ = [
 def __getattr__(name: str) -> object:
     from importlib import import_module
 
-    if name in ("batch", "shapes"):
+    if name in ("batch", "regions", "shapes"):
         return import_module(f".{name}", __name__)
     if name == "__version__":
         found: object = import_module("._core", __name__).VERSION

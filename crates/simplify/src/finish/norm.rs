@@ -10,14 +10,14 @@
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum FitNorm {
-    /// The mean distance, p = 1: some percent less mean, for a little more root mean square and
-    /// largest distance.
+    /// The mean distance, p = 1, after a first round with p = 2: some percent less mean, for a little more
+    /// root mean square and largest distance.
     L1,
     /// The root mean square distance, p = 2: all pairs count the same.
     #[default]
     L2,
     /// The largest distance: p is 2 in the first round and grows to 8, and steps get shorter as the
-    /// equations get less linear. The mean rises by a fifth to a third.
+    /// equations get less linear. The mean rises.
     Max,
 }
 

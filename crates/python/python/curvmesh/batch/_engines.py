@@ -1,6 +1,6 @@
 """The engines that tasks are handed to: processes of this machine, Dask, Ray.
 
-An engine decides where and when a task runs, and whether it is tried again where its worker has died.
+An engine decides where and when a job runs, and whether it is tried again where its worker has died.
 """
 
 from __future__ import annotations
@@ -11,13 +11,29 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.util import find_spec
 from multiprocessing.connection import Connection, wait
-from typing import Any, NamedTuple, Union
+from typing import Any, NamedTuple, Protocol, TypeVar, Union
 
 from .._errors import OptionError
 from ._record import Row
-from ._task import Task, call
+
+
+class Job(Protocol):
+    """What an engine runs: it can be pickled, has a name, and gives a record when it is called."""
+
+    @property
+    def name(self) -> str:
+        """Tells it from others."""
+
+    def __call__(self) -> Row:
+        """Does it, on any machine."""
+
+
+def call(job: Job) -> Row:
+    """Calls a job; for engines that want a function of a module."""
+    return job()
 
 
 class Lost(NamedTuple):
@@ -32,25 +48,36 @@ def _given_up(error: BaseException, is_dead: bool) -> Lost:
     return Lost("WorkerLost" if is_dead else "EngineError", f"{type(error).__name__}: {error}")
 
 
-#: What became of a task.
-Outcome = tuple[Task, Union[Row, Lost]]
+J = TypeVar("J", bound=Job)
 
-#: How many tasks an engine is given before their results are there.
+#: How many jobs an engine is given before their results are there.
 _AHEAD = 1000
 
 
-def results(
-    engine: str, tasks: Sequence[Task], client: Any, workers: int | None, cores: int, retries: int
-) -> Generator[Outcome, None, None]:
-    """What became of each task, in the order in which they end; nothing is started for none."""
-    if not tasks:
-        return
+#: What became of each job, in the order in which they end.
+Outcomes = Generator[tuple[J, Union[Row, Lost]], None, None]
+
+
+class Engine(Protocol):
+    """Runs jobs."""
+
+    def __call__(self, jobs: Sequence[J], /) -> Outcomes[J]:
+        """What became of each of them."""
+
+
+@contextmanager
+def opened(
+    engine: str, client: Any, workers: int | None, cores: int, retries: int
+) -> Iterator[Engine]:
+    """The engine, connected as long as it is needed."""
     if engine == "dask":
-        yield from _dask(tasks, client, workers, cores, retries)
+        with _dask_client(client, workers, cores, retries) as connected:
+            yield lambda jobs: _dask(jobs, connected, retries)
     elif engine == "ray":
-        yield from _ray(tasks, client, workers, cores, retries)
+        with _ray_cluster(client, workers, cores):
+            yield lambda jobs: _ray(jobs, cores, retries)
     else:
-        yield from _local(tasks, workers or max(1, _cpus() // cores), retries)
+        yield lambda jobs: _local(jobs, workers or max(1, _cpus() // cores), retries)
 
 
 def check(engine: str, client: Any, workers: int | None) -> None:
@@ -81,7 +108,7 @@ def _cpus() -> int:
 
 
 class _Worker:
-    """A process of this machine that does one task after the other."""
+    """A process of this machine that does one job after the other."""
 
     def __init__(self) -> None:
         # Not forked: the threads of this process would not come along, but their locks would.
@@ -117,10 +144,10 @@ def _serve(pipe: Connection) -> None:
     pipe.send(None)
     while True:
         try:
-            task = pipe.recv()
+            job = pipe.recv()
         except EOFError:
             return
-        pipe.send(call(task))
+        pipe.send(call(job))
 
 
 def _end_with_parent() -> None:
@@ -130,21 +157,21 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _local(tasks: Sequence[Task], workers: int, retries: int) -> Iterator[Outcome]:
-    waiting = deque((task, 0) for task in tasks)
+def _local(jobs: Sequence[J], workers: int, retries: int) -> Outcomes[J]:
+    waiting = deque((job, 0) for job in jobs)
     idle: list[_Worker] = []
-    busy: dict[Any, tuple[_Worker, Task, int]] = {}
+    busy: dict[Any, tuple[_Worker, J, int]] = {}
     has_worked = False
     try:
         while waiting or busy:
             while waiting and len(busy) < workers:
                 worker = idle.pop() if idle else _Worker()
-                task, tries = waiting.popleft()
-                busy[worker.pipe] = (worker, task, tries)
+                job, tries = waiting.popleft()
+                busy[worker.pipe] = (worker, job, tries)
                 if worker.is_ready:
-                    _send(worker, task)
+                    _send(worker, job)
             for pipe in wait(list(busy)):
-                worker, task, tries = busy[pipe]
+                worker, job, tries = busy[pipe]
                 try:
                     row = worker.pipe.recv()
                 except (EOFError, OSError):
@@ -153,9 +180,9 @@ def _local(tasks: Sequence[Task], workers: int, retries: int) -> Iterator[Outcom
                     worker.end()
                     if tries < retries:
                         # Behind all others, so that what kills workers holds nobody up.
-                        waiting.append((task, tries + 1))
+                        waiting.append((job, tries + 1))
                     elif has_worked:
-                        yield task, Lost("WorkerLost", f"tried {tries + 1} times: {why}")
+                        yield job, Lost("WorkerLost", f"tried {tries + 1} times: {why}")
                     else:
                         raise _cannot_start(why) from None
                     continue
@@ -163,18 +190,18 @@ def _local(tasks: Sequence[Task], workers: int, retries: int) -> Iterator[Outcom
                 if worker.is_ready:
                     del busy[pipe]
                     idle.append(worker)
-                    yield task, row
+                    yield job, row
                 else:
                     worker.is_ready = True
-                    _send(worker, task)
+                    _send(worker, job)
     finally:
         for worker in [*idle, *(worker for worker, _, _ in busy.values())]:
             worker.end()
 
 
-def _send(worker: _Worker, task: Task) -> None:
+def _send(worker: _Worker, job: Job) -> None:
     try:
-        worker.pipe.send(task)
+        worker.pipe.send(job)
     except OSError:
         # It has died; that is noticed where its answer is waited for.
         pass
@@ -187,86 +214,95 @@ def _cannot_start(why: str) -> OptionError:
     )
 
 
-def _dask(
-    tasks: Sequence[Task], client: Any, workers: int | None, cores: int, retries: int
-) -> Iterator[Outcome]:
+@contextmanager
+def _dask_client(client: Any, workers: int | None, cores: int, retries: int) -> Iterator[Any]:
+    """The client that was given, or one that is closed in the end."""
     import dask
-    from distributed import Client, KilledWorker, LocalCluster, as_completed
+    from distributed import Client, LocalCluster
 
-    cluster = None
-    owned = isinstance(client, str)
-    if owned:
-        client = Client(client)
-    elif client is None:
-        owned = True
+    if isinstance(client, str):
+        with Client(client) as connected:
+            yield connected
+    elif client is not None:
+        yield client
+    else:
         count = workers or max(1, _cpus() // cores)
-        with dask.config.set({"distributed.scheduler.allowed-failures": retries}):
+        # One job at a time on each worker: whoever waits beside one that kills it would be blamed, too.
+        alone = {"allowed-failures": retries, "worker-saturation": 1.0}
+        with dask.config.set({f"distributed.scheduler.{name}": value for name, value in alone.items()}):
             cluster = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
-        client = Client(cluster)
-    try:
-        waiting = deque(tasks)
-        of: dict[Any, Task] = {}
-        done = as_completed()
+        with cluster, Client(cluster) as connected:
+            yield connected
 
-        def submit() -> None:
-            task = waiting.popleft()
-            key = f"curvmesh-{task.source.name}-{os.urandom(8).hex()}"
-            future = client.submit(call, task, key=key, pure=False, retries=retries)
-            of[future.key] = task
-            done.add(future)
 
-        while waiting and len(of) < _AHEAD:
+def _dask(jobs: Sequence[J], client: Any, retries: int) -> Outcomes[J]:
+    from distributed import KilledWorker, as_completed
+
+    waiting = deque(jobs)
+    of: dict[Any, J] = {}
+    done = as_completed()
+    # Under one name, so that the scheduler keeps to itself what the workers have no hands for.
+    group = f"curvmesh-{os.urandom(8).hex()}"
+
+    def submit() -> None:
+        job = waiting.popleft()
+        future = client.submit(call, job, key=(group, job.name), pure=False, retries=retries)
+        of[future.key] = job
+        done.add(future)
+
+    while waiting and len(of) < _AHEAD:
+        submit()
+    for future in done:
+        job = of.pop(future.key)
+        if future.status == "finished":
+            yield job, future.result()
+        else:
+            error = future.exception()
+            yield job, _given_up(error, isinstance(error, KilledWorker))
+        future.release()
+        if waiting:
             submit()
-        for future in done:
-            task = of.pop(future.key)
-            if future.status == "finished":
-                yield task, future.result()
-            else:
-                error = future.exception()
-                yield task, _given_up(error, isinstance(error, KilledWorker))
-            future.release()
-            if waiting:
-                submit()
-    finally:
-        if owned:
-            client.close()
-        if cluster is not None:
-            cluster.close()
 
 
-def _ray(
-    tasks: Sequence[Task], client: Any, workers: int | None, cores: int, retries: int
-) -> Iterator[Outcome]:
+@contextmanager
+def _ray_cluster(address: Any, workers: int | None, cores: int) -> Iterator[None]:
+    """The cluster that is connected already, or one that is left in the end."""
     import ray
 
-    owned = not ray.is_initialized()
-    if not owned and client is not None:
-        raise OptionError("Ray is connected already: leave out the client")
-    if not owned and workers is not None:
-        raise OptionError("Ray runs already, with workers of its own: leave them out")
-    if owned:
-        if client is not None:
-            ray.init(address=client, log_to_driver=False)
-        else:
-            count = workers or max(1, _cpus() // cores)
-            ray.init(num_cpus=count * cores, include_dashboard=False, log_to_driver=False)
+    if ray.is_initialized():
+        if address is not None:
+            raise OptionError("Ray is connected already: leave out the client")
+        if workers is not None:
+            raise OptionError("Ray runs already, with workers of its own: leave them out")
+        yield
+        return
+    if address is not None:
+        ray.init(address=address, log_to_driver=False)
+    else:
+        count = workers or max(1, _cpus() // cores)
+        ray.init(num_cpus=count * cores, include_dashboard=False, log_to_driver=False)
     try:
-        remote = ray.remote(num_cpus=cores, max_retries=retries)(call)
-        waiting = deque(tasks)
-        of: dict[Any, Task] = {}
-        while waiting or of:
-            while waiting and len(of) < _AHEAD:
-                task = waiting.popleft()
-                of[remote.remote(task)] = task
-            ready, _ = ray.wait(list(of), num_returns=1)
-            for reference in ready:
-                task = of.pop(reference)
-                try:
-                    row = ray.get(reference)
-                except ray.exceptions.RayError as error:
-                    yield task, _given_up(error, not isinstance(error, ray.exceptions.RayTaskError))
-                else:
-                    yield task, row
+        yield
     finally:
-        if owned:
-            ray.shutdown()
+        ray.shutdown()
+
+
+def _ray(jobs: Sequence[J], cores: int, retries: int) -> Outcomes[J]:
+    import ray
+
+    remote = ray.remote(num_cpus=cores, max_retries=retries)(call)
+    waiting = deque(jobs)
+    of: dict[Any, J] = {}
+    while waiting or of:
+        while waiting and len(of) < _AHEAD:
+            job = waiting.popleft()
+            of[remote.remote(job)] = job
+        ready, _ = ray.wait(list(of), num_returns=1)
+        for reference in ready:
+            job = of.pop(reference)
+            try:
+                row = ray.get(reference)
+            except ray.exceptions.RayError as error:
+                yield job, _given_up(error, not isinstance(error, ray.exceptions.RayTaskError))
+            else:
+                yield job, row

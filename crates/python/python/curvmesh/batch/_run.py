@@ -15,7 +15,7 @@ from .. import _core
 from .._call import Progress, _Bar
 from .._errors import OptionError
 from .._table import table, text
-from ._engines import Lost, check, results
+from ._engines import Lost, check, opened
 from ._inputs import InputError, Inputs, shard_of, sources
 from ._recipe import Recipe, Steps
 from ._record import RECORD, Row, hash_of, is_settled, is_unchanged, is_whole, known, line, parsed
@@ -199,15 +199,15 @@ def run(
             tasks.append(Task(source, recipe, output, cores, thumbnail, retry_failed))
     skipped = len(rows)
     with tempfile.TemporaryDirectory(prefix="curvmesh-") as folder, _telling(progress) as tell:
-        # Whatever is raised here, the workers end.
-        with closing(results(engine, tasks, client, workers, cores, retries)) as outcomes:
-            for number, (task, outcome) in enumerate(outcomes, 1):
-                if isinstance(outcome, Lost):
-                    outcome = _lost(task, outcome, store, folder)
-                rows[task.source.name] = outcome
-                tell(number / len(tasks))
-                if callback is not None:
-                    callback(outcome)
+        if tasks:
+            # Whatever is raised in here, the workers end.
+            with opened(engine, client, workers, cores, retries) as do, closing(do(tasks)) as outcomes:
+                for number, (task, outcome) in enumerate(outcomes, 1):
+                    row = _lost(task, outcome, store, folder) if isinstance(outcome, Lost) else outcome
+                    rows[task.name] = row
+                    tell(number / len(tasks))
+                    if callback is not None:
+                        callback(row)
         return _report(rows.values(), skipped, store, ending, parquet, folder)
 
 

@@ -329,6 +329,7 @@ STEPS = {
             "ratio": _NUMBER,
             "max_error": _LENGTH,
             "max_cost": _NUMBER,
+            "norm": _TEXT,
             "time_limit": _NUMBER,
             "relative": _FLAG,
             "fit_rounds": _COUNT,

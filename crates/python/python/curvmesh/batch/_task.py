@@ -9,7 +9,7 @@ import tempfile
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .. import _core
 from .._errors import CurvmeshError, InternalError, ReadError, WriteError
@@ -53,6 +53,11 @@ class Task:
     cores: int = 1
     thumbnail: int = 160
     retry_failed: bool = False
+
+    @property
+    def name(self) -> str:
+        """The name of the input."""
+        return self.source.name
 
     def __call__(self) -> Row:
         """Does it, unless it is done; gives the record, which says what went wrong, if anything did."""
@@ -215,7 +220,3 @@ def _timed(seconds: dict[str, float], name: str) -> Iterator[None]:
     finally:
         seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - start
 
-
-def call(task: Task) -> Any:
-    """Calls a task; for engines that want a function of a module."""
-    return task()

@@ -1,0 +1,147 @@
+"""Meshes region by region: the same file from every engine, whoever dies."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import curvmesh as cm
+from curvmesh import regions
+from curvmesh.regions import RegionError
+
+from conftest import Run
+
+#: So little memory that there are several regions and levels.
+SETTINGS: dict[str, Any] = {"memory": "30MiB", "ratio": 0.05, "preset": "fast"}
+
+
+@pytest.fixture(scope="module")
+def giant(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("giant") / "giant.ply"
+    sphere = cm.shapes.sphere(6)
+    p = sphere.vertices
+    r = 1 + 0.1 * np.sin(7 * p[:, 0]) * np.cos(5 * p[:, 1]) + 0.01 * np.sin(60 * p[:, 2])
+    cm.write(path, sphere.with_vertices(p * r[:, None]))
+    return path
+
+
+@pytest.fixture
+def binary(program: Run) -> str:
+    # Which skips where there is none.
+    return os.environ["CURVMESH_PROGRAM"]
+
+
+@pytest.fixture(scope="module")
+def expected(giant: Path) -> str:
+    """The file that the program makes by itself."""
+    import subprocess
+
+    path = os.environ.get("CURVMESH_PROGRAM")
+    if not path:
+        pytest.skip("CURVMESH_PROGRAM names no program to compare with")
+    output = giant.with_name("expected.ply")
+    options = ["--memory", "30MiB", "--ratio", "0.05", "--preset", "fast", "--quiet"]
+    subprocess.run([path, "simplify", giant, "-o", output, *options], check=True, capture_output=True)
+    return digest(output)
+
+
+def digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+@pytest.mark.parametrize("engine", ["local", "dask", "ray"])
+def test_every_engine_makes_the_same_file(
+    engine: str, giant: Path, binary: str, expected: str, tmp_path: Path
+) -> None:
+    if engine != "local":
+        pytest.importorskip({"dask": "distributed", "ray": "ray"}[engine])
+    output, steps = tmp_path / "small.ply", list[str]()
+    made = regions.simplify(
+        giant,
+        output,
+        work_dir=tmp_path / "work",
+        engine=engine,
+        workers=2,
+        program=binary,
+        callback=steps.append,
+        **SETTINGS,
+    )
+    assert digest(output) == expected
+    assert made.cells[0] > 2 and len(made.cells) > 1
+    assert made.faces == cm.read(output).face_count
+    assert steps[0] == "split" and steps[-1] == "finish" and len(set(steps)) >= 3 + made.cells[0]
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes are not killed by signals")
+@pytest.mark.parametrize("engine", ["local", "dask"])
+def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, tmp_path: Path) -> None:
+    """The program and its worker are killed in the middle of a step."""
+    if engine == "dask":
+        pytest.importorskip("distributed")
+    killed: list[int] = []
+
+    def kill() -> None:
+        for entry in Path("/proc").glob("[0-9]*/cmdline"):
+            try:
+                words = entry.read_bytes().split(b"\0")
+            except OSError:
+                continue
+            if b"reduce" in words and os.fsencode(tmp_path / "work") in words:
+                os.kill(int(entry.parent.name), signal.SIGKILL)
+                killed.append(int(entry.parent.name))
+                return
+
+    def told(step: str) -> None:
+        if step.startswith("reduce") and not killed:
+            threading.Timer(0.02, kill).start()
+
+    output = tmp_path / "small.ply"
+    regions.simplify(
+        giant,
+        output,
+        work_dir=tmp_path / "work",
+        engine=engine,
+        workers=2,
+        program=binary,
+        callback=told,
+        **SETTINGS,
+    )
+    assert digest(output) == expected
+
+
+def test_a_run_that_was_broken_off_goes_on(giant: Path, binary: str, expected: str, tmp_path: Path) -> None:
+    class Enough(Exception):
+        pass
+
+    def stop(step: str) -> None:
+        if step.startswith("join"):
+            raise Enough
+
+    output, work = tmp_path / "small.ply", tmp_path / "work"
+    with pytest.raises(Enough):
+        regions.simplify(
+            giant, output, work_dir=work, workers=1, program=binary, callback=stop, **SETTINGS
+        )
+    assert not output.exists()
+    regions.simplify(giant, output, work_dir=work, workers=1, program=binary, **SETTINGS)
+    assert digest(output) == expected
+
+
+def test_what_is_wrong_is_told(giant: Path, binary: str, tmp_path: Path) -> None:
+    work = tmp_path / "work"
+    with pytest.raises(cm.OptionError, match="there is no program"):
+        regions.simplify(giant, "out.ply", work_dir=work, program=tmp_path / "gone", **SETTINGS)
+    with pytest.raises(cm.OptionError, match="no engine"):
+        regions.simplify(giant, "out.ply", work_dir=work, engine="slurm", program=binary, **SETTINGS)
+    with pytest.raises(RegionError, match="gone.ply") as caught:
+        regions.simplify(tmp_path / "gone.ply", "out.ply", work_dir=work, workers=1, program=binary, **SETTINGS)
+    assert caught.value.step == "split"
+    with pytest.raises(RegionError, match="(?i)ratio"):
+        regions.simplify(giant, "out.ply", work_dir=work, workers=1, program=binary, memory="30MiB", ratio=7)
