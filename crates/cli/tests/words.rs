@@ -84,7 +84,7 @@ fn options_that_would_do_nothing_are_refused() {
     let input = torus(folder.path());
     let path = |name: &str| text(&folder.path().join(name)).to_owned();
     let (ply, glb, record) = (path("o.ply"), path("o.glb"), path("o.json"));
-    let runs: [(&[&str], &str); 22] = [
+    let runs: [(&[&str], &str); 25] = [
         (&["info", &input, "--relative"], "--relative"),
         (&["info", &input, "--relative", "--weld", "exact", "--resume"], "--resume"),
         (&["convert", &input, "-o", &glb, "--precision", "double"], "--precision"),

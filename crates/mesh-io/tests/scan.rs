@@ -121,7 +121,7 @@ fn whatever_is_in_a_file_both_agree_or_the_scan_says_why() {
             let read = read_from(&mut &*changed, &known(&changed));
             match (read, scanned(&changed)) {
                 (Ok(model), Ok((met, _))) => {
-                    assert_eq!(met.faces, whole(&model.soup).faces, "{name} {round}")
+                    assert_eq!(met.faces, whole(&model.soup).faces, "{name} {round}");
                 }
                 (Err(_), Err(_)) => {}
                 // A scan keeps nothing, so it need not refuse for lack of memory, nor for materials.
