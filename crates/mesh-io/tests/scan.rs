@@ -23,9 +23,14 @@ fn bits(point: DVec3) -> [u64; 3] {
     (point + DVec3::ZERO).to_array().map(f64::to_bits)
 }
 
+/// How content of a known length is read; without it, nobody could tell binary STL.
+fn known(bytes: &[u8]) -> ReadOptions {
+    ReadOptions { size: Some(bytes.len() as u64), ..ReadOptions::default() }
+}
+
 fn scanned(bytes: &[u8]) -> Result<(Met, bool), ReadError> {
     let (mut met, mut faces, mut has_facets) = (Met::default(), Vec::new(), false);
-    scan_from(&mut &*bytes, &ReadOptions::default(), &mut |item| {
+    scan_from(&mut &*bytes, &known(bytes), &mut |item| {
         match item {
             Item::Vertex(point) => met.vertices.push(bits(point)),
             Item::Face(corners) => faces.push(corners.to_vec()),
@@ -77,7 +82,7 @@ fn files() -> Vec<(String, Vec<u8>)> {
 fn a_scan_meets_what_a_reader_finds() {
     for (name, bytes) in files() {
         let (met, has_facets) = scanned(&bytes).unwrap();
-        let read = whole(&read_from(&mut &*bytes, &ReadOptions::default()).unwrap().soup);
+        let read = whole(&read_from(&mut &*bytes, &known(&bytes)).unwrap().soup);
         assert_eq!(met.faces, read.faces, "{name}");
         assert!(has_facets || met.vertices == read.vertices, "{name}");
     }
@@ -87,7 +92,7 @@ fn a_scan_meets_what_a_reader_finds() {
 fn a_visitor_can_end_a_scan() {
     for (name, bytes) in files() {
         let mut seen = 0;
-        let done = scan_from(&mut &*bytes, &ReadOptions::default(), &mut |_| {
+        let done = scan_from(&mut &*bytes, &known(&bytes), &mut |_| {
             seen += 1;
             if seen == 30 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
@@ -113,10 +118,10 @@ fn whatever_is_in_a_file_both_agree_or_the_scan_says_why() {
             if round % 5 == 0 {
                 changed.truncate(random.usize(0..bytes.len()));
             }
-            let read = read_from(&mut &*changed, &ReadOptions::default());
+            let read = read_from(&mut &*changed, &known(&changed));
             match (read, scanned(&changed)) {
                 (Ok(model), Ok((met, _))) => {
-                    assert_eq!(met.faces, whole(&model.soup).faces, "{name} {round}")
+                    assert_eq!(met.faces, whole(&model.soup).faces, "{name} {round}");
                 }
                 (Err(_), Err(_)) => {}
                 // A scan keeps nothing, so it need not refuse for lack of memory, nor for materials.

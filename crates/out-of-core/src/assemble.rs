@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use glam::DVec3;
 use mesh_io::replace_file;
 
 use crate::error::Error;
@@ -52,7 +53,7 @@ pub fn assemble(work: &Work, level: u32, path: &Path) -> Result<u64, Error> {
         };
         for cell in 0..cells {
             let region = region(cell)?;
-            for x in region.positions[..region.own].iter().flat_map(|p| p.to_array()) {
+            for x in region.positions[..region.own].iter().flat_map(DVec3::to_array) {
                 out.write_all(&x.to_le_bytes())?;
             }
         }

@@ -1,5 +1,7 @@
 //! Bounds that are added up over regions and passes, attacked: the exact distance must never be above.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use common::{settings, simplify, torus, write};

@@ -1,5 +1,7 @@
 //! Files of regions: as they were written, or a typed error.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use common::{settings, split, torus, write};

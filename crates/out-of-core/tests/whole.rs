@@ -1,5 +1,7 @@
 //! Whole runs beside the same work in memory.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 mod common;
 
 use common::{Done, bits, open_torus, settings, simplify, split, torus, write};
