@@ -391,6 +391,41 @@ impl From<&TriMesh> for Model {
 }
 
 impl Model {
+    /// Whether there is nothing but vertices and faces.
+    #[must_use]
+    pub fn is_bare(&self) -> bool {
+        let Self {
+            soup: _,
+            vertex_normals,
+            vertex_colors,
+            vertex_scalars,
+            corner_normals,
+            corner_uvs,
+            face_colors,
+            face_scalars,
+            face_groups,
+            groups,
+            face_materials,
+            materials,
+            images,
+            material_libraries,
+            notes: _,
+        } = self;
+        vertex_normals.is_none()
+            && vertex_colors.is_none()
+            && vertex_scalars.is_empty()
+            && corner_normals.is_none()
+            && corner_uvs.is_none()
+            && face_colors.is_none()
+            && face_scalars.is_empty()
+            && face_groups.is_none()
+            && groups.is_empty()
+            && face_materials.is_none()
+            && materials.is_empty()
+            && images.is_empty()
+            && material_libraries.is_empty()
+    }
+
     /// Texture coordinates by vertex, when there are any and the corners of every vertex agree.
     /// Zero at vertices that no face uses.
     #[must_use]

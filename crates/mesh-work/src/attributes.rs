@@ -66,6 +66,8 @@ impl Attributes {
     pub fn find(source: Source<'_>, rules: &AttributeRules) -> Result<Self, SimplifyError> {
         let topology = source.mesh.topology();
         let (mut flat_shaded, mut of_corners) = (false, None);
+        // Finding out where each corner comes from takes long, and is for nothing where it has nothing.
+        let rules = AttributeRules { carry: rules.carry && !source.model.is_bare(), ..*rules };
         let bare = Model::default();
         let model = if rules.carry { source.model } else { &bare };
         let mut seams = Seams::find(topology, source.provenance, model);
@@ -76,9 +78,9 @@ impl Attributes {
             }
         }
         if rules.carry {
-            of_corners = corner_attributes(source, &seams, rules, !flat_shaded)?;
+            of_corners = corner_attributes(source, &seams, &rules, !flat_shaded)?;
         }
-        Ok(Self { seams, rules: *rules, flat_shaded, of_corners })
+        Ok(Self { seams, rules, flat_shaded, of_corners })
     }
 
     /// Whether every face has a normal of its own, so that normals are left out.
