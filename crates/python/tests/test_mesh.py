@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import tracemalloc
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -229,6 +230,16 @@ def test_split_vertices_are_joined(tmp_path: Path) -> None:
     k, split = cm.curvature(ball), cm.curvature(whole)
     # Sums round a vertex begin elsewhere.
     np.testing.assert_allclose(split.mean, k.mean[ball.faces.ravel()], rtol=1e-12)
+
+
+def test_results_stand_for_their_meshes() -> None:
+    ball = cm.shapes.sphere(2)
+    small = cm.simplify(ball, faces=100)
+    assert cm.as_mesh(small) is small.mesh
+    assert cm.distance(ball, small).mean == cm.distance(ball, small.mesh).mean
+    assert cm.as_mesh(cm.repair(ball)).faces.shape == ball.faces.shape
+    with pytest.raises(cm.ArrayError, match="a SimpleNamespace is no mesh"):
+        cm.as_mesh(SimpleNamespace(mesh=None))
 
 
 def test_meshes_are_pickled_and_compared() -> None:

@@ -19,9 +19,10 @@ def as_mesh(source: Any, *, check: bool = True) -> Mesh:
     Parameters
     ----------
     source : mesh-like
-        A :class:`Mesh`; a pair ``(vertices, faces)``; a path to read; anything with ``vertices`` and
-        ``faces`` (trimesh), ``vertices`` and ``triangles`` (Open3D), ``points`` and ``cells`` (meshio)
-        or ``points`` and ``faces`` (PyVista).
+        A :class:`Mesh`; what has one as ``mesh``, such as the result of :func:`simplify`; a pair
+        ``(vertices, faces)``; a path to read; anything with ``vertices`` and ``faces`` (trimesh),
+        ``vertices`` and ``triangles`` (Open3D), ``points`` and ``cells`` (meshio) or ``points`` and
+        ``faces`` (PyVista).
     check : bool
         As for :class:`Mesh`.
 
@@ -41,6 +42,9 @@ def as_mesh(source: Any, *, check: bool = True) -> Mesh:
         return read(source)
     if isinstance(source, (tuple, list)) and len(source) == 2:
         return Mesh(source[0], source[1], check=check)
+    result = getattr(source, "mesh", None)
+    if isinstance(result, Mesh):
+        return result
     if hasattr(source, "points") and hasattr(source, "cells"):
         return _of_meshio(source, check)
     if hasattr(source, "points") and hasattr(source, "faces"):
