@@ -17,13 +17,23 @@ mod text;
 mod texture;
 pub mod ticks;
 
+#[doc(inline)]
 pub use camera::{Side, View};
+#[doc(inline)]
 pub use colorbar::ColorBar;
+#[doc(inline)]
 pub use colormap::{ColorMap, UnknownColorMap};
+#[doc(inline)]
 pub use error::RenderError;
+#[doc(inline)]
 pub use picture::{LARGEST_SIDE, Picture};
+#[doc(inline)]
 pub use render::render;
+#[doc(inline)]
 pub use scale::{BadRange, MISSING, Range, Scale, ScaleOptions};
+#[doc(inline)]
 pub use scene::{Paint, Scene, Stroke, Style};
+#[doc(inline)]
 pub use sheet::{SheetOptions, sheet};
+#[doc(inline)]
 pub use texture::{Skin, Texture};
