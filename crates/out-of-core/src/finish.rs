@@ -123,33 +123,25 @@ fn round(
         deal(&work.region(0, cell)?, &surface, of_face, &folder)?;
     }
     drop(surface);
-    let mut pieces = Vec::new();
-    for piece in 0..cells {
-        goes_on("fitting", piece)?;
-        let Some(part) = Piece::new(&mesh, of_face, piece)? else { continue };
-        let original = gather(&folder, cells, piece)?;
-        pieces.push(match original {
-            Some(original) => part.finished(&original, options)?,
-            None => part,
-        });
-    }
-    let glued = glue(&mesh, of_face, &pieces);
-    let finished = match glued {
+    let mut pieces = |options: &FinishOptions| {
+        let mut pieces = Vec::new();
+        for piece in 0..cells {
+            goes_on("fitting", piece)?;
+            let Some(part) = Piece::new(&mesh, of_face, piece)? else { continue };
+            pieces.push(match gather(&folder, cells, piece)? {
+                Some(original) => part.finished(&original, options)?,
+                None => part,
+            });
+        }
+        Ok::<_, Error>(pieces)
+    };
+    let finished = match glue(&mesh, of_face, &pieces(options)?) {
         Ok(finished) => finished,
         // Two pieces have come to the same edge between their rims. What only moves cannot.
         Err(_) => {
             let fit = options.fit.map(|fit| FitOptions { flips: false, ..fit });
             let only_moves = FinishOptions { fit, anneal: None, peaks: None };
-            let mut pieces = Vec::new();
-            for piece in 0..cells {
-                goes_on("fitting", piece)?;
-                let Some(part) = Piece::new(&mesh, of_face, piece)? else { continue };
-                let original = gather(&folder, cells, piece)?;
-                pieces.push(match original {
-                    Some(original) => part.finished(&original, &only_moves)?,
-                    None => part,
-                });
-            }
+            let pieces = pieces(&only_moves)?;
             glue(&mesh, of_face, &pieces).unwrap_or(mesh)
         }
     };
