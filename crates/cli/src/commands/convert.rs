@@ -19,7 +19,7 @@ use crate::task::{Done, Task};
 ///     curvmesh convert scans/ -o glb/ --to glb
 ///     curvmesh convert - -o - --from stl --to ply < part.stl > part.ply
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(verbatim_doc_comment, override_usage = "curvmesh convert [OPTIONS] --output <OUT> <IN>...")]
 pub(crate) struct Convert {
     #[command(flatten)]
     job: Job,
