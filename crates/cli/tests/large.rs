@@ -1,13 +1,11 @@
 //! Meshes that are larger than the memory they may take.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use common::{code, curvmesh, json, write};
+use crate::common::{code, curvmesh, json, write};
 use mesh_core::shapes::Torus;
 
 /// A torus of 100,000 faces.

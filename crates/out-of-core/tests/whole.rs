@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
-use common::{Done, bits, open_torus, settings, simplify, split, torus, write};
+use crate::common::{Done, bits, open_torus, settings, simplify, split, torus, write};
 use mesh_core::TriMesh;
 use mesh_metric::{CompareOptions, Surface, compare};
 use out_of_core::{
