@@ -1,11 +1,9 @@
 //! Meshes that are larger than the memory they may take, and pass by.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{code, json, write};
+use crate::common::{code, json, write};
 use mesh_core::shapes::Torus;
 
 fn text(path: &Path) -> &str {

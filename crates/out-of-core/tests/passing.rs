@@ -2,11 +2,9 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{open_torus, torus, write};
+use crate::common::{open_torus, torus, write};
 use glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh, VertexId, diagnose};
 use mesh_io::{Format, Model, ReadOptions, WriteOptions};

@@ -21,7 +21,10 @@ use crate::task::{Done, Task};
 ///     curvmesh convert huge.stl -o huge.ply --memory 1GiB
 ///     curvmesh convert - -o - --from stl --to ply < part.stl > part.ply
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment, override_usage = "curvmesh convert [OPTIONS] --output <OUT> <IN>...")]
+#[command(
+    verbatim_doc_comment,
+    override_usage = "curvmesh convert [OPTIONS] --output <OUT> <IN>..."
+)]
 pub(crate) struct Convert {
     #[command(flatten)]
     job: Job,
