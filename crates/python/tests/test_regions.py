@@ -139,7 +139,7 @@ def test_a_result_that_does_not_fit_is_finished_in_parts(
         workers=2,
         program=binary,
         callback=steps.append,
-        memory="30MiB",
+        memory="36MiB",
         ratio=0.5,
     )
     assert made.faces == cm.read(output).face_count
@@ -147,7 +147,7 @@ def test_a_result_that_does_not_fit_is_finished_in_parts(
     import subprocess
 
     alone = tmp_path / "alone.ply"
-    options = ["--memory", "30MiB", "--ratio", "0.5", "--quiet"]
+    options = ["--memory", "36MiB", "--ratio", "0.5", "--quiet"]
     subprocess.run([binary, "simplify", giant, "-o", alone, *options], check=True, capture_output=True)
     assert digest(output) == digest(alone)
 
