@@ -3,7 +3,7 @@
 //! What is on the rim of its faces stays as it is, so that regions are finished one by one, on any machine, and
 //! fit together again.
 
-use std::path::PathBuf;
+use std::path::Path;
 
 use mesh_core::{FaceId, PolygonSoup, Repair, TriMesh, VertexId, build};
 use simplify::FinishOptions;
@@ -19,14 +19,15 @@ pub(crate) fn finish_region(
     work: &Work,
     region: Region,
     options: &FinishOptions,
-    folder: PathBuf,
+    folder: &Path,
     see: &mut dyn FnMut(Step) -> bool,
 ) -> Result<Region, Error> {
     let (mesh, source) = own_mesh(&region)?;
     let bits = work.cells(0)?.trailing_zeros() - work.cells(region.level)?.trailing_zeros();
     let cells = (region.cell << bits)..((region.cell + 1) << bits);
     let finish = |options: &FinishOptions, see: &mut dyn FnMut(Step) -> bool| {
-        let finishing = Finishing { work, cells: cells.clone(), folder: folder.clone(), options };
+        let finishing =
+            Finishing { work, cells: cells.clone(), folder: folder.to_owned(), options };
         finishing.finish(mesh.clone(), see)
     };
     let mut finished = finish(options, see)?;

@@ -154,7 +154,7 @@ pub fn finish_cell(
     let options = &work.manifest().settings.options.finish;
     let before = work.tolerance().map(|tolerance| (region.clone(), tolerance));
     let folder = work.folder().join(format!("finish-{level}-{cell}"));
-    let finished = finish_region(work, region, options, folder, see)?;
+    let finished = finish_region(work, region, options, &folder, see)?;
     let moved = match before {
         Some((before, tolerance)) => Some(proved_distance(&before, &finished, tolerance)?),
         None => None,

@@ -74,9 +74,9 @@ impl<'w> PlyPassing<'w> {
     pub(crate) fn face(&mut self, vertices: &[u64]) -> std::io::Result<()> {
         let count = vertices.len() as u32;
         if self.long_lists {
-            self.values.u32(count)?
+            self.values.u32(count)?;
         } else {
-            self.values.u8(count as u8)?
+            self.values.u8(count as u8)?;
         }
         vertices.iter().try_for_each(|&v| self.values.u32(v as u32))?;
         self.values.end()
