@@ -14,5 +14,6 @@ mod real_meshes;
 mod shapes;
 mod simplify;
 mod split;
+mod streaming;
 mod views;
 mod words;

@@ -4,6 +4,7 @@ mod companions;
 mod external;
 mod faults;
 mod formats;
+mod passing;
 mod peers;
 mod real_meshes;
 mod robustness;

@@ -3,4 +3,5 @@
 mod bounds;
 mod common;
 mod files;
+mod passing;
 mod whole;
