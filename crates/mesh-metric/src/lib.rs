@@ -5,6 +5,7 @@ mod bvh;
 mod closest;
 mod compare;
 mod hausdorff;
+mod needles;
 mod packet;
 mod prism;
 mod proved;
