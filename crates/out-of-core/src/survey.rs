@@ -21,7 +21,7 @@ use crate::split::Repairs;
 use crate::spool::Spool;
 use crate::work::Step;
 
-/// What [`mesh_core::diagnose`] and [`mesh_core::PolygonSoup::measure`] say of a mesh that is larger than
+/// What [`mesh_core::diagnose()`] and [`mesh_core::PolygonSoup::measure`] say of a mesh that is larger than
 /// memory. The counts are the same; area and volume may differ in the last digits, as they are added up in
 /// another order.
 #[derive(Clone, Debug, Default)]
