@@ -141,13 +141,13 @@ impl Anneal {
 /// are of all sizes from three vertices to `largest`; vertices at the boundary, at feature edges and
 /// locked ones stay in.
 ///
-/// For points of a convex surface this finds the convex hull, the minimum of F2, from any
+/// For points of a convex surface this finds the convex hull, the minimum of F2 and F3, from any
 /// triangulation; see `cargo xtask convex-study`. A closed mesh is taken to have its faces outward, and
 /// is never turned inside out. The result is never worse than that of the greedy run, and the same
 /// seed always gives the same one.
 ///
-/// The effort grows with the number of vertices and with `largest`: a vertex looks at all faces of its
-/// patch when it comes back.
+/// The effort grows with the number of vertices, and a little with `largest`: now and then a vertex looks
+/// at all faces of its patch when it comes back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rebuild {
@@ -162,7 +162,7 @@ pub struct Rebuild {
 
 impl Default for Rebuild {
     fn default() -> Self {
-        Self { seed: 0, effort: 10, largest: 1000 }
+        Self { seed: 0, effort: 5, largest: 1000 }
     }
 }
 
