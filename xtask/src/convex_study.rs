@@ -158,8 +158,14 @@ impl ConvexStudy {
             for shape in [Shape::Sphere, Shape::Ellipsoid] {
                 for &strategy in strategies {
                     for &cost in &self.costs {
-                        let case =
-                            |&(scramble, flips)| Case { points, shape, strategy, cost, scramble, flips };
+                        let case = |&(scramble, flips)| Case {
+                            points,
+                            shape,
+                            strategy,
+                            cost,
+                            scramble,
+                            flips,
+                        };
                         cases.extend(columns.iter().map(case));
                     }
                 }

@@ -40,7 +40,8 @@ pub(crate) fn run<C: FlipCost>(
     let vertices = run.mesh.topology().vertex_count();
     let mut random = SplitMix64::new(settings.seed);
     let mut site = Site::new(run.mesh);
-    let patience = settings.effort.saturating_mul(vertices);
+    let all = settings.effort.saturating_mul(vertices);
+    let patience = if all > 0 { all.max(LEAST_TRIED) } else { 0 };
     let mut left = patience;
     let mut kept = 0;
     let mut stopped = None;
@@ -70,6 +71,8 @@ pub(crate) fn run<C: FlipCost>(
     (stop, kept)
 }
 
+/// How many vertices are taken out in vain at least.
+const LEAST_TRIED: usize = 600;
 /// The fewest vertices that are worth a round.
 const MIN_PATCH: usize = 3;
 /// Every so often, as many vertices as may be are taken out.
