@@ -31,4 +31,11 @@ while true; do
   array reduce "$level" "$(value cells <<<"$plan")"
   array join $((level + 1)) "$(value joined <<<"$plan")"
 done
+# A result that does not fit into a job's memory is finished cell by cell.
+if grep -q '"apart"' <<<"$plan"; then
+  cells=$(value apart <<<"$plan")
+  count=$((cells < jobs ? cells : jobs))
+  "${submit[@]}" --array="1-$count" --wrap \
+    "curvmesh region finish '$work' --shard \$SLURM_ARRAY_TASK_ID/$count"
+fi
 "${submit[@]}" --wrap "curvmesh region finish '$work' -o '$output'"

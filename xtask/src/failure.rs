@@ -35,6 +35,10 @@ pub(crate) enum Failure {
     Input { path: PathBuf, source: std::io::Error },
     #[error("{0} of the runs are at fault; the table says which")]
     Torture(usize),
+    #[error(
+        "{0} of the jobs take over a tenth more or fewer instructions than is on record; the table says which"
+    )]
+    Instructions(usize),
     #[error("{0} rules for dependencies are broken")]
     Denied(usize),
 }

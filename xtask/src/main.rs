@@ -3,8 +3,9 @@
 //! counts the faces within a largest error, `cargo xtask limit-study` measures the distance from the best
 //! possible mesh, `cargo xtask circles` holds the files of each crate to be in layers,
 //! `cargo xtask torture` runs every command on every file of a folder, `cargo xtask peers`
-//! measures other tools beside ours, `cargo xtask python` builds and tests the Python package, `cargo xtask giant` writes a mesh of any size, and
-//! `cargo xtask deny` checks the dependencies.
+//! measures other tools beside ours, `cargo xtask python` builds and tests the Python package, `cargo xtask giant` writes a mesh of any size,
+//! `cargo xtask instructions` counts those of a job of each layer, and `cargo xtask deny` checks the
+//! dependencies.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
@@ -15,6 +16,7 @@ mod decimals;
 mod deny;
 mod failure;
 mod giant;
+mod instructions;
 mod limit_study;
 mod numbers;
 mod peers;
@@ -89,6 +91,13 @@ enum Task {
     ///     cargo xtask giant -o giant.ply --faces 10000000
     #[command(verbatim_doc_comment)]
     Giant(giant::Giant),
+    /// Count the instructions of one fixed job of each layer, by callgrind
+    ///
+    ///     CARGO_INCREMENTAL=0 cargo xtask instructions --check
+    #[command(verbatim_doc_comment)]
+    Instructions(instructions::Instructions),
+    #[command(hide = true)]
+    InstructionsJob(instructions::InstructionsJob),
     /// Check the licences, versions and sources of all dependencies against deny.toml
     Deny(deny::Deny),
 }
@@ -105,6 +114,8 @@ fn main() -> ExitCode {
         Task::PeerJob(options) => peers::run_job(&options),
         Task::Python(options) => python::run(&options),
         Task::Giant(options) => giant::run(&options),
+        Task::Instructions(options) => instructions::run(&options),
+        Task::InstructionsJob(options) => instructions::run_job(&options),
         Task::Deny(options) => deny::run(&options),
     };
     match result {

@@ -33,13 +33,7 @@ pub(crate) struct Large {
 impl Large {
     /// Whether a file has to be done region by region, as far as its length tells.
     pub(crate) fn is_needed(&self, input: &Path, loading: &Loading) -> Result<bool, Failure> {
-        let Some(memory) = self.memory else { return Ok(false) };
-        if is_standard(input) {
-            return Ok(true);
-        }
-        let format = loading.format(input)?;
-        let bytes = std::fs::metadata(input).ok().filter(std::fs::Metadata::is_file);
-        Ok(bytes.is_none_or(|file| whole(file.len(), format) > memory))
+        is_beyond(self.memory, &[input], loading)
     }
 
     /// Where the files go.
@@ -50,6 +44,26 @@ impl Large {
             name.into()
         })
     }
+}
+
+/// Whether files need more memory than that, as far as their lengths tell.
+pub(crate) fn is_beyond(
+    memory: Option<u64>,
+    inputs: &[&Path],
+    loading: &Loading,
+) -> Result<bool, Failure> {
+    let Some(memory) = memory else { return Ok(false) };
+    let mut needed = 0_u64;
+    for input in inputs {
+        if is_standard(input) {
+            return Ok(true);
+        }
+        let format = loading.format(input)?;
+        let file = std::fs::metadata(input).ok().filter(std::fs::Metadata::is_file);
+        let Some(file) = file else { return Ok(true) };
+        needed = needed.saturating_add(whole(file.len(), format));
+    }
+    Ok(needed > memory)
 }
 
 /// About how many bytes a mesh takes while it is read and simplified in one piece.

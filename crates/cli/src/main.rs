@@ -22,6 +22,7 @@ mod load;
 mod save;
 mod session;
 mod simplify_options;
+mod streaming;
 mod task;
 mod text;
 mod view;

@@ -57,7 +57,7 @@ impl SaveOptions {
         self.to.map(Format::from).or_else(|| Format::from_extension(path))
     }
 
-    fn write_options(&self) -> WriteOptions {
+    pub(crate) fn write_options(&self) -> WriteOptions {
         let encoding = match self.encoding {
             EncodingName::Usual => Encoding::Usual,
             EncodingName::Text => Encoding::Text,
@@ -215,7 +215,7 @@ pub(crate) fn make_folder_of(path: &Path) -> Result<(), Failure> {
 }
 
 /// Says what the format could not hold.
-fn explain(path: &Path, report: &WriteReport, console: &Console) {
+pub(crate) fn explain(path: &Path, report: &WriteReport, console: &Console) {
     let name = printable(path.display());
     if report.rounding > 0.0 {
         let rounding = report.rounding;

@@ -159,6 +159,7 @@ enum PlacementName {
     Optimal,
     /// The better end: the vertices are some of the original ones
     Endpoint,
+    /// The middle of the edge
     Midpoint,
     /// The point of butterfly subdivision
     Butterfly,

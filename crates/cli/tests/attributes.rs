@@ -1,13 +1,11 @@
 //! Texture coordinates, materials and normals through `curvmesh simplify`.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::path::Path;
 
-use common::{json, models};
+use crate::common::{json, models};
 use glam::{DMat2, DVec2, DVec3};
 use mesh_core::PolygonSoup;
 use mesh_core::build::weld_exact;

@@ -1,11 +1,9 @@
 //! The commands on small generated meshes: results, exit codes, and what stays whole on failure.
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
-mod common;
-
 use std::path::Path;
 
-use common::{code, curvmesh, json, write};
+use crate::common::{code, curvmesh, json, write};
 use mesh_core::PolygonSoup;
 use mesh_core::shapes::{Torus, polyhedra};
 use mesh_io::{Model, WriteOptions};

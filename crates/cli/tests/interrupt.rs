@@ -2,13 +2,11 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
-use common::{files, json, write};
+use crate::common::{files, json, write};
 use mesh_core::shapes::Torus;
 
 /// Whether a process has taken SIGINT, number 2, into its own hands.

@@ -1,13 +1,11 @@
 //! Meshes that are larger than the memory they may take.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use common::{code, curvmesh, json, write};
+use crate::common::{code, curvmesh, json, write};
 use mesh_core::shapes::Torus;
 
 /// A torus of 100,000 faces.
@@ -167,4 +165,54 @@ fn a_run_stays_within_its_memory() {
     }
     assert!(run.wait().unwrap().success());
     assert!(most > 0 && most < 40 * 1024, "{most} KiB where 32 MiB are allowed");
+}
+
+#[test]
+fn a_result_that_does_not_fit_is_finished_in_parts_and_as_tiles() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = torus(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    let [whole, steps, tiles, work] = ["whole.ply", "steps.ply", "tiles", "work"].map(at);
+    let target = ["--ratio", "0.5", "--memory", "32MiB"];
+    let report = json(&[&["simplify", text(&input), "-o", text(&whole)], &target[..]].concat());
+    let faces = report["faces_out"].as_u64().unwrap();
+    assert!(faces.abs_diff(50_000) < 500, "{report}");
+
+    let split = ["region", "split", text(&input), "-w", text(&work)];
+    let mut plan = json(&[&split[..], &target[..]].concat());
+    let early = code(&["region", "finish", text(&work), "--shard", "1/2"]);
+    assert_eq!(early.0, 2, "{}", early.1);
+    while plan["next"] == "pass" {
+        let level = plan["level"].as_u64().unwrap();
+        json(&["region", "reduce", text(&work), "--level", &level.to_string()]);
+        json(&["region", "join", text(&work), "--level", &(level + 1).to_string()]);
+        plan = json(&["region", "plan", text(&work)]);
+    }
+    let apart = plan["apart"].as_u64().unwrap();
+    assert!(apart > 1, "{plan}");
+    let mut finished = 0;
+    for shard in ["2/2", "1/2"] {
+        let report = json(&["region", "finish", text(&work), "--shard", shard]);
+        finished += report["faces"].as_u64().unwrap();
+    }
+    assert_eq!(finished, faces);
+    let report =
+        json(&["region", "finish", text(&work), "-o", text(&steps), "--tiles", text(&tiles)]);
+    assert!(std::fs::read(&whole).unwrap() == std::fs::read(&steps).unwrap());
+    assert_eq!(report["tiles"][1], apart);
+    let list = std::fs::read_to_string(tiles.join("tiles.json")).unwrap();
+    let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+    assert_eq!(list["faces"], faces);
+    let sum = |key: &str| -> u64 {
+        list["tiles"].as_array().unwrap().iter().map(|tile| tile[key].as_u64().unwrap()).sum()
+    };
+    assert_eq!(sum("faces"), faces);
+    // Vertices on common rims are in several tiles.
+    let info = json(&["info", text(&steps)]);
+    assert!(sum("vertices") > info["vertices"].as_u64().unwrap());
+    assert_eq!((&info["euler_characteristic"], &info["closed"]), (&0.into(), &true.into()));
+    // There is nothing to do without a place for it.
+    assert_eq!(code(&["region", "finish", text(&work)]).0, 2);
+    let cell = apart.to_string();
+    assert_eq!(code(&["region", "finish", text(&work), "--cell", &cell]).0, 2);
 }

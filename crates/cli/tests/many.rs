@@ -1,12 +1,10 @@
 //! One command on many files.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use common::{code, curvmesh, files, json, write};
+use crate::common::{code, curvmesh, files, json, write};
 use mesh_core::shapes::{Sphere, Torus};
 use serde_json::Value;
 

@@ -1,11 +1,9 @@
 //! `curvmesh patch` and `curvmesh curvature --estimator face` on shapes whose curvature is known.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
 use std::path::Path;
 
-use common::{curvmesh, json, write};
+use crate::common::{curvmesh, json, write};
 use curvpatch::{CoverOptions, CoverRecord, CurvatureEstimator, Params, Shape, cover};
 use glam::DVec3;
 use mesh_core::shapes::{Saddle, Sphere, Torus};

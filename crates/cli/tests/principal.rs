@@ -2,11 +2,9 @@
 //! known.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
 use std::path::Path;
 
-use common::{curvmesh, json, write};
+use crate::common::{curvmesh, json, write};
 use glam::DVec3;
 use mesh_core::shapes::Torus;
 use mesh_io::Model;

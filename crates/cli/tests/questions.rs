@@ -2,12 +2,10 @@
 #![allow(clippy::unwrap_used)]
 #![cfg(unix)]
 
-mod common;
-
 use std::path::Path;
 use std::process::Command;
 
-use common::{json, write};
+use crate::common::{json, write};
 use mesh_core::shapes::{Saddle, Torus, polyhedra};
 use mesh_core::{Repair, build};
 use mesh_io::{Model, WriteOptions};

@@ -1,9 +1,7 @@
 //! Every real mesh through every command. Needs `CURVMESH_MODELS`.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-
-use common::{curvmesh, files, json, models, name};
+use crate::common::{curvmesh, files, json, models, name};
 
 /// Defects of widely used test meshes, counted independently: polygons cut into fans, seams of
 /// glTF files not welded (`raw`) or vertices welded exactly (`weld`).

@@ -1,11 +1,10 @@
 //! `curvmesh subdivide` and `repair` on shapes whose result is known.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
+use crate::common;
 use std::path::Path;
 
-use common::{code, json, write};
+use crate::common::{code, json, write};
 use glam::DVec3;
 use mesh_core::PolygonSoup;
 use mesh_core::shapes::{Torus, polyhedra};

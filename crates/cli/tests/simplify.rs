@@ -1,11 +1,9 @@
 //! `curvmesh simplify`, `lod` and `distance` on generated meshes.
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
-use common::{code, json, write};
+use crate::common::{code, json, write};
 use mesh_core::PolygonSoup;
 use mesh_core::shapes::{Sphere, Torus};
 use serde_json::Value;

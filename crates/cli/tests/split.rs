@@ -1,11 +1,9 @@
 //! Vertices that a format splits are one vertex of the mesh, in all commands alike.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use std::path::Path;
 
-use common::{json, write};
+use crate::common::{json, write};
 use mesh_core::PolygonSoup;
 use mesh_core::shapes::Sphere;
 use mesh_io::{Model, WriteOptions};

@@ -2,13 +2,11 @@
 //! for programs.
 #![allow(clippy::unwrap_used, clippy::float_cmp)]
 
-mod common;
-
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-use common::{code, curvmesh, json, write};
+use crate::common::{code, curvmesh, json, write};
 use mesh_core::PolygonSoup;
 use mesh_core::shapes::{Sphere, Torus, polyhedra};
 use serde_json::Value;

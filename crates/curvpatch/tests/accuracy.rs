@@ -2,9 +2,8 @@
 //! implementation: no error may be more than a fifth larger.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
-use common::{accuracy, inner, mean_edge};
+use crate::common;
+use crate::common::{accuracy, inner, mean_edge};
 use curvpatch::{CurvatureEstimator, DiscCurvature, Params};
 use mesh_core::shapes::{AnalyticSurface, Irregular, RowPhase, Sphere, add_normal_noise};
 use mesh_core::{PolygonSoup, TriMesh};

@@ -2,8 +2,7 @@
 //! promises against a test that shares no code with it.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
+use crate::common;
 use core::ops::ControlFlow;
 use std::collections::HashSet;
 

@@ -1,8 +1,7 @@
 //! Real meshes.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
-mod common;
-
+use crate::common;
 use std::path::PathBuf;
 
 use curvpatch::{

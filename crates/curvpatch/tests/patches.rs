@@ -2,11 +2,10 @@
 //! independent implementation.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
+use crate::common;
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-use common::{mean_edge, percentiles};
+use crate::common::{mean_edge, percentiles};
 use curvpatch::{
     CurvatureEstimator, Params, Patch, PatchData, PatchError, PatchProbe, Shape, TessellationError,
 };

@@ -1,8 +1,7 @@
 //! Scale, place, threads, ugly input: what must not change the result, and what must not break it.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
+use crate::common;
 use curvpatch::{
     Cover, CoverMethod, CoverOptions, CoverRecord, CurvatureError, CurvatureEstimator,
     DiscCurvature, Params, Patch, PatchProbe, PatchSizer, Seeds, Shape, SizeOptions, StopReason,

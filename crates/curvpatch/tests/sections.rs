@@ -2,8 +2,7 @@
 //! boundaries and where they close.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
+use crate::common;
 use core::f64::consts::PI;
 
 use curvpatch::{

@@ -1,8 +1,7 @@
 //! Single faces of analytic meshes against an independent implementation, to all printed digits.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
+use crate::common;
 use core::f64::consts::FRAC_PI_4;
 
 use curvpatch::{CurvatureEstimator, Params, PatchProbe, PointClass, Shape};

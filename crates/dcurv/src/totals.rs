@@ -1,6 +1,6 @@
 //! Curvature summed over a mesh: the costs of DHKL01 and the norms of KKL02.
 
-use mesh_core::parallel;
+use mesh_core::{VertexId, parallel};
 
 use crate::curvatures::Curvatures;
 use crate::quantity::{Area, Integral};
@@ -72,7 +72,9 @@ impl Totals {
         }
     }
 
-    fn plus(self, other: Self) -> Self {
+    /// The sums over the vertices of two parts, none of which is in both.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
         Self {
             gaussian: self.gaussian + other.gaussian,
             abs_gaussian: self.abs_gaussian + other.abs_gaussian,
@@ -101,6 +103,16 @@ impl Curvatures {
     #[must_use]
     pub fn interior_totals(&self) -> Totals {
         self.totals_where(|curvature| !curvature.is_boundary())
+    }
+
+    /// The sums over some vertices.
+    ///
+    /// # Panics
+    /// One of them is not there.
+    #[must_use]
+    pub fn totals_of(&self, vertices: &[VertexId]) -> Totals {
+        let of_index = |index: usize| Totals::of_vertex(&self.vertices()[vertices[index]]);
+        parallel::fold(vertices.len(), Totals::default(), of_index, Totals::plus)
     }
 
     /// The sums over the vertices that are chosen.

@@ -1,6 +1,7 @@
 //! Optimises real meshes by every cost and prints the costs before and after.
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
 
+#[allow(dead_code)]
 #[path = "../tests/common/mod.rs"]
 mod common;
 

@@ -1,13 +1,11 @@
 //! Vertices with very many edges, vertices that no face uses, and limits that hold from the start.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use common::mesh_of;
+use crate::common::mesh_of;
 use dcurv::VertexArea;
 use dtri_flip::{
     Change, CostName, FlipCost, FlipError, FlipOptions, FlipReport, Quad, Reach, Stop, VertexCost,

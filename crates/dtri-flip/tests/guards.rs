@@ -1,11 +1,9 @@
 //! Locks, feature edges, folds and self-intersections.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-
 use std::collections::BTreeMap;
 
-use common::{face_set, mesh_of, model};
+use crate::common::{face_set, mesh_of, model};
 use dcurv::VertexArea;
 use dtri_flip::{AbsMean, CostName, FlipError, FlipOptions, feature_edges, optimise};
 use glam::DVec3;

@@ -1,12 +1,10 @@
 //! Rebuilding: what it finds, and what it keeps.
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
 use core::ops::ControlFlow;
 use core::time::Duration;
 
-use common::{face_set, mesh_of, paper_torus};
+use crate::common::{face_set, mesh_of, paper_torus};
 use dcurv::VertexArea;
 use dtri_flip::{
     AbsMean, Anneal, CostName, FlipCost, FlipError, FlipOptions, FlipReport, Phase, Rebuild, Stop,

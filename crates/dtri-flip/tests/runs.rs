@@ -1,11 +1,9 @@
 //! What holds for every run, on random small meshes and real ones.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-
 use std::ops::ControlFlow;
 
-use common::{mesh_of, model};
+use crate::common::{mesh_of, model};
 use dcurv::{CurvatureOptions, Curvatures, VertexArea};
 use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Stop, Ties, Update};
 use mesh_core::TriMesh;

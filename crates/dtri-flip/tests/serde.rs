@@ -2,8 +2,7 @@
 #![cfg(feature = "serde")]
 #![allow(clippy::unwrap_used)]
 
-mod common;
-
+use crate::common;
 use core::fmt::Debug;
 use core::time::Duration;
 

@@ -1,12 +1,10 @@
 //! The convex set of seven points of DHKL01 Fig. 4, a local minimum of all three costs.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use common::{face_set, mesh_of};
+use crate::common::{face_set, mesh_of};
 use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions, Stop};
 use mesh_core::TriMesh;

@@ -1,9 +1,7 @@
 //! Table 1 of DHKL01.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-
-use common::{TORUS, paper_torus};
+use crate::common::{TORUS, paper_torus};
 use dcurv::VertexArea;
 use dtri_flip::{
     AbsMean, FlipCost, FlipOptions, LatticeError, Stop, Ties, Update, VertexCost, VertexFunction,

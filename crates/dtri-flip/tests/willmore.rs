@@ -1,9 +1,7 @@
 //! The virtual Willmore energy of BAR06, and the energy itself.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod common;
-
-use common::{TORUS, mesh_of, paper_torus};
+use crate::common::{TORUS, mesh_of, paper_torus};
 use dcurv::{VertexArea, total_willmore_energy};
 use dtri_flip::{
     CostName, FlipOptions, FlipReport, Stop, Ties, VirtualWillmore, Willmore, lattice_error,

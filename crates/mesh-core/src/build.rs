@@ -40,7 +40,8 @@ pub use sample::{Sample, VertexPair};
 pub use triangulate::{Triangulation, Triangulator};
 pub use weld::{weld_exact, weld_within};
 
-pub(crate) use draft::{Draft, has_zero_area, repeated_vertex};
+pub use draft::has_zero_area;
+pub(crate) use draft::{Draft, repeated_vertex};
 pub(crate) use duplicates::find_duplicates;
 
 use crate::mesh::MeshError;

@@ -196,8 +196,9 @@ impl Diagnosis {
     }
 }
 
-/// Whether the height over the longest side is below [`SLIVER_HEIGHT`] times that side.
-fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
+/// Whether the height of a triangle over its longest side is below a thousandth of that side.
+#[must_use]
+pub fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
     let [u, v, w] = [b - a, c - b, a - c];
     let longest = u.length_squared().max(v.length_squared()).max(w.length_squared());
     u.cross(v).length() < SLIVER_HEIGHT * longest

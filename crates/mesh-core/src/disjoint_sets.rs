@@ -1,17 +1,30 @@
 //! Disjoint sets of indices (union by smaller index, with path halving).
 
 /// A partition of `0..n`; at first every index is a set of its own.
-pub(crate) struct DisjointSets {
+#[derive(Clone, Debug, Default)]
+pub struct DisjointSets {
     parent: Vec<u32>,
 }
 
 impl DisjointSets {
-    pub(crate) fn new(count: usize) -> Self {
+    /// So many sets of one index each.
+    #[must_use]
+    pub fn new(count: usize) -> Self {
         Self { parent: (0..count as u32).collect() }
     }
 
+    /// Adds an index, a set of its own, and returns it.
+    pub fn push(&mut self) -> u32 {
+        let index = self.parent.len() as u32;
+        self.parent.push(index);
+        index
+    }
+
     /// The smallest index of the set that `index` is in.
-    pub(crate) fn find(&mut self, mut index: u32) -> u32 {
+    ///
+    /// # Panics
+    /// There is no such index.
+    pub fn find(&mut self, mut index: u32) -> u32 {
         while self.parent[index as usize] != index {
             let grandparent = self.parent[self.parent[index as usize] as usize];
             self.parent[index as usize] = grandparent;
@@ -21,13 +34,19 @@ impl DisjointSets {
     }
 
     /// Makes one set of the two that `a` and `b` are in.
-    pub(crate) fn union(&mut self, a: u32, b: u32) {
+    ///
+    /// # Panics
+    /// One of the indices is not there.
+    pub fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }
 
     /// How many different sets the given indices are in.
-    pub(crate) fn count_sets(&mut self, indices: impl Iterator<Item = u32>) -> usize {
+    ///
+    /// # Panics
+    /// One of the indices is not there.
+    pub fn count_sets(&mut self, indices: impl Iterator<Item = u32>) -> usize {
         let mut is_counted = vec![false; self.parent.len()];
         indices
             .filter(|&index| {

@@ -8,7 +8,7 @@ pub mod compact;
 pub mod connectivity;
 pub mod crossing;
 pub mod diagnose;
-mod disjoint_sets;
+pub mod disjoint_sets;
 pub mod edit;
 pub mod face_tree;
 pub mod fill;

@@ -16,9 +16,28 @@ impl Cutter {
     /// The triangles of a face, as places in the face: two fewer than it has corners.
     pub(crate) fn cut(&mut self, soup: &PolygonSoup, face: usize) -> &[[u32; 3]] {
         let vertices = soup.face(face);
-        self.triangles.clear();
         self.positions.clear();
         self.positions.extend(vertices.iter().map(|&v| soup.positions()[v as usize]));
+        self.cut_here(vertices)
+    }
+
+    /// The triangles of a polygon by the numbers of its vertices and where they are, as places in it.
+    pub(crate) fn cut_polygon(&mut self, vertices: &[u64], corners: &[DVec3]) -> &[[u32; 3]] {
+        self.positions.clear();
+        self.positions.extend_from_slice(corners);
+        if vertices.len() == 3 {
+            return self.cut_here(&[0, 1, 2]);
+        }
+        // Which of them are the same is all that matters.
+        let mut sorted = vertices.to_vec();
+        sorted.sort_unstable();
+        let place = |v: &u64| sorted.partition_point(|other| other < v) as u32;
+        let local: Vec<u32> = vertices.iter().map(place).collect();
+        self.cut_here(&local)
+    }
+
+    fn cut_here(&mut self, vertices: &[u32]) -> &[[u32; 3]] {
+        self.triangles.clear();
         if self.positions.iter().all(|p| p.is_finite()) {
             self.triangulator.triangulate(&self.positions, vertices, &mut self.triangles);
         } else {

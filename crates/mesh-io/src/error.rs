@@ -263,6 +263,9 @@ pub enum WriteError {
         /// How much there is.
         found: u64,
     },
+    /// The format cannot be written from what passes by.
+    #[error("{0} cannot be written as a stream; write PLY, STL or OBJ")]
+    NoPassing(Format),
     /// The format holds no levels of detail.
     #[error("{0} holds no levels of detail; write glTF or GLB, or a file for each level")]
     NoLevels(Format),

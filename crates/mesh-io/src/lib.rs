@@ -21,6 +21,7 @@ mod numbering;
 #[cfg(feature = "obj")]
 mod obj;
 mod off;
+mod passing;
 mod ply;
 mod read;
 mod scan;
@@ -30,12 +31,14 @@ mod text;
 mod to_model;
 mod write;
 mod write_options;
+mod write_passing;
 
 pub use error::{Location, ReadError, ReadErrorKind, WriteError};
 pub use external::External;
 pub use format::Format;
 pub use item::Item;
 pub use model::{Alpha, Blend, Group, Image, ImageData, Material, Model, ModelError, Scalars};
+pub use passing::{NO_COLOR, Passing};
 pub use read::{ReadOptions, read, read_from, read_with};
 pub use scan::{Scanned, scan, scan_from};
 pub use text::printable;
@@ -44,3 +47,4 @@ pub use write::{Staged, check_write, replace_file, stage, stage_file, write, wri
 #[cfg(feature = "gltf")]
 pub use write::{stage_levels, write_levels};
 pub use write_options::{Encoding, Precision, WriteOptions, WriteReport};
+pub use write_passing::{Passer, stage_passing, write_passing};

@@ -59,6 +59,11 @@ pub struct Staged {
 }
 
 impl Staged {
+    /// A file without companions.
+    pub(crate) fn new(file: Beside, report: WriteReport) -> Self {
+        Self { companions: Vec::new(), file, report }
+    }
+
     /// What is going to be written.
     #[must_use]
     pub fn report(&self) -> &WriteReport {
@@ -132,7 +137,7 @@ fn check(model: &Model, format: Format, options: &WriteOptions) -> Result<(), Wr
 }
 
 /// Whether this build writes the format, and in this encoding.
-fn check_encoding(format: Format, encoding: Encoding) -> Result<(), WriteError> {
+pub(crate) fn check_encoding(format: Format, encoding: Encoding) -> Result<(), WriteError> {
     use Encoding::{BigEndian, LittleEndian, Text, Usual};
     let disabled = match format {
         Format::Obj => !cfg!(feature = "obj"),
@@ -156,7 +161,7 @@ fn check_encoding(format: Format, encoding: Encoding) -> Result<(), WriteError> 
 }
 
 /// The format that the options or the extension name.
-fn format_of(path: &Path, options: &WriteOptions) -> Result<Format, WriteError> {
+pub(crate) fn format_of(path: &Path, options: &WriteOptions) -> Result<Format, WriteError> {
     let format = options.format.or_else(|| Format::from_extension(path));
     format.ok_or_else(|| WriteError::UnknownExtension(path.to_owned()))
 }
@@ -205,7 +210,7 @@ pub fn stage_levels<M: ToModel>(
             report.dropped.push(what);
         }
     }
-    Ok(Staged { companions: Vec::new(), file, report })
+    Ok(Staged::new(file, report))
 }
 
 /// Whether there is a part of the screen for each level.
@@ -248,7 +253,7 @@ pub fn stage_file(
     content: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
 ) -> Result<Staged, WriteError> {
     let (file, ()) = atomic::prepare(path.as_ref(), |writer| Ok(content(writer)?))?;
-    Ok(Staged { companions: Vec::new(), file, report: WriteReport::default() })
+    Ok(Staged::new(file, WriteReport::default()))
 }
 
 /// The files that go with another one, prepared.

@@ -11,6 +11,7 @@ use fearless_simd::{Level, dispatch, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
 
+use crate::needles::{Piece, pieces};
 use crate::proved::at_least;
 use crate::wide::{Columns, LANES, Wide, closest_on_triangles, squared_gaps};
 
@@ -30,6 +31,10 @@ pub(crate) struct Bvh {
     heights: Vec<Vec<Node>>,
     /// The index that each triangle had when the tree was built.
     original: Vec<u32>,
+    /// What of the triangle in each place the boxes are round; nothing where that is all of it.
+    pieces: Vec<Piece>,
+    /// Every triangle once, in the order of the leaves, where some have several pieces.
+    in_space: Vec<u32>,
 }
 
 /// Eight triangles; the last one is repeated where there are fewer.
@@ -132,15 +137,29 @@ fn bounds(low: &[Columns], high: &[Columns]) -> [DVec3; 2] {
 impl Bvh {
     /// A tree over at least one triangle.
     pub(crate) fn new(corners: impl Fn(usize) -> [DVec3; 3] + Sync, count: usize) -> Self {
-        let mut places = places(&parallel::collect(count, |t| {
+        let whole = |t: usize| {
             let [a, b, c] = corners(t);
-            // Halved first, so that no sum overflows.
-            0.5 * a.min(b).min(c) + 0.5 * a.max(b).max(c)
-        }));
-        order(&mut places);
-        let original = parallel::collect(count, |slot| places[slot].triangle);
-        let (simd, leaves, heights) = (Level::new(), Vec::new(), Vec::new());
-        let mut tree = Self { simd, leaves, heights, original };
+            [a.min(b).min(c), a.max(b).max(c)]
+        };
+        let mut tree = Self {
+            simd: Level::new(),
+            leaves: Vec::new(),
+            heights: Vec::new(),
+            original: Vec::new(),
+            pieces: Vec::new(),
+            in_space: Vec::new(),
+        };
+        if let Some((triangles, pieces)) = pieces(&corners, count) {
+            let slots =
+                in_leaves(pieces.len(), |i| pieces[i].bounds(&corners(triangles[i] as usize)));
+            tree.original = parallel::collect(slots.len(), |slot| triangles[slots[slot] as usize]);
+            tree.pieces = parallel::collect(slots.len(), |slot| pieces[slots[slot] as usize]);
+            let mut is_there = vec![false; count];
+            let first = |&t: &u32| !core::mem::replace(&mut is_there[t as usize], true);
+            tree.in_space = tree.original.iter().copied().filter(first).collect();
+        } else {
+            tree.original = in_leaves(count, whole);
+        }
         tree.follow(corners);
         tree
     }
@@ -153,7 +172,18 @@ impl Bvh {
             Leaf::new(|lane| corners(original[(leaf * LANES + lane).min(last)] as usize))
         };
         let leaves = parallel::collect(original.len().div_ceil(LANES), leaf);
-        let mut heights = vec![nodes(leaves.len(), |leaf| leaves[leaf].bounds())];
+        let pieces = &self.pieces;
+        let bounds = |leaf: usize| {
+            if pieces.is_empty() {
+                return leaves[leaf].bounds();
+            }
+            let slots = leaf * LANES..pieces.len().min((leaf + 1) * LANES);
+            let of_slot = |slot: usize| pieces[slot].bounds(&corners(original[slot] as usize));
+            slots.map(of_slot).fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[min, max], [p, q]| {
+                [min.min(p), max.max(q)]
+            })
+        };
+        let mut heights = vec![nodes(leaves.len(), bounds)];
         while let Some(below) = heights.last().filter(|below| below.len() > 1) {
             let above = nodes(below.len(), |node| below[node].bounds());
             heights.push(above);
@@ -161,9 +191,9 @@ impl Bvh {
         (self.leaves, self.heights) = (leaves, heights);
     }
 
-    /// The triangles in the order of the leaves.
-    pub(crate) fn originals(&self) -> &[u32] {
-        &self.original
+    /// Every triangle once, in the order of the leaves.
+    pub(crate) fn in_space(&self) -> &[u32] {
+        if self.pieces.is_empty() { &self.original } else { &self.in_space }
     }
 
     pub(crate) fn original(&self, slot: u32) -> u32 {
@@ -367,7 +397,18 @@ fn nodes(children: usize, bounds: impl Fn(usize) -> [DVec3; 2] + Sync) -> Vec<No
     parallel::collect(children.div_ceil(LANES), node)
 }
 
-/// A triangle and where its centre is, in steps of a 2^32th of the longest extent of all centres.
+/// The numbers of these boxes in the order of the leaves, which is by their centres.
+fn in_leaves(count: usize, bounds: impl Fn(usize) -> [DVec3; 2] + Sync) -> Vec<u32> {
+    let mut places = places(&parallel::collect(count, |i| {
+        let [min, max] = bounds(i);
+        // Halved first, so that no sum overflows.
+        0.5 * min + 0.5 * max
+    }));
+    order(&mut places);
+    parallel::collect(count, |slot| places[slot].triangle)
+}
+
+/// A triangle, or piece of one, and where its centre is, in steps of a 2^32th of the longest extent of all centres.
 #[derive(Clone, Copy)]
 struct Place {
     center: [u32; 3],

@@ -220,6 +220,25 @@ pub fn edge_points(surface: &Surface, spacing: f64, limit: usize) -> Vec<DVec3> 
     (0..points.count()).map(|i| points.point(i)).collect()
 }
 
+/// The points of [`edge_points`] on a single edge, from its end with the lower number to the other one.
+pub fn points_of_edge(
+    ends: [DVec3; 2],
+    spacing: f64,
+    limit: usize,
+) -> impl Iterator<Item = DVec3> + use<> {
+    let count = points_within(ends, spacing, limit);
+    (0..count).map(move |i| point_within(ends, i, count))
+}
+
+/// How many points lie inside an edge.
+fn points_within([p, q]: [DVec3; 2], spacing: f64, limit: usize) -> usize {
+    ((p.distance(q) / spacing) as usize).min(limit)
+}
+
+fn point_within([p, q]: [DVec3; 2], index: usize, count: usize) -> DVec3 {
+    p + (q - p) * ((index + 1) as f64 / (count + 1) as f64)
+}
+
 /// Points inside the edges, equally spaced on each.
 struct EdgePoints<'a> {
     surface: &'a Surface,
@@ -231,9 +250,8 @@ struct EdgePoints<'a> {
 impl<'a> EdgePoints<'a> {
     /// Points at most `spacing` apart, but not more than `limit` on one edge.
     fn new(surface: &'a Surface, spacing: f64, limit: usize) -> Self {
-        let count = |&[a, b]: &[u32; 2]| {
-            let (p, q) = (surface.positions()[a as usize], surface.positions()[b as usize]);
-            ((p.distance(q) / spacing) as usize).min(limit)
+        let count = |edge: &[u32; 2]| {
+            points_within(edge.map(|v| surface.positions()[v as usize]), spacing, limit)
         };
         let sides = surface.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let ordered = sides.map(|[a, b]| [a.min(b), a.max(b)]);
@@ -256,8 +274,7 @@ impl<'a> EdgePoints<'a> {
     fn point(&self, index: usize) -> DVec3 {
         let edge = self.ends.partition_point(|&end| end <= index);
         let start = if edge == 0 { 0 } else { self.ends[edge - 1] };
-        let [p, q] = self.edges[edge].map(|v| self.surface.positions()[v as usize]);
-        let parts = (self.ends[edge] - start + 1) as f64;
-        p + (q - p) * ((index - start + 1) as f64 / parts)
+        let ends = self.edges[edge].map(|v| self.surface.positions()[v as usize]);
+        point_within(ends, index - start, self.ends[edge] - start)
     }
 }

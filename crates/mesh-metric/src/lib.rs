@@ -5,6 +5,7 @@ mod bvh;
 mod closest;
 mod compare;
 mod hausdorff;
+mod needles;
 mod packet;
 mod prism;
 mod proved;
@@ -16,11 +17,11 @@ mod wide;
 pub use closest::{closest_on_triangle, weights_of_closest};
 pub use compare::{
     CompareOptions, Comparison, OneSided, Worst, compare, compare_until, edge_points,
-    vertex_distances,
+    points_of_edge, vertex_distances,
 };
 pub use hausdorff::{
     CertifiedBounds, CertifyOptions, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,
 };
-pub use sampling::{SurfaceSample, sample_surface};
+pub use sampling::{SampleStream, SurfaceSample, area_of, sample_surface};
 pub use signed::SignedDistance;
 pub use surface::{ClosestPoint, Surface, SurfaceError};

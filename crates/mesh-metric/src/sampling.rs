@@ -38,30 +38,23 @@ pub(crate) struct AreaSampler<'a> {
     surface: &'a Surface,
     /// The area up to and including each triangle.
     cumulative: Vec<f64>,
-    count: usize,
-    seed: u64,
-    /// Where the sequence across the faces starts, in [0, 1).
-    shift: f64,
+    rule: Rule,
 }
 
 impl<'a> AreaSampler<'a> {
     pub(crate) fn new(surface: &'a Surface, count: usize, seed: u64) -> Self {
-        let mut cumulative = parallel::collect(surface.triangle_count(), |t| {
-            let [a, b, c] = surface.triangle(t);
-            0.5 * (b - a).cross(c - a).length()
-        });
+        let mut cumulative =
+            parallel::collect(surface.triangle_count(), |t| area_of(surface.triangle(t)));
         let mut total = 0.0;
         for area in &mut cumulative {
             total += *area;
             *area = total;
         }
-        let count = if total > 0.0 { count } else { 0 };
-        let shift = SplitMix64::new(!seed).uniform();
-        Self { surface, cumulative, count, seed, shift }
+        Self { surface, cumulative, rule: Rule::new(total, count, seed) }
     }
 
     pub(crate) fn count(&self) -> usize {
-        self.count
+        self.rule.count
     }
 
     pub(crate) fn area(&self) -> f64 {
@@ -69,22 +62,92 @@ impl<'a> AreaSampler<'a> {
     }
 
     pub(crate) fn sample(&self, index: usize) -> SurfaceSample {
-        let mut random =
-            SplitMix64::new(self.seed ^ (index as u64).wrapping_mul(0xD605_1C7B_B5E2_37A5));
-        let at = (index as f64 + random.uniform()) / self.count as f64 * self.area();
+        let at = self.rule.place(index);
         let last = self.cumulative.len() - 1;
         let triangle = self.cumulative.partition_point(|&end| end <= at).min(last);
         let start = if triangle == 0 { 0.0 } else { self.cumulative[triangle - 1] };
-        let area = self.cumulative[triangle] - start;
+        let corners = self.surface.triangle(triangle);
+        let (position, weights) =
+            self.rule.point(index, at, [start, self.cumulative[triangle]], corners);
+        SurfaceSample { position, triangle: triangle as u32, weights }
+    }
+}
+
+/// The samples of [`sample_surface`], for triangles that pass by one after another.
+pub struct SampleStream {
+    rule: Rule,
+    /// The area up to the triangle that comes next.
+    covered: f64,
+    /// The sample that comes next, and where on the line it is.
+    next: usize,
+    at: f64,
+}
+
+impl SampleStream {
+    /// `count` samples of a surface with so much area: the sum of [`area_of`] over its triangles, one
+    /// after another.
+    #[must_use]
+    pub fn new(area: f64, count: usize, seed: u64) -> Self {
+        let rule = Rule::new(area, count, seed);
+        Self { at: rule.place(0), rule, covered: 0.0, next: 0 }
+    }
+
+    /// Gives the samples on the next triangle to `take`; on the last one, all that are left.
+    pub fn pass(&mut self, corners: [DVec3; 3], is_last: bool, take: &mut dyn FnMut(DVec3)) {
+        let start = self.covered;
+        self.covered += area_of(corners);
+        while self.next < self.rule.count && (self.at < self.covered || is_last) {
+            take(self.rule.point(self.next, self.at, [start, self.covered], corners).0);
+            self.next += 1;
+            self.at = self.rule.place(self.next);
+        }
+    }
+}
+
+/// The area of a triangle.
+#[must_use]
+pub fn area_of([a, b, c]: [DVec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// Where on the line of faces the samples lie, and where in their faces.
+struct Rule {
+    area: f64,
+    count: usize,
+    seed: u64,
+    /// Where the sequence across the faces starts, in [0, 1).
+    shift: f64,
+}
+
+impl Rule {
+    fn new(area: f64, count: usize, seed: u64) -> Self {
+        let count = if area > 0.0 { count } else { 0 };
+        Self { area, count, seed, shift: SplitMix64::new(!seed).uniform() }
+    }
+
+    /// How far along the line a sample is.
+    fn place(&self, index: usize) -> f64 {
+        let mut random =
+            SplitMix64::new(self.seed ^ (index as u64).wrapping_mul(0xD605_1C7B_B5E2_37A5));
+        (index as f64 + random.uniform()) / self.count as f64 * self.area
+    }
+
+    /// A sample on the face that covers a part of the line, and the weights of its corners.
+    fn point(
+        &self,
+        index: usize,
+        at: f64,
+        [start, end]: [f64; 2],
+        [a, b, c]: [DVec3; 3],
+    ) -> (DVec3, [f64; 3]) {
+        let area = end - start;
         // Where the line crosses the face is itself uniform, and stratified within large faces.
         let along = if area > 0.0 { ((at - start) / area).clamp(0.0, 1.0) } else { 0.5 };
         let root = along.sqrt();
         // Steps of the golden section spread consecutive samples evenly in the other direction.
         let across = (self.shift + index as f64 * GOLDEN).fract();
         let weights = [1.0 - root, root * (1.0 - across), root * across];
-        let [a, b, c] = self.surface.triangle(triangle);
-        let position = a + (b - a) * weights[1] + (c - a) * weights[2];
-        SurfaceSample { position, triangle: triangle as u32, weights }
+        (a + (b - a) * weights[1] + (c - a) * weights[2], weights)
     }
 }
 
@@ -104,6 +167,12 @@ mod tests {
         let center = samples.iter().map(|s| s.position).sum::<DVec3>() / 4000.0;
         // The centre of mass: a quarter of (2/3, 1/3, 0) and three quarters of (1/3, 4/3, 0).
         assert!(center.distance(DVec3::new(5.0 / 12.0, 13.0 / 12.0, 0.0)) < 0.02, "{center}");
+        let mut stream = SampleStream::new(2.0, 4000, 7);
+        let mut passed = Vec::new();
+        for t in 0..2 {
+            stream.pass(surface.triangle(t), t == 1, &mut |position| passed.push(position));
+        }
+        assert!(samples.iter().map(|s| s.position).eq(passed));
         for s in samples {
             assert!((s.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
             assert!(s.weights.iter().all(|&w| (0.0..=1.0).contains(&w)));

@@ -232,7 +232,7 @@ impl Surface {
     /// The indices of the triangles, in an order in which neighbours are close to each other.
     #[must_use]
     pub fn in_space(&self) -> &[u32] {
-        self.bvh.originals()
+        self.bvh.in_space()
     }
 
     /// Makes this the surface of a mesh with the same faces, whose vertices have moved and whose edges

@@ -52,6 +52,36 @@ fn closest_points_agree_with_brute_force() {
     }
 }
 
+/// A cone of needles that lie across the axes, which the tree has in pieces.
+#[test]
+fn closest_points_on_needles_agree_with_brute_force() {
+    let count = 3000;
+    let rim = (0..count).map(|i| {
+        let angle = core::f64::consts::TAU * f64::from(i) / f64::from(count);
+        DVec3::new(angle.cos(), angle.sin(), 0.0)
+    });
+    let positions: Vec<DVec3> = rim.chain([DVec3::Z]).collect();
+    let faces: Vec<[u32; 3]> = (0..count).map(|i| [i, (i + 1) % count, count]).collect();
+    let cone = TriMesh::from_triangles(&positions, &faces).unwrap();
+    let turned = moved(&cone, |p| DQuat::from_rotation_x(0.8) * DVec3::new(2.0 * p.x, p.y, p.z));
+    let mut surface = Surface::new(&cone).unwrap();
+    for mesh in [&cone, &turned] {
+        surface.follow(mesh).unwrap();
+        let mut order = surface.in_space().to_vec();
+        order.sort_unstable();
+        assert!(order.into_iter().eq(0..count));
+        let points = random_points(300, 1.5, 11);
+        let distances = surface.distances(&points);
+        for (&point, distance) in points.iter().zip(distances) {
+            let faces = mesh.topology().faces();
+            let to_face = |f| closest_on_triangle(point, &mesh.triangle(f)).length();
+            let by_force = faces.map(to_face).fold(f64::INFINITY, f64::min);
+            assert_eq!(surface.closest(point).distance, by_force);
+            assert_eq!(distance, by_force);
+        }
+    }
+}
+
 #[test]
 fn only_what_is_closer_than_a_distance_is_found() {
     let surface = Surface::new(&sphere()).unwrap();

@@ -30,7 +30,7 @@ pub use picture::{LARGEST_SIDE, Picture};
 #[doc(inline)]
 pub use render::render;
 #[doc(inline)]
-pub use scale::{BadRange, MISSING, Range, Scale, ScaleOptions};
+pub use scale::{BadRange, MISSING, Range, Scale, ScaleOptions, rank};
 #[doc(inline)]
 pub use scene::{Paint, Scene, Stroke, Style};
 #[doc(inline)]

@@ -45,7 +45,8 @@ impl Range {
     }
 
     /// The percentiles that it stands for, if it is made from the values.
-    fn percentiles(self) -> Option<[f64; 2]> {
+    #[must_use]
+    pub fn percentiles(self) -> Option<[f64; 2]> {
         match self {
             Self::Auto => Some([2.0, 98.0]),
             Self::Full => Some([0.0, 100.0]),
@@ -122,7 +123,7 @@ impl ScaleOptions {
         let mut values: Vec<f64> = values.into_iter().filter(counts).collect();
         let Some(last) = values.len().checked_sub(1) else { return [0.0; 2] };
         let [low, high] = percentiles.map(|percentile| {
-            let rank = (percentile / 100.0 * last as f64).round().clamp(0.0, last as f64) as usize;
+            let rank = rank(percentile, last);
             *values.select_nth_unstable_by(rank, f64::total_cmp).1
         });
         if self.signed && !self.log {
@@ -131,6 +132,12 @@ impl ScaleOptions {
         }
         [low, high]
     }
+}
+
+/// How many of the values come before the percentile, where so many come before the last one.
+#[must_use]
+pub fn rank(percentile: f64, last: usize) -> usize {
+    (percentile / 100.0 * last as f64).round().clamp(0.0, last as f64) as usize
 }
 
 /// A colour map with the values at its ends.

@@ -3,6 +3,8 @@
 use core::fmt;
 use core::str::FromStr;
 
+use dcurv::Totals;
+
 /// What the curvature of a surface is told by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -141,4 +143,21 @@ pub struct Integrals {
     pub f3: f64,
     /// The Willmore energy: of H² - K, without unit.
     pub willmore: f64,
+}
+
+impl Integrals {
+    /// From the sums over the vertices, and the sum of their Willmore energies.
+    #[must_use]
+    pub fn new(totals: &Totals, willmore: f64) -> Self {
+        Self {
+            integral_gaussian: totals.gaussian.value(),
+            integral_abs_gaussian: totals.abs_gaussian.value(),
+            integral_mean: totals.mean.value(),
+            integral_abs_mean: totals.abs_mean.value(),
+            f1: totals.f1,
+            f2: totals.f2(),
+            f3: totals.f3,
+            willmore,
+        }
+    }
 }

@@ -44,16 +44,6 @@ impl VertexValues {
     /// The sums over the mesh.
     #[must_use]
     pub fn integrals(&self) -> Integrals {
-        let totals = self.curvatures.totals();
-        Integrals {
-            integral_gaussian: totals.gaussian.value(),
-            integral_abs_gaussian: totals.abs_gaussian.value(),
-            integral_mean: totals.mean.value(),
-            integral_abs_mean: totals.abs_mean.value(),
-            f1: totals.f1,
-            f2: totals.f2(),
-            f3: totals.f3,
-            willmore: self.willmore.as_slice().iter().sum(),
-        }
+        Integrals::new(&self.curvatures.totals(), self.willmore.as_slice().iter().sum())
     }
 }

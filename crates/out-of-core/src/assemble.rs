@@ -9,7 +9,7 @@ use mesh_io::replace_file;
 use crate::error::Error;
 use crate::work::Work;
 
-/// Writes the regions of a level as binary PLY, vertices and faces cell by cell; returns the number of
+/// Writes the finished regions of a level as binary PLY, vertices and faces cell by cell; returns the number of
 /// faces.
 ///
 /// # Errors
@@ -20,7 +20,7 @@ pub fn assemble(work: &Work, level: u32, path: &Path) -> Result<u64, Error> {
     let (mut starts, mut vertices, mut faces) = (Vec::new(), 0_u64, 0_u64);
     let mut asked: BTreeMap<(u32, u64), u32> = BTreeMap::new();
     for cell in 0..cells {
-        let region = work.region(level, cell)?;
+        let region = work.finished_region(level, cell)?;
         starts.push(vertices);
         vertices += region.own as u64;
         faces += region.own_face_count() as u64;
@@ -31,7 +31,7 @@ pub fn assemble(work: &Work, level: u32, path: &Path) -> Result<u64, Error> {
         return Err(Error::RegionTooLarge { faces });
     }
     for cell in 0..cells {
-        let region = work.region(level, cell)?;
+        let region = work.finished_region(level, cell)?;
         let ids = &region.vertex_ids[..region.own];
         for (&(_, id), number) in asked.range_mut((cell, 0)..=(cell, u64::MAX)) {
             let missing = |_| Error::damaged(work.folder(), "a vertex of a neighbour is not there");
@@ -46,7 +46,7 @@ pub fn assemble(work: &Work, level: u32, path: &Path) -> Result<u64, Error> {
         writeln!(out, "element face {faces}")?;
         writeln!(out, "property list uchar int vertex_indices\nend_header")?;
         let mut region = |cell| {
-            work.region(level, cell).map_err(|error| {
+            work.finished_region(level, cell).map_err(|error| {
                 failed = Some(error);
                 std::io::Error::other("a region cannot be read")
             })

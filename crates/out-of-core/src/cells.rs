@@ -1,6 +1,9 @@
 //! Space in cells with about equally many vertices each: a binary tree of planes.
 
+use core::ops::ControlFlow;
+
 use glam::DVec3;
+use mesh_core::BoundingBox;
 use serde::{Deserialize, Serialize};
 
 /// A binary tree of planes across the axes. Its leaves are the cells of level 0, numbered from left to
@@ -54,6 +57,55 @@ impl Cells {
     #[must_use]
     pub fn count(&self) -> u32 {
         self.planes.len() as u32 + 1
+    }
+
+    /// The part of space that is a cell: infinite where it is outermost.
+    #[must_use]
+    pub fn bounds(&self, cell: u32) -> BoundingBox {
+        let mut bounds = BoundingBox { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
+        let mut node = cell as usize + self.planes.len();
+        while node > 0 {
+            let (parent, is_left) = ((node - 1) / 2, node % 2 == 1);
+            let Plane { axis, at } = self.planes[parent];
+            let axis = usize::from(axis);
+            if is_left {
+                bounds.max[axis] = bounds.max[axis].min(at);
+            } else {
+                bounds.min[axis] = bounds.min[axis].max(at);
+            }
+            node = parent;
+        }
+        bounds
+    }
+
+    /// Calls `visit` with every cell that a box reaches into, or touches, in ascending order.
+    pub(crate) fn each_cell_of(
+        &self,
+        low: DVec3,
+        high: DVec3,
+        visit: &mut dyn FnMut(u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        self.each_below(0, low, high, visit)
+    }
+
+    fn each_below(
+        &self,
+        node: usize,
+        low: DVec3,
+        high: DVec3,
+        visit: &mut dyn FnMut(u32) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let Some(plane) = self.planes.get(node) else {
+            return visit((node - self.planes.len()) as u32);
+        };
+        let axis = usize::from(plane.axis);
+        if low[axis] <= plane.at {
+            self.each_below(2 * node + 1, low, high, visit)?;
+        }
+        if high[axis] >= plane.at {
+            self.each_below(2 * node + 2, low, high, visit)?;
+        }
+        ControlFlow::Continue(())
     }
 
     /// The cell that a point lies in.

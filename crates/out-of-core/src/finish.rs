@@ -5,7 +5,8 @@
 //! rim stays, so that pieces fit together again. A second round does the same with strips along the rims of
 //! the first, and what was a rim lies within a piece then.
 
-use std::path::Path;
+use core::ops::Range;
+use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 use mesh_core::{
@@ -22,36 +23,123 @@ use crate::work::{Step, Work};
 /// So many rings of faces about a rim make up the strip in which it is smoothed over.
 const RINGS: usize = 4;
 
-/// No piece.
-const NONE: u32 = u32::MAX;
+/// No piece, no vertex.
+pub(crate) const NONE: u32 = u32::MAX;
 
-/// Finishes what the collapses have left, against the regions of level 0.
-pub(crate) fn finish(
-    work: &Work,
-    mut mesh: TriMesh,
-    options: &FinishOptions,
-    see: &mut dyn FnMut(Step) -> bool,
-) -> Result<TriMesh, Error> {
-    let is_nothing = options.fit.is_none() && options.anneal.is_none() && options.peaks.is_none();
-    if is_nothing || mesh.topology().face_count() == 0 {
-        return Ok(mesh);
-    }
-    let mut of_face = by_cell(&mesh, &work.manifest().cells, DMat3::IDENTITY);
-    let strips = strips(&mesh, &of_face);
-    mesh = round(work, 0, mesh, &of_face, options, see)?;
-    // The rims are where they were; faces about them may have been flipped or moved since.
-    if let Some(rims) = strips {
-        let turn = DMat3::from_rotation_z(0.785) * DMat3::from_rotation_x(0.471);
-        let depth = work.manifest().cells.count().trailing_zeros();
-        let sites = mesh.positions().iter().map(|&position| turn * position).collect();
-        of_face = by_cell(&mesh, &Cells::new(sites, depth), turn);
-        let is_near = near(&mesh, &rims);
-        for face in mesh.topology().faces().filter(|&face| !is_near[face]) {
-            of_face[face] = NONE;
+/// What a mesh is finished against, and how.
+pub(crate) struct Finishing<'f> {
+    pub(crate) work: &'f Work,
+    /// The cells of level 0 whose faces it stands for.
+    pub(crate) cells: Range<u32>,
+    /// Where files go in the meantime; made, and removed again.
+    pub(crate) folder: PathBuf,
+    pub(crate) options: &'f FinishOptions,
+}
+
+/// A mesh that was finished, and the number in it of each vertex that was there before and has not been
+/// moved; [`NONE`] for others. What was on the boundary is among them.
+pub(crate) struct Finished {
+    pub(crate) mesh: TriMesh,
+    pub(crate) kept: Vec<u32>,
+}
+
+/// Whether the options say that anything comes after the collapses.
+pub(crate) fn is_anything(options: &FinishOptions) -> bool {
+    options.fit.is_some() || options.anneal.is_some() || options.peaks.is_some()
+}
+
+impl Finishing<'_> {
+    /// Finishes what the collapses have left.
+    pub(crate) fn finish(
+        &self,
+        mut mesh: TriMesh,
+        see: &mut dyn FnMut(Step) -> bool,
+    ) -> Result<Finished, Error> {
+        let mut kept: Vec<u32> = (0..mesh.positions().len() as u32).collect();
+        if !is_anything(self.options) || mesh.topology().face_count() == 0 {
+            return Ok(Finished { mesh, kept });
         }
-        mesh = round(work, 1, mesh, &of_face, options, see)?;
+        let mut follow = |round: Finished| {
+            for v in kept.iter_mut().filter(|v| **v != NONE) {
+                *v = round.kept[*v as usize];
+            }
+            round.mesh
+        };
+        let mut of_face = by_cell(&mesh, &self.work.manifest().cells, DMat3::IDENTITY);
+        for face in mesh.topology().faces() {
+            // Faces across the border of a cell may have their middle beyond it.
+            of_face[face] = of_face[face].clamp(self.cells.start, self.cells.end - 1);
+        }
+        let strips = strips(&mesh, &of_face);
+        mesh = follow(self.round(0, mesh, &of_face, self.cells.clone(), see)?);
+        // The rims are where they were; faces about them may have been flipped or moved since.
+        if let Some(rims) = strips {
+            let turn = DMat3::from_rotation_z(0.785) * DMat3::from_rotation_x(0.471);
+            let depth = self.cells.len().trailing_zeros();
+            let sites = mesh.positions().iter().map(|&position| turn * position).collect();
+            of_face = by_cell(&mesh, &Cells::new(sites, depth), turn);
+            let is_near = near(&mesh, &rims);
+            for face in mesh.topology().faces().filter(|&face| !is_near[face]) {
+                of_face[face] = NONE;
+            }
+            mesh = follow(self.round(1, mesh, &of_face, 0..1 << depth, see)?);
+        }
+        Ok(Finished { mesh, kept })
     }
-    Ok(mesh)
+
+    /// Finishes every piece by itself, and puts them together again.
+    fn round(
+        &self,
+        number: u32,
+        mesh: TriMesh,
+        of_face: &FaceMap<u32>,
+        pieces: Range<u32>,
+        see: &mut dyn FnMut(Step) -> bool,
+    ) -> Result<Finished, Error> {
+        let folder = &self.folder;
+        // What an interrupted run has left belongs to another round.
+        let _ = std::fs::remove_dir_all(folder);
+        std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+        let of = pieces.len() as u64;
+        let mut goes_on = |what, done: u32| {
+            let step = Step { what, done: u64::from(done), of, level: number };
+            if see(step) { Ok(()) } else { Err(Error::Stopped) }
+        };
+        let surface = Surface::new(&mesh)?;
+        for cell in self.cells.clone() {
+            goes_on("dealing out", cell - self.cells.start)?;
+            deal(&self.work.region(0, cell)?, &surface, of_face, folder)?;
+        }
+        drop(surface);
+        let mut finished = |options: &FinishOptions| {
+            let mut all = Vec::new();
+            for piece in pieces.clone() {
+                goes_on("fitting", piece - pieces.start)?;
+                let Some(part) = Piece::new(&mesh, of_face, piece)? else { continue };
+                all.push(match gather(folder, self.cells.clone(), piece)? {
+                    Some(original) => part.finished(&original, options)?,
+                    None => part,
+                });
+            }
+            Ok::<_, Error>(all)
+        };
+        let glued = match glue(&mesh, of_face, &finished(self.options)?) {
+            Ok(glued) => Some(glued),
+            // Two pieces have come to the same edge between their rims. What only moves cannot.
+            Err(_) => glue(&mesh, of_face, &finished(&only_moves(self.options))?).ok(),
+        };
+        let _ = std::fs::remove_dir_all(folder);
+        Ok(glued.unwrap_or_else(|| {
+            let kept = (0..mesh.positions().len() as u32).collect();
+            Finished { mesh, kept }
+        }))
+    }
+}
+
+/// The options without what changes the edges.
+pub(crate) fn only_moves(options: &FinishOptions) -> FinishOptions {
+    let fit = options.fit.map(|fit| FitOptions { flips: false, ..fit });
+    FinishOptions { fit, anneal: None, peaks: None }
 }
 
 /// The piece of each face: the cell of its middle, in other directions.
@@ -101,55 +189,7 @@ fn near(mesh: &TriMesh, rims: &[DVec3]) -> FaceMap<bool> {
     is_near
 }
 
-/// Finishes every piece by itself, and puts them together again.
-fn round(
-    work: &Work,
-    number: u32,
-    mesh: TriMesh,
-    of_face: &FaceMap<u32>,
-    options: &FinishOptions,
-    see: &mut dyn FnMut(Step) -> bool,
-) -> Result<TriMesh, Error> {
-    let folder = work.folder().join(format!("finish-{number}"));
-    std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
-    let cells = work.manifest().cells.count();
-    let mut goes_on = |what, done: u32| {
-        let step = Step { what, done: u64::from(done), of: u64::from(cells), level: number };
-        if see(step) { Ok(()) } else { Err(Error::Stopped) }
-    };
-    let surface = Surface::new(&mesh)?;
-    for cell in 0..cells {
-        goes_on("dealing out", cell)?;
-        deal(&work.region(0, cell)?, &surface, of_face, &folder)?;
-    }
-    drop(surface);
-    let mut pieces = |options: &FinishOptions| {
-        let mut pieces = Vec::new();
-        for piece in 0..cells {
-            goes_on("fitting", piece)?;
-            let Some(part) = Piece::new(&mesh, of_face, piece)? else { continue };
-            pieces.push(match gather(&folder, cells, piece)? {
-                Some(original) => part.finished(&original, options)?,
-                None => part,
-            });
-        }
-        Ok::<_, Error>(pieces)
-    };
-    let finished = match glue(&mesh, of_face, &pieces(options)?) {
-        Ok(finished) => finished,
-        // Two pieces have come to the same edge between their rims. What only moves cannot.
-        Err(_) => {
-            let fit = options.fit.map(|fit| FitOptions { flips: false, ..fit });
-            let only_moves = FinishOptions { fit, anneal: None, peaks: None };
-            let pieces = pieces(&only_moves)?;
-            glue(&mesh, of_face, &pieces).unwrap_or(mesh)
-        }
-    };
-    let _ = std::fs::remove_dir_all(&folder);
-    Ok(finished)
-}
-
-fn part_path(folder: &Path, cell: u32, piece: u32) -> std::path::PathBuf {
+fn part_path(folder: &Path, cell: u32, piece: u32) -> PathBuf {
     folder.join(format!("cell-{cell}-piece-{piece}.region"))
 }
 
@@ -193,9 +233,9 @@ fn deal(
 }
 
 /// The part of the original that belongs to a piece.
-fn gather(folder: &Path, cells: u32, piece: u32) -> Result<Option<Surface>, Error> {
+fn gather(folder: &Path, cells: Range<u32>, piece: u32) -> Result<Option<Surface>, Error> {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
-    for cell in 0..cells {
+    for cell in cells {
         let path = part_path(folder, cell, piece);
         if path.exists() {
             let part = Region::read(&path)?;
@@ -288,7 +328,7 @@ fn glue(
     mesh: &TriMesh,
     of_face: &FaceMap<u32>,
     pieces: &[Piece],
-) -> Result<TriMesh, mesh_core::MeshError> {
+) -> Result<Finished, mesh_core::MeshError> {
     let topology = mesh.topology();
     let mut positions = Vec::new();
     let mut triangles: Vec<[u32; 3]> = Vec::new();
@@ -317,5 +357,6 @@ fn glue(
         }
         triangles.extend(own.faces().map(|face| own.face_vertices(face).map(|v| local[v])));
     }
-    TriMesh::from_triangles(&positions, &triangles)
+    let mesh = TriMesh::from_triangles(&positions, &triangles)?;
+    Ok(Finished { mesh, kept: number.into_vec() })
 }

@@ -9,10 +9,11 @@ use std::path::Path;
 
 use glam::DVec3;
 use mesh_core::BoundingBox;
+use mesh_core::build::Triangulator;
 use mesh_io::{Item, ReadOptions};
 
 use crate::error::Error;
-use crate::scratch::{Scratch, Sink, id_bytes, id_of, point_bytes, point_of, put_face};
+use crate::scratch::{Scratch, Sink, Table, id_bytes, id_of, point_bytes, point_of, put_face};
 
 /// An input in files.
 pub(crate) struct Incoming {
@@ -20,8 +21,6 @@ pub(crate) struct Incoming {
     pub(crate) points: Scratch,
     /// The faces, by numbers of points.
     pub(crate) faces: Scratch,
-    /// The vertices that faces may use: all points where there is nothing here, else these.
-    pub(crate) vertices: Option<Scratch>,
     /// What is known of it.
     pub(crate) summary: Summary,
     /// Some of the vertices, evenly.
@@ -29,7 +28,7 @@ pub(crate) struct Incoming {
 }
 
 /// What is known of an input after it was read.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Summary {
     /// Vertices; of formats without any, different positions of corners.
     pub vertices: u64,
@@ -39,11 +38,32 @@ pub struct Summary {
     pub triangles: u64,
     /// The box round the vertices; nothing when there are none.
     pub bounds: Option<BoundingBox>,
+    /// Faces of four corners.
+    #[serde(default)]
+    pub quadrilaterals: u64,
+    /// Faces of more than four corners.
+    #[serde(default)]
+    pub larger: u64,
+    /// The most corners that a face has.
+    #[serde(default)]
+    pub longest: u32,
+    /// Whether each coordinate is a number of 32 bits.
+    #[serde(default)]
+    pub single: bool,
     /// What the reader passed over.
     pub notes: Vec<String>,
 }
 
 impl Summary {
+    /// Counts a face of so many corners.
+    fn count(&mut self, corners: usize) {
+        self.faces += 1;
+        self.triangles += corners as u64 - 2;
+        self.quadrilaterals += u64::from(corners == 4);
+        self.larger += u64::from(corners > 4);
+        self.longest = self.longest.max(corners as u32);
+    }
+
     /// The diagonal of the bounding box.
     #[must_use]
     pub fn size(&self) -> f64 {
@@ -102,14 +122,12 @@ impl Taking {
                 Ok(())
             }
             Item::Face(corners) => {
-                self.summary.faces += 1;
-                self.summary.triangles += corners.len() as u64 - 2;
+                self.summary.count(corners.len());
                 put_face(&mut self.faces, corners)
             }
             Item::Facet(corners) => {
                 self.has_facets = true;
-                self.summary.faces += 1;
-                self.summary.triangles += corners.len() as u64 - 2;
+                self.summary.count(corners.len());
                 let first = self.sampler.seen;
                 for &corner in corners {
                     // Adding zero turns -0 into 0.
@@ -127,6 +145,7 @@ impl Taking {
             return Err(Error::NotFinite { vertex, position });
         }
         self.sampler.see(point);
+        self.summary.single &= point.to_array().iter().all(|&x| f64::from(x as f32) == x);
         let start = BoundingBox { min: point, max: point };
         let bounds = self.summary.bounds.get_or_insert(start);
         *bounds = BoundingBox { min: bounds.min.min(point), max: bounds.max.max(point) };
@@ -155,13 +174,7 @@ impl Incoming {
             points: Sink::new(folder.join("points"))?,
             faces: Sink::new(folder.join("faces"))?,
             sampler: Sampler::new(),
-            summary: Summary {
-                vertices: 0,
-                faces: 0,
-                triangles: 0,
-                bounds: None,
-                notes: Vec::new(),
-            },
+            summary: Summary { single: true, ..Summary::default() },
             has_facets: false,
         };
         let mut failed = None;
@@ -193,16 +206,16 @@ impl Incoming {
         let all = Self {
             points: points.finish()?,
             faces: faces.finish()?,
-            vertices: None,
             summary,
             sample: sampler.sample,
         };
         if has_facets { all.joined(folder, memory) } else { Ok(all) }
     }
 
-    /// The same with one number for equal positions, that of the first corner there.
+    /// The same with one vertex for equal positions, in the order in which they come first. Takes one bit
+    /// for each corner.
     fn joined(mut self, folder: &Path, memory: u64) -> Result<Self, Error> {
-        let corners = crate::scratch::Table::new(&self.points, 0)?.count();
+        let corners = Table::new(&self.points, 0)?.count();
         // A corner takes 32 bytes while it is sorted, with its number.
         let files = (corners * 64).div_ceil(memory.max(1 << 20)).clamp(1, MOST_FILES);
         let mut dealt = Vec::new();
@@ -226,6 +239,7 @@ impl Incoming {
             numbers_of.push(scratch.source()?);
         }
         let mut vertices = Sink::new(folder.join("vertices"))?;
+        let mut ranks = Ranks::default();
         let mut faces = Sink::new(folder.join("joined-faces"))?;
         let (mut points, mut given) = (self.points.source()?, self.faces.source()?);
         let (mut face, mut number) = (Vec::new(), 0_u64);
@@ -233,43 +247,122 @@ impl Incoming {
         while given.next_face(&mut face)? {
             for corner in &mut face {
                 let point: [u8; 24] = points.expect()?;
-                *corner = id_of(numbers_of[hash(&point, files)].expect()?);
-                if *corner == number {
-                    vertices.put(&id_bytes(number))?;
+                let first = id_of(numbers_of[hash(&point, files)].expect()?);
+                ranks.push(first == number);
+                if first == number {
                     vertices.put(&point)?;
                     self.summary.vertices += 1;
                 }
+                *corner = ranks.below(first);
                 number += 1;
             }
             put_face(&mut faces, &face)?;
         }
         drop((points, given));
         self.faces = faces.finish()?;
-        self.vertices = Some(vertices.finish()?);
+        self.points = vertices.finish()?;
         Ok(self)
     }
 
-    /// Calls `visit` with every vertex that faces may use, in the order of their numbers.
+    /// Calls `visit` with every vertex in the order of their numbers.
     pub(crate) fn each_vertex(
         &self,
         mut visit: impl FnMut(u64, DVec3) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        match &self.vertices {
-            Some(vertices) => {
-                let mut source = vertices.source()?;
-                while let Some(id) = source.next()? {
-                    visit(id_of(id), point_of(&source.expect()?))?;
-                }
-            }
-            None => {
-                let (mut source, mut number) = (self.points.source()?, 0);
-                while let Some(point) = source.next()? {
-                    visit(number, point_of(&point))?;
-                    number += 1;
-                }
-            }
+        let (mut source, mut number) = (self.points.source()?, 0);
+        while let Some(point) = source.next()? {
+            visit(number, point_of(&point))?;
+            number += 1;
         }
         Ok(())
+    }
+
+    /// Calls `visit` with every face, the numbers of its vertices and where they are, in about so many bytes
+    /// of memory.
+    pub(crate) fn each_face(
+        &self,
+        memory: u64,
+        mut visit: impl FnMut(&[u64], &[DVec3]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut table = Table::new(&self.points, memory)?;
+        let mut source = self.faces.source()?;
+        let (mut vertices, mut corners) = (Vec::new(), Vec::new());
+        let mut face = 0;
+        while source.next_face(&mut vertices)? {
+            corners.clear();
+            for &vertex in &vertices {
+                if vertex >= table.count() {
+                    return Err(Error::NoSuchVertex { face, vertex, count: table.count() });
+                }
+                corners.push(table.get(vertex)?);
+            }
+            visit(&vertices, &corners)?;
+            face += 1;
+        }
+        Ok(())
+    }
+
+    /// As [`Incoming::each_face`], cut into triangles, those that use a vertex twice included.
+    pub(crate) fn each_triangle(
+        &self,
+        memory: u64,
+        mut visit: impl FnMut([u64; 3], [DVec3; 3]) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut triangulator = Triangulator::default();
+        let mut triangles = Vec::new();
+        self.each_face(memory, |vertices, corners| {
+            if let (&[a, b, c], &[p, q, r]) = (vertices, corners) {
+                return visit([a, b, c], [p, q, r]);
+            }
+            triangles.clear();
+            triangulator.triangulate(corners, &local_numbers(vertices), &mut triangles);
+            triangles.iter().try_for_each(|triangle| {
+                visit(triangle.map(|i| vertices[i as usize]), triangle.map(|i| corners[i as usize]))
+            })
+        })
+    }
+}
+
+/// Numbers of 32 bits that are equal where those of the face are.
+fn local_numbers(face: &[u64]) -> Vec<u32> {
+    let mut sorted = face.to_vec();
+    sorted.sort_unstable();
+    let place = |v: &u64| sorted.partition_point(|other| other < v) as u32;
+    face.iter().map(place).collect()
+}
+
+/// Marks on some of many numbers, and how many there are below each.
+#[derive(Default)]
+struct Ranks {
+    bits: Vec<u64>,
+    /// The marks before every eighth word.
+    before: Vec<u64>,
+    count: u64,
+    marked: u64,
+}
+
+impl Ranks {
+    /// The next number, with a mark or without.
+    fn push(&mut self, is_marked: bool) {
+        let (word, bit) = (self.count / 64, self.count % 64);
+        if bit == 0 {
+            if word.is_multiple_of(8) {
+                self.before.push(self.marked);
+            }
+            self.bits.push(0);
+        }
+        self.bits[word as usize] |= u64::from(is_marked) << bit;
+        self.marked += u64::from(is_marked);
+        self.count += 1;
+    }
+
+    /// How many marks there are below a number that was pushed.
+    fn below(&self, number: u64) -> u64 {
+        let (word, bit) = ((number / 64) as usize, number % 64);
+        let whole = &self.bits[word / 8 * 8..word];
+        let last = self.bits[word] & ((1 << bit) - 1);
+        let ones = whole.iter().chain(core::iter::once(&last)).map(|w| u64::from(w.count_ones()));
+        self.before[word / 8] + ones.sum::<u64>()
     }
 }
 
@@ -277,7 +370,7 @@ impl Incoming {
 pub(crate) const MOST_FILES: u64 = 256;
 
 /// In which of so many files a position goes (Fowler, Noll, Vo: FNV-1a).
-fn hash(point: &[u8; 24], files: u64) -> usize {
+pub(crate) fn hash(point: &[u8], files: u64) -> usize {
     let step = |sum: u64, &byte: &u8| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
     (point.iter().fold(0xcbf2_9ce4_8422_2325, step) % files) as usize
 }
@@ -299,4 +392,21 @@ fn first_corners(dealt: &Scratch, path: std::path::PathBuf) -> Result<Scratch, E
     let mut sink = Sink::new(path)?;
     firsts.iter().try_for_each(|&(_, first)| sink.put(&id_bytes(first)))?;
     sink.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranks_count_marks() {
+        let mut random = fastrand::Rng::with_seed(2);
+        let (mut ranks, mut below) = (Ranks::default(), Vec::new());
+        for _ in 0..3000 {
+            let is_marked = random.bool();
+            below.push(ranks.marked);
+            ranks.push(is_marked);
+        }
+        assert!((0..3000).all(|number| ranks.below(number) == below[number as usize]));
+    }
 }

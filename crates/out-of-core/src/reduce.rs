@@ -11,6 +11,7 @@ use crate::region::Region;
 #[must_use]
 pub fn reduce(region: Region, rules: &Rules, ceiling: Ceiling) -> Region {
     let pass = region.level as usize;
+    let ceiling = ceiling.for_sheet(region.cell);
     let (fragment, places, rest) = region.into_fragment();
     let reduced = Sheet::from_fragment(fragment).reduce(pass, rules, ceiling).into_fragment();
     rest.followed_by(reduced, &places)

@@ -4,12 +4,14 @@ use core::ops::ControlFlow;
 
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
-use simplify::{Metric, Progress, StopReason};
+use simplify::{Progress, StopReason};
 
 use crate::error::Error;
-use crate::finish::finish;
+use crate::finish::Finishing;
+use crate::finish_region::finish_region;
+use crate::reduce::proved_distance;
 use crate::rest::collapse_rest;
-use crate::work::{Next, Step, Work, add_up};
+use crate::work::{Next, Record, Step, Work, add_up};
 
 /// What is left of a mesh.
 #[derive(Clone, Debug)]
@@ -85,20 +87,19 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
     let prove = work.tolerance();
     let options = &work.manifest().settings.options;
     if last.next == Next::Cells {
-        let is_more = options.finish.fit.is_some() || options.finish.peaks.is_some();
-        if is_more || options.collapse.metric == Metric::Hybrid {
-            return Err(Error::Unsupported(
-                "a result that does not fit into the memory",
-                "allow more memory, or take the preset draft or fast",
-            ));
+        let (mut faces, mut moved) = (0, 0.0_f64);
+        for cell in 0..last.cells {
+            let record = finish_cell(work, level, cell, see)?;
+            faces += record.faces;
+            moved = moved.max(record.moved.unwrap_or(0.0));
         }
         return Ok(Outcome {
             left: Left::Regions { level },
-            faces: last.faces,
+            faces,
             levels,
             cells: cell_counts,
             stop: StopReason::Faces,
-            error: work.moved(level)?,
+            error: work.moved(level)?.map(|sum| add_up(sum, moved)),
         });
     }
     let region = work.whole(level)?;
@@ -118,7 +119,10 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
     if run.stop == StopReason::Cancelled {
         return Err(Error::Stopped);
     }
-    let mesh = finish(work, mesh, &options.finish, see)?;
+    let folder = work.folder().join("finish");
+    let cells = 0..work.manifest().cells.count();
+    let finishing = Finishing { work, cells, folder, options: &options.finish };
+    let mesh = finishing.finish(mesh, see)?.mesh;
     let error = match (prove, before, work.moved(level)?) {
         (Some(tolerance), Some(before), Some(moved)) => {
             let options = CertifyOptions { tolerance, ..CertifyOptions::default() };
@@ -130,4 +134,30 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
     let faces = mesh.topology().face_count() as u64;
     let left = Left::Mesh(mesh);
     Ok(Outcome { left, faces, levels, cells: cell_counts, stop: run.stop, error })
+}
+
+/// Finishes a cell of a level that is the result, against its own part of the original. It needs the regions of
+/// level 0 and its own, and nothing of its neighbours.
+///
+/// # Errors
+/// The level is not the last one, a region is missing or damaged, or the result cannot be written.
+pub fn finish_cell(
+    work: &Work,
+    level: u32,
+    cell: u32,
+    see: &mut dyn FnMut(Step) -> bool,
+) -> Result<Record, Error> {
+    if let Some(done) = work.finished(level, cell) {
+        return Ok(done);
+    }
+    let region = work.region_to_finish(level, cell)?;
+    let options = &work.manifest().settings.options.finish;
+    let before = work.tolerance().map(|tolerance| (region.clone(), tolerance));
+    let folder = work.folder().join(format!("finish-{level}-{cell}"));
+    let finished = finish_region(work, region, options, &folder, see)?;
+    let moved = match before {
+        Some((before, tolerance)) => Some(proved_distance(&before, &finished, tolerance)?),
+        None => None,
+    };
+    work.put_finished(&finished, moved)
 }

@@ -43,21 +43,28 @@ pub(crate) fn point_of(bytes: &[u8; 24]) -> DVec3 {
 pub(crate) struct Sink {
     path: PathBuf,
     writer: BufWriter<File>,
+    bytes: u64,
 }
 
 impl Sink {
     pub(crate) fn new(path: PathBuf) -> Result<Self, Error> {
         let file = File::create(&path).map_err(Error::io(&path))?;
-        Ok(Self { writer: BufWriter::with_capacity(BUFFER, file), path })
+        Ok(Self { writer: BufWriter::with_capacity(BUFFER, file), path, bytes: 0 })
     }
 
     pub(crate) fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        self.bytes += bytes.len() as u64;
         self.writer.write_all(bytes).map_err(Error::io(&self.path))
+    }
+
+    /// The bytes so far.
+    pub(crate) fn len(&self) -> u64 {
+        self.bytes
     }
 
     /// The file, whole.
     pub(crate) fn finish(self) -> Result<Scratch, Error> {
-        let Self { path, writer } = self;
+        let Self { path, writer, .. } = self;
         writer.into_inner().map_err(|error| Error::io(&path)(error.into_error()))?;
         Ok(Scratch { path })
     }

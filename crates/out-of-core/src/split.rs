@@ -7,14 +7,13 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use mesh_core::build::Triangulator;
 use simplify::regions::{Forecast, Rules, Sheet};
 
 use crate::cells::Cells;
 use crate::error::Error;
 use crate::incoming::{Incoming, MOST_FILES};
 use crate::region::Region;
-use crate::scratch::{ID, Scratch, Sink, Table, id_bytes, id_of, point_bytes, point_of};
+use crate::scratch::{ID, Scratch, Sink, id_bytes, id_of, point_bytes, point_of};
 use crate::star::stuck_vertices;
 
 /// What becomes of faces and vertices that no mesh can have.
@@ -81,62 +80,32 @@ fn deal_faces(
     memory: u64,
 ) -> Result<Vec<Scratch>, Error> {
     let mut dealt = sinks(range.clone(), |cell| folder.join(format!("cell-{cell}-faces")))?;
-    let mut table = Table::new(&incoming.points, memory)?;
-    let mut source = incoming.faces.source()?;
-    let mut triangulator = Triangulator::default();
-    let (mut face, mut points, mut triangles) = (Vec::new(), Vec::<DVec3>::new(), Vec::new());
-    let mut number = 0;
     let mut record = Vec::new();
-    while source.next_face(&mut face)? {
-        points.clear();
-        for &v in &face {
-            if v >= table.count() {
-                return Err(Error::NoSuchVertex { face: number, vertex: v, count: table.count() });
+    incoming.each_triangle(memory, |ids, at| {
+        if let Some(vertex) = repeated(ids) {
+            if repairs.drop_degenerate {
+                return Ok(());
             }
-            points.push(table.get(v)?);
+            return Err(Error::Degenerate { vertex });
         }
-        number += 1;
-        triangles.clear();
-        if face.len() == 3 {
-            triangles.push([0, 1, 2]);
-        } else {
-            triangulator.triangulate(&points, &local_numbers(&face), &mut triangles);
-        }
-        for triangle in &triangles {
-            let ids = triangle.map(|i| face[i as usize]);
-            if let Some(vertex) = repeated(ids) {
-                if repairs.drop_degenerate {
-                    continue;
-                }
-                return Err(Error::Degenerate { vertex });
+        let homes = at.map(|point| cells.cell_of(point));
+        for (i, &cell) in homes.iter().enumerate() {
+            if homes[..i].contains(&cell) || !range.contains(&cell) {
+                continue;
             }
-            let at = triangle.map(|i| points[i as usize]);
-            let homes = at.map(|point| cells.cell_of(point));
-            for (i, &cell) in homes.iter().enumerate() {
-                if homes[..i].contains(&cell) || !range.contains(&cell) {
-                    continue;
-                }
-                record.clear();
-                let others = homes.map(|home| home != cell);
-                record.push((0..3).fold(0, |bits, k| bits | u8::from(others[k]) << k));
-                ids.iter().for_each(|&id| record.extend_from_slice(&id_bytes(id)));
-                for k in (0..3).filter(|&k| others[k]) {
-                    record.extend_from_slice(&point_bytes(at[k]));
-                    record.extend_from_slice(&homes[k].to_le_bytes());
-                }
-                dealt[(cell - range.start) as usize].put(&record)?;
+            record.clear();
+            let others = homes.map(|home| home != cell);
+            record.push((0..3).fold(0, |bits, k| bits | u8::from(others[k]) << k));
+            ids.iter().for_each(|&id| record.extend_from_slice(&id_bytes(id)));
+            for k in (0..3).filter(|&k| others[k]) {
+                record.extend_from_slice(&point_bytes(at[k]));
+                record.extend_from_slice(&homes[k].to_le_bytes());
             }
+            dealt[(cell - range.start) as usize].put(&record)?;
         }
-    }
+        Ok(())
+    })?;
     dealt.into_iter().map(Sink::finish).collect()
-}
-
-/// Numbers of 32 bits that are equal where those of the face are.
-fn local_numbers(face: &[u64]) -> Vec<u32> {
-    let mut sorted = face.to_vec();
-    sorted.sort_unstable();
-    let place = |v: &u64| sorted.partition_point(|other| other < v) as u32;
-    face.iter().map(place).collect()
 }
 
 fn repeated([a, b, c]: [u64; 3]) -> Option<u64> {

@@ -22,6 +22,7 @@ use simplify::regions::{Ceiling, Forecast, Rules};
 use simplify::{Options, rules};
 
 use crate::cells::Cells;
+use crate::claim::{MARK, SCRATCH, claim};
 use crate::error::Error;
 use crate::incoming::{Incoming, Input, Summary};
 use crate::join::join;
@@ -149,6 +150,7 @@ const PASS: u64 = 4;
 enum State {
     Region,
     Reduced,
+    Finished,
 }
 
 impl Work {
@@ -314,6 +316,7 @@ impl Work {
         let extension = match state {
             State::Region => "region",
             State::Reduced => "reduced",
+            State::Finished => "finished",
         };
         self.level_folder(level).join(format!("cell-{cell}.{extension}"))
     }
@@ -326,7 +329,7 @@ impl Work {
         let faces = region.own_face_count() as u64;
         let forecast = match state {
             State::Region => Some(forecast(region.clone(), &self.rules()?)),
-            State::Reduced => None,
+            State::Reduced | State::Finished => None,
         };
         let record = Record { sha256, bytes, faces, forecast, moved };
         put_json(&record_path(&path), &record)?;
@@ -393,26 +396,38 @@ impl Work {
             faces += record.faces;
             forecasts.push(record.forecast.unwrap_or_default());
         }
-        let before = if level > 0 { Some(self.read_plan(level - 1)?.faces) } else { None };
+        let before = if level > 0 { Some(self.read_plan(level - 1)?) } else { None };
         let sizes = self.manifest.settings.sizes;
         let target = self.target();
-        // Of a result that does not fit, rims can stay.
-        let is_at_end = before.is_some_and(|before| 20 * faces > 19 * before);
-        let aim = sizes.rest_faces.max(target).max(faces / PASS);
+        let depth = cells.trailing_zeros();
+        // Where next to nothing went, or of the last little less than half, rims are in the way.
+        let is_stuck = before.is_some_and(|before| match before.next {
+            Next::Pass { aim, .. } if target > sizes.rest_faces => 2 * faces > before.faces + aim,
+            _ => 20 * faces > 19 * before.faces,
+        });
+        let share = |aim: u64| aim as f64 / faces as f64;
+        let forecasts: Vec<&Forecast> = forecasts.iter().collect();
         let next = if faces <= sizes.rest_faces || cells == 1 {
             Next::InOnePiece
-        } else if faces <= target + target / 100 {
-            Next::Cells
-        } else {
+        } else if target <= sizes.rest_faces {
             // A little less, for regions do not tell exactly.
+            let aim = sizes.rest_faces.max(faces / PASS);
             let aim = if aim == sizes.rest_faces { aim - aim / 10 } else { aim };
-            let share = aim as f64 / faces as f64;
-            let ceiling = Ceiling::leaving(share, &forecasts.iter().collect::<Vec<_>>());
-            let depth = cells.trailing_zeros();
-            // Where next to nothing went, rims are in the way: neighbours are joined whatever their size.
-            let fewest = u32::from(is_at_end);
+            let ceiling = Ceiling::leaving(share(aim), &forecasts);
+            // Neighbours are joined whatever their size where nothing else helps.
+            let fewest = u32::from(is_stuck);
             let bits = (depth - sizes.depth(aim + aim / 10).min(depth)).max(fewest);
             Next::Pass { ceiling, aim, bits }
+        } else if faces <= target + target / 200 || (is_stuck && sizes.depth(faces) >= depth) {
+            Next::Cells
+        } else {
+            // From above, ever closer: what regions do not tell exactly is a share of what goes.
+            let over = faces - target;
+            let aim = if 12 * over <= target { target } else { target + over / 8 };
+            let aim = aim.max(faces / PASS);
+            let ceiling = Ceiling::closest(share(aim), &forecasts);
+            let bits = depth - sizes.depth(aim + aim / 10).min(depth);
+            Next::Pass { ceiling, aim, bits: bits.max(u32::from(is_stuck)) }
         };
         let plan = Plan { level, cells, faces, next };
         put_json(&self.plan_path(level), &plan)?;
@@ -487,6 +502,42 @@ impl Work {
         self.get(level, cell, State::Region)
     }
 
+    /// The region of a cell of the level that is the result.
+    pub(crate) fn region_to_finish(&self, level: u32, cell: u32) -> Result<Region, Error> {
+        match self.plan(level)?.next {
+            Next::Cells => {}
+            _ => {
+                let path = self.plan_path(level);
+                return Err(Error::damaged(&path, "this level is not finished region by region"));
+            }
+        }
+        if level > 0 {
+            self.join(level, cell)?;
+        }
+        self.get(level, cell, State::Region)
+    }
+
+    /// The record of a region that was finished.
+    pub(crate) fn finished(&self, level: u32, cell: u32) -> Option<Record> {
+        self.record(level, cell, State::Finished)
+    }
+
+    pub(crate) fn put_finished(
+        &self,
+        region: &Region,
+        moved: Option<f64>,
+    ) -> Result<Record, Error> {
+        self.put(region, State::Finished, moved)
+    }
+
+    /// The region of a cell of the result, finished.
+    ///
+    /// # Errors
+    /// It is missing or damaged.
+    pub fn finished_region(&self, level: u32, cell: u32) -> Result<Region, Error> {
+        self.get(level, cell, State::Finished)
+    }
+
     /// How far the passes so far have moved the surface at most, if that was proved: the largest distance
     /// over the cells of each, added up.
     ///
@@ -558,22 +609,6 @@ pub struct Step {
 }
 
 const RUN: &str = "run.json";
-/// A file that says what the folder is for.
-const MARK: &str = "curvmesh-work";
-const SCRATCH: &str = "scratch";
-
-/// Makes a folder that of a run: it has to be empty, or to be one already.
-fn claim(folder: &Path) -> Result<(), Error> {
-    let mark = folder.join(MARK);
-    if mark.exists() {
-        return Ok(());
-    }
-    if fs::read_dir(folder).map_err(Error::io(folder))?.next().is_some() {
-        return Err(Error::NotEmpty { path: folder.to_owned() });
-    }
-    let text = b"The files of a mesh that is simplified region by region; see run.json.\n";
-    Ok(mesh_io::replace_file(&mark, |writer| writer.write_all(text))?)
-}
 
 fn record_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
@@ -581,7 +616,7 @@ fn record_path(path: &Path) -> PathBuf {
     name.into()
 }
 
-fn put_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
+pub(crate) fn put_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|error| Error::damaged(path, error.to_string()))?;
     Ok(mesh_io::replace_file(path, |writer| writer.write_all(text.as_bytes()))?)

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
-use common::{settings, simplify, torus, write};
+use crate::common::{settings, simplify, torus, write};
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::Preset;
 

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
-use common::{settings, split, torus, write};
+use crate::common::{settings, split, torus, write};
 use out_of_core::{Error, Region};
 
 #[test]

@@ -80,11 +80,11 @@ def test_every_engine_makes_the_same_file(
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes are not killed by signals")
-@pytest.mark.parametrize("engine", ["local", "dask"])
+@pytest.mark.parametrize("engine", ["local", "dask", "ray"])
 def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, tmp_path: Path) -> None:
     """The program and its worker are killed in the middle of a step."""
-    if engine == "dask":
-        pytest.importorskip("distributed")
+    if engine != "local":
+        pytest.importorskip({"dask": "distributed", "ray": "ray"}[engine])
     killed: list[int] = []
 
     def kill() -> None:
@@ -102,7 +102,12 @@ def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, t
         if step.startswith("reduce") and not killed:
             threading.Timer(0.02, kill).start()
 
-    output = tmp_path / "small.ply"
+    output, steps = tmp_path / "small.ply", list[str]()
+
+    def each(step: str) -> None:
+        steps.append(step)
+        told(step)
+
     regions.simplify(
         giant,
         output,
@@ -110,10 +115,41 @@ def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, t
         engine=engine,
         workers=2,
         program=binary,
-        callback=told,
+        callback=each,
         **SETTINGS,
     )
+    # Nothing is lost, and but for the plans nothing is told twice.
     assert digest(output) == expected
+    once = [step for step in steps if step != "plan"]
+    assert len(set(once)) == len(once)
+
+
+@pytest.mark.parametrize("engine", ["local", "dask", "ray"])
+def test_a_result_that_does_not_fit_is_finished_in_parts(
+    engine: str, giant: Path, binary: str, tmp_path: Path
+) -> None:
+    if engine != "local":
+        pytest.importorskip({"dask": "distributed", "ray": "ray"}[engine])
+    output, steps = tmp_path / "large.ply", list[str]()
+    made = regions.simplify(
+        giant,
+        output,
+        work_dir=tmp_path / "work",
+        engine=engine,
+        workers=2,
+        program=binary,
+        callback=steps.append,
+        memory="36MiB",
+        ratio=0.5,
+    )
+    assert made.faces == cm.read(output).face_count
+    assert sum(step.startswith("finish ") for step in steps) == made.cells[-1] > 1
+    import subprocess
+
+    alone = tmp_path / "alone.ply"
+    options = ["--memory", "36MiB", "--ratio", "0.5", "--quiet"]
+    subprocess.run([binary, "simplify", giant, "-o", alone, *options], check=True, capture_output=True)
+    assert digest(output) == digest(alone)
 
 
 def test_a_run_that_was_broken_off_goes_on(giant: Path, binary: str, expected: str, tmp_path: Path) -> None:

@@ -1,9 +1,7 @@
 //! Simplified meshes do not run into themselves when that is forbidden.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
-mod common;
-
-use common::model;
+use crate::common::model;
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, TriMesh};
 use simplify::{AnnealOptions, Options, Preset, Refusal, simplify};

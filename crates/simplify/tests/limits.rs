@@ -1,9 +1,7 @@
 //! A largest error that is proved, and how few faces are left within it.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
-mod common;
-
-use common::model;
+use crate::common::model;
 use mesh_core::shapes::Sphere;
 use mesh_core::{Repair, TriMesh, build};
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};

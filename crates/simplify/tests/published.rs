@@ -3,9 +3,7 @@
 //! Means over both directions, in percent of the diagonal of the bounding box.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
-mod common;
-
-use common::model;
+use crate::common::model;
 use mesh_core::TriMesh;
 use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::{Metric, Options, PlacementRule, Preset, simplify};

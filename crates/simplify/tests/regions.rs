@@ -1,12 +1,10 @@
 //! Collapses in regions: the same bits on any number of threads, whole meshes, a record that replays.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
-mod common;
-
 use core::ops::ControlFlow;
 use std::time::Duration;
 
-use common::model;
+use crate::common::model;
 use glam::DVec3;
 use mesh_core::shapes::{Irregular, Plane, Sphere, Torus, Wave};
 use mesh_core::{TriMesh, VertexId};

@@ -7,6 +7,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Seconds;
 use crate::session::{Outcome, Session};
+use crate::streaming::{self, Streaming};
 use crate::task::{Done, Task};
 
 /// Convert between formats, repairing as asked
@@ -17,12 +18,18 @@ use crate::task::{Done, Task};
 ///     curvmesh convert scan.ply -o scan.glb
 ///     curvmesh convert parts.stl -o whole.obj --lenient
 ///     curvmesh convert scans/ -o glb/ --to glb
+///     curvmesh convert huge.stl -o huge.ply --memory 1GiB
 ///     curvmesh convert - -o - --from stl --to ply < part.stl > part.ply
 #[derive(Debug, clap::Args)]
-#[command(verbatim_doc_comment)]
+#[command(
+    verbatim_doc_comment,
+    override_usage = "curvmesh convert [OPTIONS] --output <OUT> <IN>..."
+)]
 pub(crate) struct Convert {
     #[command(flatten)]
     job: Job,
+    #[command(flatten)]
+    streaming: Streaming,
 }
 
 #[derive(Serialize)]
@@ -49,9 +56,32 @@ pub(crate) fn run(options: &Convert, session: &Session) -> Result<Outcome, Failu
 fn one(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
     let loading = &options.job.loading;
+    if options.streaming.is_needed(&[&task.input], loading)? {
+        return passing(options, task, console);
+    }
     let model = Seconds::time(&mut seconds.load, || loading.content(&task.input, console))?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
     let counts = [model.soup.vertex_count(), model.soup.face_count()];
+    let report = task.report(console, counts, Nothing {}, seconds);
+    let brief = format!("{} vertices, {} faces", report.vertices, report.faces);
+    report.done(console, format!("{}: {brief}", report.subject()), brief)
+}
+
+/// A mesh that is larger than memory, straight through.
+fn passing(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let Convert { job, streaming } = options;
+    Streaming::check(&job.loading)?;
+    if let Some(output) = &task.output {
+        streaming::check_format(output, &job.save)?;
+    }
+    let mut seconds = Seconds::default();
+    let scratch = streaming.scratch(task.output.as_deref())?;
+    let spool = Seconds::time(&mut seconds.load, || {
+        streaming.spool(&scratch, "mesh", &task.input, &job.loading, console)
+    })?;
+    Seconds::time(&mut seconds.save, || streaming::save(&spool, task, &job.save, None, console))?;
+    let summary = spool.summary();
+    let counts = [summary.vertices as usize, summary.faces as usize];
     let report = task.report(console, counts, Nothing {}, seconds);
     let brief = format!("{} vertices, {} faces", report.vertices, report.faces);
     report.done(console, format!("{}: {brief}", report.subject()), brief)

@@ -9,6 +9,7 @@ use mesh_metric::{
     hausdorff_bounds,
 };
 use mesh_view::{Lines, Page};
+use out_of_core::Spool;
 use serde::Serialize;
 
 use crate::args::is_standard;
@@ -18,6 +19,7 @@ use crate::failure::Failure;
 use crate::load::{Loading, Seconds};
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, save};
 use crate::session::{Outcome, Session};
+use crate::streaming::{Streaming, with_bar};
 use crate::task::Report;
 use crate::view::{self, Look, name_of};
 use mesh_work::{Length, diagonal, parse_length};
@@ -30,6 +32,7 @@ use mesh_work::{Length, diagonal, parse_length};
 ///     curvmesh distance scan.ply simplified.ply
 ///     curvmesh distance scan.ply simplified.ply --exact 0.01% --json
 ///     curvmesh distance simplified.ply scan.ply -o errors.ply
+///     curvmesh distance huge.ply simplified.ply --memory 1GiB
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Distance {
@@ -61,6 +64,8 @@ pub(crate) struct Distance {
     loading: Loading,
     #[command(flatten)]
     look: Look,
+    #[command(flatten)]
+    streaming: Streaming,
 }
 
 #[derive(Serialize)]
@@ -122,6 +127,9 @@ pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Fail
     if is_standard(&options.first) && is_standard(&options.second) {
         return Err(Failure::usage("the standard input `-` can be one of the two surfaces only"));
     }
+    if options.streaming.is_needed(&[&options.first, &options.second], &options.loading)? {
+        return passing(options, &session.console);
+    }
     let aside = match &options.output {
         Some(output) if is_standard(output) => Some(session.console.beside_mesh()?),
         _ => None,
@@ -155,6 +163,37 @@ pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Fail
         let page = page(options, [(&model, &a), (&other, &b)], &report.results)?;
         options.look.write(page, &report, console)?;
     }
+    report.done(console, summary(&report.results), String::new())?.print(console)?;
+    Ok(Outcome::Done)
+}
+
+/// Surfaces that are larger than memory.
+fn passing(options: &Distance, console: &Console) -> Result<Outcome, Failure> {
+    let Distance { first, second, loading, streaming, .. } = options;
+    let others = [
+        (options.exact.is_some(), "--exact"),
+        (options.output.is_some(), "-o"),
+        (options.look.is_wanted(), "--view"),
+    ];
+    if let Some((_, name)) = others.into_iter().find(|(is_given, _)| *is_given) {
+        return Err(Failure::usage(format!(
+            "{name} needs both surfaces in memory, which --memory does not allow; give more, or leave it out"
+        )));
+    }
+    Streaming::check(loading)?;
+    let mut seconds = Seconds::default();
+    let scratch = streaming.scratch(None)?;
+    let [a, b] = [("first", first), ("second", second)].map(|(name, path)| {
+        Seconds::time(&mut seconds.load, || streaming.spool(&scratch, name, path, loading, console))
+    });
+    let (a, b) = (a?, b?);
+    let found = Seconds::time(&mut seconds.compute, || {
+        with_bar(console, |see| out_of_core::distance(&a, &b, &options.sampling(), see))
+    })?;
+    let counts =
+        |spool: &Spool| [spool.summary().vertices, spool.summary().faces].map(|n| n as usize);
+    let results = Results::new(options, &found, counts(&b), a.summary().size(), None);
+    let report = Report::new(console, first, counts(&a), results, seconds);
     report.done(console, summary(&report.results), String::new())?.print(console)?;
     Ok(Outcome::Done)
 }
@@ -197,28 +236,43 @@ fn measure(
     [a, b]: [&Surface; 2],
     other: &Model,
 ) -> Results {
-    let sampling = CompareOptions {
-        samples: options.samples,
-        seed: options.seed,
-        ..CompareOptions::default()
-    };
-    let found: Comparison = compare(a, b, &sampling);
+    let found: Comparison = compare(a, b, &options.sampling());
     let certified = exact.map(|tolerance| {
         let certify = CertifyOptions { tolerance, ..CertifyOptions::default() };
         Bounds::new(&hausdorff_bounds(a, b, &certify), found.hausdorff())
     });
-    Results {
-        other: options.second.display().to_string(),
-        other_vertices: other.soup.vertex_count(),
-        other_faces: other.soup.face_count(),
-        forward: (&found.forward).into(),
-        backward: (&found.backward).into(),
-        mean: found.mean(),
-        rms: found.rms(),
-        max: found.hausdorff(),
-        bbox_diagonal: a.bounding_box().diagonal(),
-        samples: options.samples,
-        hausdorff: certified,
+    let counts = [other.soup.vertex_count(), other.soup.face_count()];
+    Results::new(options, &found, counts, a.bounding_box().diagonal(), certified)
+}
+
+impl Distance {
+    /// Where distances are measured.
+    fn sampling(&self) -> CompareOptions {
+        CompareOptions { samples: self.samples, seed: self.seed, ..CompareOptions::default() }
+    }
+}
+
+impl Results {
+    fn new(
+        options: &Distance,
+        found: &Comparison,
+        [other_vertices, other_faces]: [usize; 2],
+        bbox_diagonal: f64,
+        hausdorff: Option<Bounds>,
+    ) -> Self {
+        Self {
+            other: options.second.display().to_string(),
+            other_vertices,
+            other_faces,
+            forward: (&found.forward).into(),
+            backward: (&found.backward).into(),
+            mean: found.mean(),
+            rms: found.rms(),
+            max: found.hausdorff(),
+            bbox_diagonal,
+            samples: options.samples,
+            hausdorff,
+        }
     }
 }
 

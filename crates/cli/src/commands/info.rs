@@ -6,12 +6,15 @@ use std::path::PathBuf;
 use mesh_core::PolygonSoup;
 use mesh_core::build::{BuildError, Repair};
 use mesh_core::diagnose::{Diagnosis, diagnose};
+use mesh_core::measure::SoupMeasures;
+use out_of_core::Survey;
 use serde::Serialize;
 
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loading, Seconds, assemble};
 use crate::session::{Outcome, Session};
+use crate::streaming::{Streaming, with_bar};
 use crate::task::Report;
 
 /// Count the parts and defects of a mesh, and measure it
@@ -21,6 +24,7 @@ use crate::task::Report;
 ///
 ///     curvmesh info scan.ply
 ///     curvmesh info parts.stl --lenient --json
+///     curvmesh info huge.ply --memory 1GiB
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Info {
@@ -29,6 +33,8 @@ pub(crate) struct Info {
     input: PathBuf,
     #[command(flatten)]
     loading: Loading,
+    #[command(flatten)]
+    streaming: Streaming,
 }
 
 #[derive(Serialize)]
@@ -66,11 +72,36 @@ struct Results {
 pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure> {
     let console = &session.console;
     let mut seconds = Seconds::default();
+    if options.streaming.is_needed(&[&options.input], &options.loading)? {
+        let survey = survey(options, console, &mut seconds)?;
+        return print(options, &survey.diagnosis, &survey.measures, seconds, console);
+    }
     let soup = Seconds::time(&mut seconds.load, || subject(options, console))?;
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
         .map_err(|source| rejected(options, source))?;
+    print(options, &diagnosis, &soup.measure(), seconds, console)
+}
+
+/// What is found out of a mesh that passes by.
+fn survey(options: &Info, console: &Console, seconds: &mut Seconds) -> Result<Survey, Failure> {
+    let Info { input, loading, streaming } = options;
+    Streaming::check(loading)?;
+    let scratch = streaming.scratch(None)?;
+    let spool = Seconds::time(&mut seconds.load, || {
+        streaming.spool(&scratch, "mesh", input, loading, console)
+    })?;
+    Seconds::time(&mut seconds.compute, || with_bar(console, |see| spool.survey(see)))
+}
+
+fn print(
+    options: &Info,
+    diagnosis: &Diagnosis,
+    measures: &SoupMeasures,
+    seconds: Seconds,
+    console: &Console,
+) -> Result<Outcome, Failure> {
     let counts = [diagnosis.vertices, diagnosis.faces];
-    let results = results(&soup, &diagnosis);
+    let results = results(measures, diagnosis);
     let report = Report::new(console, &options.input, counts, results, seconds);
     report.done(console, report.to_string(), String::new())?.print(console)?;
     Ok(Outcome::Done)
@@ -100,8 +131,7 @@ fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
     })
 }
 
-fn results(soup: &PolygonSoup, found: &Diagnosis) -> Results {
-    let measures = soup.measure();
+fn results(measures: &SoupMeasures, found: &Diagnosis) -> Results {
     let bounds = measures.bounds;
     let finite = |value: f64| value.is_finite().then_some(value);
     let encloses = found.is_closed() && found.is_oriented();

@@ -3,16 +3,16 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
-use out_of_core::{Next, Plan, Work, run as run_rest};
+use out_of_core::{Next, Plan, Work, finish_cell, run as run_rest, write_tiles};
 use serde::Serialize;
 
 use crate::batch::{Shard, parse_shard};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::interrupt;
+use crate::interrupt::{self, while_writing};
 use crate::large;
 use crate::load::{Loading, parse_bytes};
-use crate::save::{SaveOptions, check_target};
+use crate::save::{SAVE_OPTIONS, SaveOptions, check_target};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Policy, Targets};
 
@@ -26,6 +26,8 @@ use crate::simplify_options::{Policy, Targets};
 ///     curvmesh region reduce work --level 0 --shard 3/64
 ///     curvmesh region join work --level 1 --shard 3/16
 ///     curvmesh region finish work -o small.ply
+///     curvmesh region finish work --shard 3/16   # of a result that does not fit: its cells side by side
+///     curvmesh region finish work --tiles small  # a file for each cell
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Region {
@@ -95,8 +97,18 @@ struct Finish {
     #[arg(value_name = "DIR")]
     work_dir: PathBuf,
     /// The file to write
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["tiles", "shard", "cell"])]
+    output: Option<PathBuf>,
+    /// The folder for one PLY file for each cell, and tiles.json, which lists them; vertices on common rims
+    /// have the same coordinates
+    #[arg(long, value_name = "DIR")]
+    tiles: Option<PathBuf>,
+    /// Fit no more than this cell of a result that does not fit into memory, and write nothing else
+    #[arg(long, value_name = "C", conflicts_with_all = ["shard", "output", "tiles"])]
+    cell: Option<u32>,
+    /// Fit no more than the K-th of N parts of its cells, as in 3/16
+    #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["output", "tiles"])]
+    shard: Option<Shard>,
     #[command(flatten)]
     save: SaveOptions,
 }
@@ -118,8 +130,14 @@ struct Report {
     /// How many cells the next level has, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     joined: Option<u32>,
+    /// How many cells can be finished side by side, where the result does not fit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    apart: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     output: Option<String>,
+    /// The folder of the tiles, and how many there are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tiles: Option<(String, usize)>,
     /// No point of either surface is farther from the other one than this, if that was proved.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<f64>,
@@ -173,9 +191,10 @@ fn current(work: &Work) -> Result<Plan, Failure> {
 }
 
 fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Failure> {
-    let (next, joined) = match plan.next {
-        Next::Pass { bits, .. } => ("pass", Some(plan.cells.div_ceil(1 << bits))),
-        Next::InOnePiece | Next::Cells => ("finish", None),
+    let (next, joined, apart) = match plan.next {
+        Next::Pass { bits, .. } => ("pass", Some(plan.cells.div_ceil(1 << bits)), None),
+        Next::InOnePiece => ("finish", None, None),
+        Next::Cells => ("finish", None, Some(plan.cells)),
     };
     let report = Report {
         level: plan.level,
@@ -183,6 +202,7 @@ fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Fa
         faces: plan.faces,
         next: Some(next),
         joined,
+        apart,
         ..report(work, "plan", console)
     };
     let text = match joined {
@@ -212,29 +232,74 @@ fn each_cell(
     // Everybody comes to the same plan.
     work.plan(below).map_err(Failure::regions)?;
     let cells = work.cells(options.level).map_err(Failure::regions)?;
-    let mine: Vec<u32> = match (options.cell, options.shard) {
-        (Some(cell), _) if cell >= cells => {
-            return Err(Failure::usage(format!(
-                "there are only {cells} cells on level {}",
-                options.level
-            )));
-        }
-        (Some(cell), _) => vec![cell],
-        (None, Some(shard)) => shard.of_items(0..cells),
-        (None, None) => (0..cells).collect(),
-    };
     let mut faces = 0;
-    for cell in mine {
+    for cell in mine(options.cell, options.shard, options.level, cells)? {
         faces += act(&work, cell).map_err(Failure::regions)?;
     }
     let report = Report { level: options.level, cells, faces, ..report(&work, step, console) };
     print(&report, &format!("{step} of level {}: {faces} faces", options.level), console)
 }
 
+/// Those of the cells of a level that are asked for.
+fn mine(
+    cell: Option<u32>,
+    shard: Option<Shard>,
+    level: u32,
+    cells: u32,
+) -> Result<Vec<u32>, Failure> {
+    Ok(match (cell, shard) {
+        (Some(cell), _) if cell >= cells => {
+            let message = format!("there are only {cells} cells on level {level}");
+            return Err(Failure::usage(message));
+        }
+        (Some(cell), _) => vec![cell],
+        (None, Some(shard)) => shard.of_items(0..cells),
+        (None, None) => (0..cells).collect(),
+    })
+}
+
+/// Finishes some cells of a result that does not fit into memory; one that does is finished in one piece.
+fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outcome, Failure> {
+    let plan = current(work)?;
+    let cells = match plan.next {
+        Next::Cells => plan.cells,
+        Next::InOnePiece => 0,
+        Next::Pass { .. } => {
+            let message = format!("level {} is to be reduced and joined first", plan.level);
+            return Err(Failure::usage(message));
+        }
+    };
+    let bar = console.progress_of_passes();
+    let mut faces = 0;
+    if cells > 0 {
+        for cell in mine(options.cell, options.shard, plan.level, cells)? {
+            let record = finish_cell(work, plan.level, cell, &mut |step| {
+                large::show(&bar, step);
+                !interrupt::is_asked_to_end()
+            });
+            faces += record.map_err(Failure::regions)?.faces;
+        }
+    }
+    bar.finish_and_clear();
+    let report = Report { level: plan.level, cells, faces, ..report(work, "finish", console) };
+    let text = match cells {
+        0 => "the result fits: finish it in one piece, with -o".to_owned(),
+        _ => format!("finished cells of level {}: {faces} faces", plan.level),
+    };
+    print(&report, &text, console)
+}
+
 fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
-    check_target(&options.output, &options.save, &session.given)?;
+    if let Some(output) = &options.output {
+        check_target(output, &options.save, &session.given)?;
+    } else {
+        session.given.refuse(&SAVE_OPTIONS, "without -o no such file is written")?;
+    }
     let console = &session.console;
     let work = open(&options.work_dir)?;
+    if options.cell.is_some() || options.shard.is_some() {
+        return finish_apart(options, &work, console);
+    }
     let bar = console.progress_of_passes();
     let outcome = run_rest(&work, &mut |step| {
         large::show(&bar, step);
@@ -242,17 +307,28 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     });
     bar.finish_and_clear();
     let outcome = outcome.map_err(Failure::regions)?;
-    large::save_left(outcome.left, &work, &options.output, &options.save, console)?;
     let faces = outcome.faces;
+    let mut tiles = None;
+    if let Some(folder) = &options.tiles {
+        let written = while_writing(folder, || write_tiles(&work, &outcome.left, folder))
+            .map_err(Failure::regions)?;
+        tiles = Some((folder.display().to_string(), written.tiles.len()));
+    }
+    if let Some(output) = &options.output {
+        large::save_left(outcome.left, &work, output, &options.save, console)?;
+    }
+    let places = options.output.iter().chain(&options.tiles).map(|path| path.display().to_string());
+    let places = places.collect::<Vec<_>>().join(", ");
     let report = Report {
         level: outcome.levels.len() as u32 - 1,
         cells: outcome.cells.last().copied().unwrap_or(0),
         faces,
-        output: Some(options.output.display().to_string()),
+        output: options.output.as_ref().map(|output| output.display().to_string()),
+        tiles,
         error: outcome.error,
         ..report(&work, "finish", console)
     };
-    print(&report, &format!("{}: {faces} faces", options.output.display()), console)
+    print(&report, &format!("{places}: {faces} faces"), console)
 }
 
 fn report(work: &Work, step: &'static str, console: &Console) -> Report {
@@ -265,7 +341,9 @@ fn report(work: &Work, step: &'static str, console: &Console) -> Report {
         faces: 0,
         next: None,
         joined: None,
+        apart: None,
         output: None,
+        tiles: None,
         error: None,
     }
 }

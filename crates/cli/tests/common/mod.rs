@@ -1,5 +1,5 @@
 //! Running the program, and where the real meshes are.
-#![allow(dead_code, clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

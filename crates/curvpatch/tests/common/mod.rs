@@ -1,5 +1,5 @@
 //! Meshes and statistics that several tests share.
-#![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
+#![allow(unreachable_pub, clippy::unwrap_used)]
 
 use curvpatch::{CurvatureEstimator, DiscCurvature, Params};
 use mesh_core::shapes::{AnalyticSurface, Cylinder, Diagonals, RowPhase, Saddle, Sphere, Torus};

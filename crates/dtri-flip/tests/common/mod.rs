@@ -1,5 +1,5 @@
 //! What the tests share.
-#![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::print_stdout)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout)]
 
 use mesh_core::shapes::Torus;
 use mesh_core::{PolygonSoup, TriMesh};

@@ -266,6 +266,7 @@ pub(crate) fn repeated_vertex([a, b, c]: [u32; 3]) -> Option<u32> {
 }
 
 /// Whether the cross product of two sides is exactly zero.
-pub(crate) fn has_zero_area([a, b, c]: [DVec3; 3]) -> bool {
+#[must_use]
+pub fn has_zero_area([a, b, c]: [DVec3; 3]) -> bool {
     (b - a).cross(c - a) == DVec3::ZERO
 }

@@ -3,11 +3,13 @@
 
 mod columns;
 mod header;
+mod passing;
 mod read;
 mod records;
 mod scan;
 mod write;
 
+pub(crate) use passing::PlyPassing;
 pub(crate) use read::read;
 pub(crate) use scan::scan;
 pub(crate) use write::write;

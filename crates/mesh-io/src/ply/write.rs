@@ -6,6 +6,7 @@ use crate::decimal::Decimal;
 use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
 use crate::model::{Model, Scalars};
+use crate::passing::Passing;
 use crate::single::rounding;
 use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
 use glam::DVec3;
@@ -17,12 +18,7 @@ pub(crate) fn write(
     options: &WriteOptions,
 ) -> Result<WriteReport, WriteError> {
     let plan = Plan::new(model, options.precision);
-    let storage = match options.encoding {
-        Encoding::Text => "ascii",
-        Encoding::Usual | Encoding::LittleEndian => "binary_little_endian",
-        Encoding::BigEndian => "binary_big_endian",
-    };
-    plan.header(writer, storage)?;
+    plan.header(writer, storage(options.encoding))?;
     match options.encoding {
         Encoding::Text => plan.body(&mut Text { writer, first: true })?,
         Encoding::BigEndian => plan.body(&mut Binary { writer, big_endian: true })?,
@@ -30,6 +26,49 @@ pub(crate) fn write(
     }
     let rounding = if plan.wide_positions { 0.0 } else { rounding(model.soup.positions()) };
     Ok(WriteReport { rounding, ..WriteReport::default() })
+}
+
+/// The word for an encoding.
+fn storage(encoding: Encoding) -> &'static str {
+    match encoding {
+        Encoding::Text => "ascii",
+        Encoding::Usual | Encoding::LittleEndian => "binary_little_endian",
+        Encoding::BigEndian => "binary_big_endian",
+    }
+}
+
+/// The type of a number.
+fn float(wide: bool) -> &'static str {
+    if wide { "double" } else { "float" }
+}
+
+/// The type of the number of corners of a face.
+fn length(long_lists: bool) -> &'static str {
+    if long_lists { "uint" } else { "uchar" }
+}
+
+/// The header of a file whose vertices and faces pass by.
+pub(super) fn header_of_passing(
+    writer: &mut dyn Write,
+    passing: &Passing,
+    encoding: Encoding,
+    wide_positions: bool,
+    wide_scalars: &[bool],
+    long_lists: bool,
+) -> std::io::Result<()> {
+    writeln!(writer, "ply\nformat {} 1.0", storage(encoding))?;
+    writeln!(writer, "element vertex {}", passing.vertices)?;
+    for axis in ["x", "y", "z"] {
+        writeln!(writer, "property {} {axis}", float(wide_positions))?;
+    }
+    if passing.colors {
+        Colors::Bytes(Vec::new()).header(writer)?;
+    }
+    for ((name, _), &wide) in passing.scalars.iter().zip(wide_scalars) {
+        writeln!(writer, "property {} {name}", float(wide))?;
+    }
+    writeln!(writer, "element face {}", passing.faces)?;
+    writeln!(writer, "property list {} int vertex_indices\nend_header", length(long_lists))
 }
 
 /// Where texture coordinates go.
@@ -121,7 +160,6 @@ impl<'m> Plan<'m> {
     }
 
     fn header(&self, writer: &mut dyn Write, storage: &str) -> std::io::Result<()> {
-        let float = |wide: bool| if wide { "double" } else { "float" };
         let model = self.model;
         writeln!(writer, "ply\nformat {storage} 1.0")?;
         writeln!(writer, "element vertex {}", model.soup.vertex_count())?;
@@ -138,7 +176,7 @@ impl<'m> Plan<'m> {
         for (name, &wide) in self.vertex_names.iter().zip(&self.wide_vertex_scalars) {
             writeln!(writer, "property {} {name}", float(wide))?;
         }
-        let count = if self.long_lists { "uint" } else { "uchar" };
+        let count = length(self.long_lists);
         writeln!(writer, "element face {}", model.soup.face_count())?;
         writeln!(writer, "property list {count} int vertex_indices")?;
         if matches!(self.uvs, Uvs::Corner(_)) {
@@ -266,7 +304,7 @@ fn one_word(name: &str) -> String {
 }
 
 /// Where values go, one after another.
-trait Values {
+pub(super) trait Values {
     fn u8(&mut self, value: u8) -> std::io::Result<()>;
     fn u32(&mut self, value: u32) -> std::io::Result<()>;
     fn f32(&mut self, value: f32) -> std::io::Result<()>;
@@ -275,9 +313,9 @@ trait Values {
     fn end(&mut self) -> std::io::Result<()>;
 }
 
-struct Text<'w> {
-    writer: &'w mut dyn Write,
-    first: bool,
+pub(super) struct Text<'w> {
+    pub(super) writer: &'w mut dyn Write,
+    pub(super) first: bool,
 }
 
 impl Text<'_> {
@@ -317,9 +355,9 @@ impl Values for Text<'_> {
     }
 }
 
-struct Binary<'w> {
-    writer: &'w mut dyn Write,
-    big_endian: bool,
+pub(super) struct Binary<'w> {
+    pub(super) writer: &'w mut dyn Write,
+    pub(super) big_endian: bool,
 }
 
 impl Values for Binary<'_> {

@@ -5,10 +5,12 @@
 //! The normals in the file are ignored; writing computes them.
 
 mod facets;
+mod passing;
 mod read;
 mod scan;
 mod write;
 
+pub(crate) use passing::StlPassing;
 pub(crate) use read::read;
 pub(crate) use scan::scan;
 pub(crate) use write::{write_binary, write_text};

@@ -29,7 +29,13 @@ pub(crate) fn write_binary(
     writer: &mut dyn Write,
     model: &Model,
 ) -> Result<WriteReport, WriteError> {
-    let count: u64 = model.soup.faces().map(|face| face.len() as u64 - 2).sum();
+    binary_head(writer, model.soup.faces().map(|face| face.len() as u64 - 2).sum())?;
+    for_each_triangle(model, |_, triangle| binary_facet(writer, triangle))?;
+    Ok(report(model))
+}
+
+/// What a binary file begins with.
+pub(super) fn binary_head(writer: &mut dyn Write, count: u64) -> Result<(), WriteError> {
     let count = u32::try_from(count).map_err(|_| WriteError::TooLarge {
         format: Format::Stl,
         what: "triangles",
@@ -41,17 +47,18 @@ pub(crate) fn write_binary(
     let name = b"binary STL";
     header[..name.len()].copy_from_slice(name);
     writer.write_all(&header)?;
-    writer.write_all(&count.to_le_bytes())?;
-    for_each_triangle(model, |_, triangle| {
-        let mut facet = [0; 50];
-        let [a, b, c] = triangle.map(DVec3::as_vec3);
-        let rows = [normal(triangle).as_vec3(), a, b, c].map(|row| row.to_array());
-        for (bytes, value) in facet.as_chunks_mut().0.iter_mut().zip(rows.as_flattened()) {
-            *bytes = value.to_le_bytes();
-        }
-        writer.write_all(&facet)
-    })?;
-    Ok(report(model))
+    Ok(writer.write_all(&count.to_le_bytes())?)
+}
+
+/// A triangle of a binary file.
+pub(super) fn binary_facet(writer: &mut dyn Write, triangle: [DVec3; 3]) -> std::io::Result<()> {
+    let mut facet = [0; 50];
+    let [a, b, c] = triangle.map(DVec3::as_vec3);
+    let rows = [normal(triangle).as_vec3(), a, b, c].map(|row| row.to_array());
+    for (bytes, value) in facet.as_chunks_mut().0.iter_mut().zip(rows.as_flattened()) {
+        *bytes = value.to_le_bytes();
+    }
+    writer.write_all(&facet)
 }
 
 /// A solid for every run of faces of the same group.
@@ -71,18 +78,23 @@ pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteR
             current = group(face);
             writeln!(writer, "solid {}", name(current))?;
         }
-        let line = |v: DVec3| {
-            let [x, y, z] = v.as_vec3().to_array().map(Decimal);
-            format!("{x} {y} {z}")
-        };
-        writeln!(writer, "facet normal {}\n  outer loop", line(normal(triangle)))?;
-        for corner in triangle {
-            writeln!(writer, "    vertex {}", line(corner))?;
-        }
-        writeln!(writer, "  endloop\nendfacet")
+        text_facet(writer, triangle)
     })?;
     writeln!(writer, "endsolid {}", name(current))?;
     Ok(report(model))
+}
+
+/// A triangle of a text file.
+pub(super) fn text_facet(writer: &mut dyn Write, triangle: [DVec3; 3]) -> std::io::Result<()> {
+    let line = |v: DVec3| {
+        let [x, y, z] = v.as_vec3().to_array().map(Decimal);
+        format!("{x} {y} {z}")
+    };
+    writeln!(writer, "facet normal {}\n  outer loop", line(normal(triangle)))?;
+    for corner in triangle {
+        writeln!(writer, "    vertex {}", line(corner))?;
+    }
+    writeln!(writer, "  endloop\nendfacet")
 }
 
 /// The unit normal of a triangle, or zero for one without an area.

@@ -1,5 +1,5 @@
 //! Meshes to take apart, and runs that do.
-#![allow(dead_code, clippy::unwrap_used)]
+#![allow(clippy::unwrap_used)]
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};

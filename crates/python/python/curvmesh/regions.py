@@ -208,6 +208,10 @@ def simplify(
             if plan["level"] == level:
                 raise RegionError(f"level {level + 1} was joined, and is not there", step="plan")
             cells.append(plan["cells"])
+        # A result that does not fit is finished cell by cell.
+        apart = range(plan.get("apart") or 0)
+        steps = [step(f"finish {cell}", "finish", folder, "--cell", str(cell)) for cell in apart]
+        _all(do, steps, callback)
         told = _all(do, [step("finish", "finish", folder, "-o", os.path.abspath(output))], callback)[0]
     return Reduced(told["output"], told["faces"], cells, told.get("error"))
 

@@ -3,10 +3,21 @@
 use crate::regions::rules::Rules;
 use crate::regions::waiting::{BUCKETS, bucket};
 
-/// A cost up to which all regions of a pass are collapsed, to a ninth part of it.
+/// A cost up to which all regions of a pass are collapsed, to a ninth part of it; some of them, evenly spread, may
+/// go one such part higher, so that the number of faces can be met more closely than by a cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Ceiling(usize);
+pub struct Ceiling {
+    bucket: usize,
+    /// So many of 65,536 regions go up to the next bucket.
+    higher: u32,
+    /// The place of the first region among those.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    first: u32,
+}
+
+/// The shares of regions that go higher are counted in these parts.
+const WHOLE: u32 = 1 << 16;
 
 /// How many faces a region has, and how many of them go at which costs.
 #[derive(Clone, Debug, Default)]
@@ -50,35 +61,63 @@ impl Forecast {
 
 impl Ceiling {
     /// Nothing collapses.
-    pub const NONE: Self = Self(0);
+    pub const NONE: Self = Self::of(0);
     /// Everything collapses that can.
-    pub const ALL: Self = Self(BUCKETS);
+    pub const ALL: Self = Self::of(BUCKETS);
+
+    const fn of(bucket: usize) -> Self {
+        Self { bucket, higher: 0, first: 0 }
+    }
 
     /// A cost, in the unit of the quadrics: area times squared distance.
     #[must_use]
     pub fn at(cost: f64, rules: &Rules) -> Self {
-        Self(bucket(cost * rules.scale))
+        Self::of(bucket(cost * rules.scale))
     }
 
     /// The highest one that, as these regions tell, leaves at least this share of all faces; what was
     /// collapsed to a ceiling itself tells nothing of higher ones.
     #[must_use]
     pub fn leaving(share: f64, regions: &[&Forecast]) -> Self {
+        Self::of(Self::closest(share, regions).bucket)
+    }
+
+    /// As [`Ceiling::leaving`], with as many regions one part higher as it takes to leave just this share.
+    #[must_use]
+    pub fn closest(share: f64, regions: &[&Forecast]) -> Self {
         let mut gone = vec![0_u64; BUCKETS];
         for &(bucket, faces) in regions.iter().flat_map(|of_region| &of_region.gone) {
             gone[bucket] += u64::from(faces);
         }
         let faces: u64 = regions.iter().map(|of_region| of_region.faces).sum();
         let allowed = ((1.0 - share) * faces as f64) as u64;
-        let mut total = 0;
-        let is_too_much = |&faces: &u64| {
-            total += faces;
-            total > allowed
-        };
-        Self(gone.iter().position(is_too_much).unwrap_or(BUCKETS))
+        let mut left = allowed;
+        for (bucket, &faces) in gone.iter().enumerate() {
+            if faces > left {
+                let higher = (left as f64 / faces as f64 * f64::from(WHOLE)) as u32;
+                return Self { bucket, higher, first: 0 };
+            }
+            left -= faces;
+        }
+        Self::ALL
+    }
+
+    /// The same for one of many sheets: regions that go higher are spread evenly over all of them.
+    #[must_use]
+    pub fn for_sheet(self, number: u32) -> Self {
+        // Steps of the golden section of 65,536.
+        Self { first: number.wrapping_mul(40_503) % WHOLE, ..self }
+    }
+
+    /// The ceiling of one of the regions of a sheet.
+    pub(super) fn of_region(self, region: usize) -> Self {
+        // So that of any number of regions in a row the right share goes higher.
+        let until = |place: u64| place * u64::from(self.higher) / u64::from(WHOLE);
+        let place = u64::from(self.first) + region as u64;
+        Self::of(self.bucket + usize::from(until(place + 1) > until(place)))
     }
 
     pub(super) fn bucket(self) -> usize {
-        self.0
+        self.bucket
     }
 }

@@ -87,7 +87,7 @@ impl Sheet<'_> {
         assert!(!rules.record, "nothing is recorded here");
         let partition = self.partition(pass);
         let mut reduced = parallel::collect_each(partition.regions(), |i| {
-            Region::new(self, &partition, i, rules).reduce(rules, ceiling)
+            Region::new(self, &partition, i, rules).reduce(rules, ceiling.of_region(i))
         });
         reduced.push(self.idle());
         let joined = Sheet::join_all(reduced, self.vertex_capacity());

@@ -3,6 +3,7 @@
 mod face;
 mod frame;
 mod options;
+mod passing;
 mod vertex;
 
 use crate::batch::check_output;
@@ -22,6 +23,9 @@ pub(crate) fn run(options: &Curvature, session: &Session) -> Result<Outcome, Fai
 }
 
 fn one(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
+    if options.streaming.is_needed(&[&task.input], &options.job.loading)? {
+        return passing::run(options, task, console);
+    }
     match options.estimate.estimator {
         EstimatorName::Vertex => vertex::run(options, task, console),
         EstimatorName::Face => face::run(options, task, console),

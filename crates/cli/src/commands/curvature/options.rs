@@ -11,6 +11,7 @@ use crate::batch::Job;
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::failure::Failure;
 use crate::given::Given;
+use crate::streaming::Streaming;
 use crate::view::Look;
 
 /// Compute the curvature of every vertex or face, and colour the mesh by it
@@ -27,6 +28,7 @@ use crate::view::Look;
 ///     curvmesh curvature part.obj -o folds.glb --quantity abs-mean --colormap magma --range 0,2
 ///     curvmesh curvature scan.ply -o k1.ply --quantity k1 --estimator face --radius 1%
 ///     curvmesh curvature scan.ply -o lines.ply --estimator fit --as arrows
+///     curvmesh curvature huge.ply -o huge-mean.ply --quantity mean --memory 1GiB
 ///     curvmesh curvature noisy.ply -o smooth.ply --estimator ball --radius 2%
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
@@ -45,6 +47,8 @@ pub(crate) struct Curvature {
     pub(crate) estimate: Estimate,
     #[command(flatten)]
     pub(crate) look: Look,
+    #[command(flatten)]
+    pub(crate) streaming: Streaming,
 }
 
 /// Where curvature is estimated, and how.

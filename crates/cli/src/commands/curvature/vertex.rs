@@ -17,7 +17,7 @@ use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
 #[derive(Serialize)]
-struct Results {
+pub(super) struct Results {
     #[serde(flatten)]
     integrals: Integrals,
     norm_l1: f64,
@@ -48,14 +48,20 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         task.save(&model, &options.job.save, &mut seconds, console)?;
         console.message(options.colors.explain(&scale));
     }
-    let results = results(options.quantity, &values, &scale);
+    let results =
+        Results::new(options.quantity, values.integrals(), &values.curvatures.totals(), &scale);
     let report = task.report(console, counts, results, seconds);
     if let Some(page) = page {
         options.look.write(page, &report, console)?;
     }
+    done(&report, console)
+}
+
+/// The report as it is printed.
+pub(super) fn done(report: &Report<Results>, console: &Console) -> Result<Done, Failure> {
     let Integrals { integral_gaussian, integral_abs_mean, .. } = report.results.integrals;
     let brief = format!("integral of K {integral_gaussian:.6}, of |H| {integral_abs_mean:.6}");
-    report.done(console, summary(&report), brief)
+    report.done(console, summary(report), brief)
 }
 
 /// The page that shows the mesh with every quantity.
@@ -106,16 +112,22 @@ fn colored(
     model
 }
 
-fn results(quantity: Quantity, values: &VertexValues, scale: &Scale) -> Results {
-    let totals: Totals = values.curvatures.totals();
-    Results {
-        integrals: values.integrals(),
-        norm_l1: totals.norm_l1,
-        norm_l2_squared: totals.norm_l2_squared,
-        clamped_vertices: totals.clamped,
-        boundary_vertices: totals.boundary,
-        quantity: quantity.to_string(),
-        range: [scale.low, scale.high],
+impl Results {
+    pub(super) fn new(
+        quantity: Quantity,
+        integrals: Integrals,
+        totals: &Totals,
+        scale: &Scale,
+    ) -> Self {
+        Self {
+            integrals,
+            norm_l1: totals.norm_l1,
+            norm_l2_squared: totals.norm_l2_squared,
+            clamped_vertices: totals.clamped,
+            boundary_vertices: totals.boundary,
+            quantity: quantity.to_string(),
+            range: [scale.low, scale.high],
+        }
     }
 }
 

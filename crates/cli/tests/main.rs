@@ -1,0 +1,19 @@
+//! The tests of this crate, in one program: it is linked once.
+
+mod attributes;
+mod commands;
+mod common;
+mod faults;
+mod interrupt;
+mod large;
+mod many;
+mod patch;
+mod principal;
+mod questions;
+mod real_meshes;
+mod shapes;
+mod simplify;
+mod split;
+mod streaming;
+mod views;
+mod words;

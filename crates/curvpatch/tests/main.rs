@@ -1,0 +1,10 @@
+//! The tests of this crate, in one program: it is linked once.
+
+mod accuracy;
+mod common;
+mod covers;
+mod models;
+mod patches;
+mod robustness;
+mod sections;
+mod single_faces;

@@ -1,0 +1,8 @@
+//! The tests of this crate, in one program: it is linked once.
+
+mod convergence;
+mod fitted;
+mod laws;
+mod published;
+mod real_meshes;
+mod serde;

@@ -1,0 +1,11 @@
+//! The tests of this crate, in one program: it is linked once.
+
+mod build;
+mod butterfly;
+mod diagnose;
+mod downstream;
+mod edits;
+mod faces;
+mod serde;
+mod shapes;
+mod topology;

@@ -1,0 +1,14 @@
+//! The tests of this crate, in one program: it is linked once.
+
+mod companions;
+mod external;
+mod faults;
+mod formats;
+mod passing;
+mod peers;
+mod real_meshes;
+mod robustness;
+mod roundtrip;
+mod scan;
+mod serde;
+mod strangers;

@@ -1,0 +1,5 @@
+//! The tests of this crate, in one program: it is linked once.
+
+mod distances;
+mod proofs;
+mod serde;

@@ -1,0 +1,298 @@
+//! What a mesh is made of and what is wrong with it, region by region.
+//!
+//! A region has all faces at its own vertices, so that it can tell of an edge or a vertex all there is to be
+//! told; an edge is counted where its first cell is. Connected parts reach over many regions: each gets a
+//! number in every region that it comes out of, and numbers are joined that stand for parts with a vertex, or
+//! a face, in common.
+
+use std::path::{Path, PathBuf};
+
+use mesh_core::build::has_zero_area;
+use mesh_core::diagnose::is_sliver;
+use mesh_core::disjoint_sets::DisjointSets;
+use mesh_core::measure::SoupMeasures;
+use mesh_core::{BoundingBox, Diagnosis};
+
+use crate::error::Error;
+use crate::incoming::{MOST_FILES, hash};
+use crate::region::Region;
+use crate::scratch::{ID, Scratch, Sink, id_bytes};
+use crate::split::Repairs;
+use crate::spool::Spool;
+use crate::work::Step;
+
+/// What [`mesh_core::diagnose`] and [`mesh_core::PolygonSoup::measure`] say of a mesh that is larger than
+/// memory. The counts are the same; area and volume may differ in the last digits, as they are added up in
+/// another order.
+#[derive(Clone, Debug, Default)]
+pub struct Survey {
+    /// Parts and defects.
+    pub diagnosis: Diagnosis,
+    /// Box, area and volume.
+    pub measures: SoupMeasures,
+}
+
+/// The bytes that a face takes while its region is looked at.
+const PER_FACE: u64 = 250;
+
+impl Spool {
+    /// Counts the parts and defects of the mesh, as it is, and measures it.
+    ///
+    /// # Errors
+    /// A face has a vertex that is not there, or the files cannot be read or written.
+    pub fn survey(&self, see: &mut dyn FnMut(Step) -> bool) -> Result<Survey, Error> {
+        let mut surveyor = Surveyor {
+            found: Survey::default(),
+            center: self.bounds().map_or(glam::DVec3::ZERO, |bounds| bounds.center()),
+            proper: 0,
+            used: 0,
+            components: Parts::new(self.folder.join("components"))?,
+            edge_components: Parts::new(self.folder.join("edge-components"))?,
+            boundaries: Parts::new(self.folder.join("boundaries"))?,
+        };
+        let repairs = Repairs { drop_degenerate: true, cut: true };
+        self.each_region(PER_FACE, repairs, see, &mut |region| surveyor.look_at(&region))?;
+        let Surveyor { mut found, proper, used, components, edge_components, boundaries, .. } =
+            surveyor;
+        let summary = self.summary();
+        let memory = self.memory.stream();
+        let diagnosis = &mut found.diagnosis;
+        diagnosis.vertices = summary.vertices as usize;
+        diagnosis.faces = summary.triangles as usize;
+        diagnosis.quadrilaterals = summary.quadrilaterals as usize;
+        diagnosis.larger_polygons = summary.larger as usize;
+        diagnosis.triangles = (summary.faces - summary.quadrilaterals - summary.larger) as usize;
+        diagnosis.repeated_vertex_faces = diagnosis.faces - proper;
+        diagnosis.unreferenced_vertices = diagnosis.vertices - used;
+        diagnosis.components = components.count(&self.folder, memory)?;
+        diagnosis.edge_components = edge_components.count(&self.folder, memory)?;
+        diagnosis.boundary_loops = boundaries.count(&self.folder, memory)?;
+        diagnosis.euler_characteristic = used as i64 - diagnosis.edges as i64 + proper as i64;
+        Ok(found)
+    }
+}
+
+/// Goes through regions.
+struct Surveyor {
+    found: Survey,
+    center: glam::DVec3,
+    /// Triangles of three different vertices.
+    proper: usize,
+    /// Vertices that these use.
+    used: usize,
+    components: Parts,
+    edge_components: Parts,
+    boundaries: Parts,
+}
+
+/// Which corner comes next in its triangle.
+fn next(corner: u32) -> u32 {
+    if corner % 3 == 2 { corner - 2 } else { corner + 1 }
+}
+
+impl Surveyor {
+    fn look_at(&mut self, region: &Region) -> Result<(), Error> {
+        self.proper += region.own_face_count();
+        self.used += region.own;
+        self.measure(region);
+        self.count_duplicates(region);
+        self.connect(region)
+    }
+
+    fn measure(&mut self, region: &Region) {
+        let measures = &mut self.found.measures;
+        let points = region.positions[..region.own].iter().copied();
+        let bounds = BoundingBox::of_points(points);
+        measures.bounds = match (measures.bounds, bounds) {
+            (Some(a), Some(b)) => {
+                Some(BoundingBox { min: a.min.min(b.min), max: a.max.max(b.max) })
+            }
+            (a, b) => a.or(b),
+        };
+        for triangle in region.own_triangles() {
+            let corners = triangle.map(|v| region.positions[v as usize]);
+            if has_zero_area(corners) {
+                self.found.diagnosis.zero_area_faces += 1;
+            } else if is_sliver(corners) {
+                self.found.diagnosis.slivers += 1;
+            }
+            let [a, b, c] = corners.map(|corner| corner - self.center);
+            measures.area += 0.5 * (b - a).cross(c - a).length();
+            measures.volume += a.dot(b.cross(c)) / 6.0;
+        }
+    }
+
+    fn count_duplicates(&mut self, region: &Region) {
+        let mut sorted: Vec<[u32; 3]> = region.own_triangles().collect();
+        sorted.iter_mut().for_each(|triangle| triangle.sort_unstable());
+        sorted.sort_unstable();
+        let repeated = sorted.chunk_by(|a, b| a == b).map(|same| same.len() - 1);
+        self.found.diagnosis.duplicate_faces += repeated.sum::<usize>();
+    }
+
+    fn connect(&mut self, region: &Region) -> Result<(), Error> {
+        let corners = region.triangles.as_flattened();
+        let vertex_at = |corner: u32| corners[corner as usize];
+        // The sides at own vertices, of which all faces are here.
+        let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(corners.len());
+        for side in 0..corners.len() as u32 {
+            let [a, b] = [vertex_at(side), vertex_at(next(side))];
+            if (a.min(b) as usize) < region.own {
+                sides.push(([a.min(b), a.max(b)], side));
+            }
+        }
+        sides.sort_unstable();
+        let mut by_vertex = DisjointSets::new(region.positions.len());
+        let mut by_edge = DisjointSets::new(region.triangles.len());
+        let mut fans = DisjointSets::new(corners.len());
+        let mut boundary = DisjointSets::new(region.positions.len());
+        let mut at_boundary = vec![false; region.positions.len()];
+        let found = &mut self.found.diagnosis;
+        for edge in sides.chunk_by(|a, b| a.0 == b.0) {
+            let (ends, first) = edge[0];
+            let [from, to] = [vertex_at(first), vertex_at(next(first))];
+            by_vertex.union(from, to);
+            for &(_, side) in &edge[1..] {
+                by_edge.union(first / 3, side / 3);
+                let is_parallel = vertex_at(side) == from;
+                let [at_from, at_to] =
+                    if is_parallel { [side, next(side)] } else { [next(side), side] };
+                fans.union(first, at_from);
+                fans.union(next(first), at_to);
+            }
+            if ends.map(|v| region.home(v)).into_iter().min() != Some(region.cell) {
+                continue;
+            }
+            found.edges += 1;
+            match edge {
+                [_] => {
+                    found.boundary_edges += 1;
+                    boundary.union(from, to);
+                    ends.iter().for_each(|&v| at_boundary[v as usize] = true);
+                }
+                [_, (_, other)] => {
+                    found.inconsistent_edges += usize::from(vertex_at(*other) == from);
+                }
+                _ => found.non_manifold_edges += 1,
+            }
+        }
+        drop(sides);
+        let mut fans_at = vec![0_u32; region.own];
+        for corner in 0..corners.len() as u32 {
+            let v = vertex_at(corner) as usize;
+            if v < region.own && fans.find(corner) == corner {
+                fans_at[v] += 1;
+            }
+        }
+        found.non_manifold_vertices += fans_at.iter().filter(|&&fans| fans > 1).count();
+        drop((fans, fans_at));
+
+        let is_shared = |triangle: &[u32; 3]| triangle.iter().any(|&v| v as usize >= region.own);
+        let mut at_rim = vec![false; region.positions.len()];
+        for triangle in region.triangles.iter().filter(|triangle| is_shared(triangle)) {
+            triangle.iter().for_each(|&v| at_rim[v as usize] = true);
+        }
+        let vertices = 0..region.positions.len() as u32;
+        let key = |v: u32| key_of([region.vertex_ids[v as usize]]);
+        let rim = || vertices.clone().filter(|&v| at_rim[v as usize]);
+        self.components.add(&mut by_vertex, vertices.clone(), rim().map(|v| (v, key(v))))?;
+        let bounding = || vertices.clone().filter(|&v| at_boundary[v as usize]);
+        let shared = bounding().filter(|&v| at_rim[v as usize]).map(|v| (v, key(v)));
+        self.boundaries.add(&mut boundary, bounding(), shared)?;
+        let faces = 0..region.triangles.len() as u32;
+        let shared = faces.clone().filter(|&f| is_shared(&region.triangles[f as usize]));
+        let shared = shared.map(|f| {
+            let mut ids = region.triangles[f as usize].map(|v| region.vertex_ids[v as usize]);
+            ids.sort_unstable();
+            (f, key_of(ids))
+        });
+        self.edge_components.add(&mut by_edge, faces.clone(), shared)
+    }
+}
+
+/// What a vertex or a face is known by in all regions.
+type Key = [u8; 3 * ID];
+
+fn key_of<const N: usize>(ids: [u64; N]) -> Key {
+    let mut key = [0; 3 * ID];
+    for (bytes, id) in key.as_chunks_mut::<ID>().0.iter_mut().zip(ids) {
+        *bytes = id_bytes(id);
+    }
+    key
+}
+
+/// Connected parts that go through many regions.
+struct Parts {
+    path: PathBuf,
+    /// Those that lie within one region.
+    within: usize,
+    /// The numbers of others, one for each region that they are in.
+    numbers: DisjointSets,
+    count: u32,
+    /// What is in several regions, with the number that its part has in one of them.
+    shared: Sink,
+}
+
+impl Parts {
+    fn new(path: PathBuf) -> Result<Self, Error> {
+        let shared = Sink::new(path.clone())?;
+        Ok(Self { path, within: 0, numbers: DisjointSets::default(), count: 0, shared })
+    }
+
+    /// Adds the parts of a region: its elements, and those of them that are in other regions too.
+    fn add(
+        &mut self,
+        sets: &mut DisjointSets,
+        elements: impl Iterator<Item = u32> + Clone,
+        shared: impl Iterator<Item = (u32, Key)>,
+    ) -> Result<(), Error> {
+        const NONE: u32 = u32::MAX;
+        let most = elements.clone().max().map_or(0, |last| last as usize + 1);
+        let mut number = vec![NONE; most];
+        for (element, key) in shared {
+            let root = sets.find(element) as usize;
+            if number[root] == NONE {
+                number[root] = self.numbers.push();
+                self.count += 1;
+            }
+            self.shared.put(&key)?;
+            self.shared.put(&number[root].to_le_bytes())?;
+        }
+        let roots = elements.filter(|&element| sets.find(element) == element);
+        self.within += roots.filter(|&root| number[root as usize] == NONE).count();
+        Ok(())
+    }
+
+    /// How many there are in all.
+    fn count(self, folder: &Path, memory: u64) -> Result<usize, Error> {
+        let Self { path, within, mut numbers, count, shared } = self;
+        let bytes = shared.len();
+        let shared = shared.finish()?;
+        let files = bytes.div_ceil(memory.max(1 << 20)).clamp(1, MOST_FILES);
+        let stem = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut dealt = Vec::new();
+        for i in 0..files {
+            dealt.push(Sink::new(folder.join(format!("{stem}-{i}")))?);
+        }
+        let mut source = shared.source()?;
+        while let Some(key) = source.next::<{ 3 * ID }>()? {
+            let number: [u8; 4] = source.expect()?;
+            let sink = &mut dealt[hash(&key, files)];
+            sink.put(&key)?;
+            sink.put(&number)?;
+        }
+        let dealt: Result<Vec<Scratch>, Error> = dealt.into_iter().map(Sink::finish).collect();
+        for scratch in dealt? {
+            let mut all: Vec<(Key, u32)> = Vec::new();
+            let mut source = scratch.source()?;
+            while let Some(key) = source.next()? {
+                all.push((key, u32::from_le_bytes(source.expect()?)));
+            }
+            all.sort_unstable();
+            for pair in all.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+                numbers.union(pair[0].1, pair[1].1);
+            }
+        }
+        Ok(within + numbers.count_sets(0..count))
+    }
+}

@@ -1,0 +1,7 @@
+//! The tests of this crate, in one program: it is linked once.
+
+mod bounds;
+mod common;
+mod files;
+mod passing;
+mod whole;
