@@ -128,7 +128,7 @@ fn threads_do_not_change_a_bit() {
     let mesh = sphere();
     for norm in [FitNorm::L2, FitNorm::Max] {
         let mut options = Options::preset(Preset::Extreme).to_faces(400);
-        let quick = AnnealOptions { sweeps: 6, rounds: 1, ..AnnealOptions::default() };
+        let quick = AnnealOptions { sweeps: 12, rounds: 1, ..AnnealOptions::default() };
         options.finish.anneal = Some(quick);
         options.finish = options.finish.minimising(norm);
         let run = |threads: usize| {
