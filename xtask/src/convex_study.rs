@@ -4,9 +4,9 @@
 //! triangulation, whatever the initial one. Here the initial one is the hull after a number of
 //! random flips.
 
-use std::fs::File;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::ValueEnum;
 use dcurv::VertexArea;
@@ -17,6 +17,7 @@ use mesh_core::{EdgeId, PolygonSoup, Repair, TriMesh, build};
 use rayon::prelude::*;
 
 use crate::failure::Failure;
+use crate::numbers::Numbers;
 use crate::progress::progress_bar;
 
 /// What to run, and how often.
@@ -31,10 +32,23 @@ pub(crate) struct ConvexStudy {
     /// Which strategies; all of them by default
     #[arg(long, value_name = "STRATEGY", value_delimiter = ',')]
     strategies: Vec<Strategy>,
+    /// Which costs
+    #[arg(
+        long, value_name = "COST", value_delimiter = ',', default_value = "f1,f2,f3",
+        value_parser = parse_cost,
+    )]
+    costs: Vec<CostName>,
+    /// Which flips scramble the hull
+    #[arg(long, value_name = "KIND", value_delimiter = ',', default_value = "free,embedded")]
+    scrambles: Vec<Scramble>,
+    /// How many random flips
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "20,60,150,600")]
+    flips: Vec<usize>,
     /// Six starts per case and 60 points only
     #[arg(long, conflicts_with_all = ["seeds", "points"])]
     quick: bool,
-    /// The folder for the table (convex-study.txt) and the numbers (convex-study.csv)
+    /// The folder for the table (convex-study.txt) and the numbers (convex-study.csv). What is in the
+    /// numbers already is not computed again
     #[arg(long, value_name = "DIR", default_value = "target/convex-study")]
     out: PathBuf,
 }
@@ -60,12 +74,18 @@ pub(crate) enum Shape {
 }
 
 /// Which flips scramble the hull.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Scramble {
     /// Every legal one, also those that make the surface cross itself.
     Free,
     /// Those that keep the surface without overlaps, seen from the centre.
     Embedded,
+}
+
+/// One of [`COSTS`].
+fn parse_cost(text: &str) -> Result<CostName, String> {
+    let found = COSTS.iter().find(|cost| cost.to_string() == text);
+    found.copied().ok_or_else(|| "expected f1, f2 or f3".into())
 }
 
 /// The costs of DHKL01.
@@ -75,24 +95,28 @@ pub(crate) const FLIPS: [usize; 4] = [20, 60, 150, 600];
 /// Where the random numbers of the scrambles start, apart from those of the points.
 const SCRAMBLE_SEED: u64 = 1000;
 
-/// Runs the study, writes its numbers case by case, and prints the table.
+const HEADER: [&str; 9] =
+    ["points", "shape", "strategy", "cost", "scramble", "flips", "runs", "hull", "seconds"];
+
+/// Runs what is missing in the numbers, case by case, and prints the table.
 pub(crate) fn run(options: &ConvexStudy) -> Result<(), Failure> {
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let path = options.out.join("convex-study.csv");
-    let failed = |e: csv::Error| Failure::writing(&path)(e.into());
-    let mut numbers =
-        csv::Writer::from_writer(File::create(&path).map_err(Failure::writing(&path))?);
-    numbers
-        .write_record(["points", "shape", "strategy", "cost", "scramble", "flips", "runs", "hull"])
-        .map_err(failed)?;
-    let mut table = Table::new();
+    let (mut numbers, known) = Numbers::open(path, &HEADER, known_case)?;
+    let mut table = Table::new(&options.columns());
     let cases = options.cases();
     let bar = progress_bar(cases.len());
     for case in cases {
         bar.set_message(case.to_string());
-        let hulls = case.ends(options.seeds())?.at_hull;
-        numbers.write_record(case.record(options.seeds(), hulls)).map_err(failed)?;
-        numbers.flush().map_err(Failure::writing(&path))?;
+        let names = case.names(options.seeds());
+        let hulls = match known.iter().find(|(known, _)| *known == names) {
+            Some((_, hulls)) => *hulls,
+            None => {
+                let ends = case.ends(options.seeds())?;
+                numbers.add(&case.record(options.seeds(), &ends))?;
+                ends.at_hull
+            }
+        };
         table.add(&case, hulls as f64 / options.seeds() as f64);
         bar.inc(1);
     }
@@ -104,14 +128,27 @@ pub(crate) fn run(options: &ConvexStudy) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The names of a case and how many of its runs end at the hull.
+fn known_case(record: &csv::StringRecord) -> Option<(Vec<String>, usize)> {
+    let names = record.iter().take(7).map(str::to_owned).collect();
+    Some((names, record.get(7)?.parse().ok()?))
+}
+
 impl ConvexStudy {
     fn seeds(&self) -> u64 {
         if self.quick { 6 } else { self.seeds }
     }
 
+    /// The columns of the table.
+    fn columns(&self) -> Vec<(Scramble, usize)> {
+        let of = |&scramble| self.flips.iter().map(move |&flips| (scramble, flips));
+        self.scrambles.iter().flat_map(of).collect()
+    }
+
     /// All cases, those of one line of the table in a row.
     fn cases(&self) -> Vec<Case> {
         let points = if self.quick { &[60][..] } else { &self.points[..] };
+        let columns = self.columns();
         let strategies = match &self.strategies[..] {
             [] => Strategy::value_variants(),
             some => some,
@@ -120,17 +157,16 @@ impl ConvexStudy {
         for &points in points {
             for shape in [Shape::Sphere, Shape::Ellipsoid] {
                 for &strategy in strategies {
-                    for cost in COSTS {
-                        for scramble in [Scramble::Free, Scramble::Embedded] {
-                            cases.extend(FLIPS.map(|flips| Case {
-                                points,
-                                shape,
-                                strategy,
-                                cost,
-                                scramble,
-                                flips,
-                            }));
-                        }
+                    for &cost in &self.costs {
+                        let case = |&(scramble, flips)| Case {
+                            points,
+                            shape,
+                            strategy,
+                            cost,
+                            scramble,
+                            flips,
+                        };
+                        cases.extend(columns.iter().map(case));
                     }
                 }
             }
@@ -152,12 +188,14 @@ pub(crate) struct Case {
 }
 
 /// Where runs end, counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Ends {
     /// At the hull.
     pub(crate) at_hull: usize,
     /// At a lower cost than that of the hull.
     pub(crate) below_hull: usize,
+    /// How long all of them took, in seconds.
+    pub(crate) seconds: f64,
 }
 
 impl Case {
@@ -166,6 +204,7 @@ impl Case {
         let add = |a: Ends, b: Ends| Ends {
             at_hull: a.at_hull + b.at_hull,
             below_hull: a.below_hull + b.below_hull,
+            seconds: a.seconds + b.seconds,
         };
         let runs = (0..seeds).into_par_iter().map(|seed| self.end(seed));
         runs.try_reduce(Ends::default, |a, b| Ok(add(a, b)))
@@ -179,26 +218,30 @@ impl Case {
         let random = &mut SplitMix64::new(SCRAMBLE_SEED.wrapping_add(seed));
         scramble(&mut mesh, self.flips, random, |mesh, edge| self.scramble.allows(mesh, edge));
         let go_on = &mut |_| ControlFlow::Continue(());
+        let start = Instant::now();
         let report = self
             .cost
             .optimise(&mut mesh, VertexArea::Voronoi, &self.strategy.options(), go_on)
             .map_err(Failure::mesh)?;
+        let seconds = start.elapsed().as_secs_f64();
         let at_hull = mesh.topology().canonical_triangles() == hull;
         let below_hull = !at_hull && report.cost_after < cost_of_hull * (1.0 - 1e-9);
-        Ok(Ends { at_hull: usize::from(at_hull), below_hull: usize::from(below_hull) })
+        let [at_hull, below_hull] = [at_hull, below_hull].map(usize::from);
+        Ok(Ends { at_hull, below_hull, seconds })
     }
 
-    fn record(&self, seeds: u64, hulls: usize) -> [String; 8] {
-        [
-            self.points.to_string(),
-            self.shape.name().to_owned(),
-            self.strategy.to_string(),
-            self.cost.to_string(),
-            self.scramble.name().to_owned(),
-            self.flips.to_string(),
-            seeds.to_string(),
-            hulls.to_string(),
-        ]
+    /// What the case is known by in the numbers.
+    fn names(&self, seeds: u64) -> Vec<String> {
+        let column = [self.scramble.name().to_owned(), self.flips.to_string(), seeds.to_string()];
+        self.line().into_iter().chain(column).collect()
+    }
+
+    /// With the time of a run in the mean.
+    fn record(&self, seeds: u64, ends: &Ends) -> Vec<String> {
+        let mut record = self.names(seeds);
+        record.push(ends.at_hull.to_string());
+        record.push(format!("{:.3}", ends.seconds / seeds as f64));
+        record
     }
 
     /// What the lines of the table are called by.
@@ -292,12 +335,14 @@ fn stays_embedded(mesh: &TriMesh, edge: EdgeId) -> bool {
 
 /// The shares in percent: a line per points, shape, strategy and cost, a column per scramble.
 struct Table {
+    columns: Vec<String>,
     lines: Vec<Vec<String>>,
 }
 
 impl Table {
-    fn new() -> Self {
-        Self { lines: Vec::new() }
+    fn new(columns: &[(Scramble, usize)]) -> Self {
+        let name = |(scramble, flips): &(Scramble, usize)| format!("{} {flips}", scramble.name());
+        Self { columns: columns.iter().map(name).collect(), lines: Vec::new() }
     }
 
     /// Adds to the last line if the case belongs there.
@@ -314,12 +359,8 @@ impl Table {
     fn finish(self, seeds: u64) -> String {
         let mut table = comfy_table::Table::new();
         table.load_preset(comfy_table::presets::UTF8_HORIZONTAL_ONLY);
-        let scrambles = [Scramble::Free, Scramble::Embedded];
-        let columns = scrambles
-            .iter()
-            .flat_map(|scramble| FLIPS.map(|flips| format!("{} {flips}", scramble.name())));
         let names = ["points", "shape", "strategy", "cost"].map(str::to_owned);
-        table.set_header(names.into_iter().chain(columns));
+        table.set_header(names.into_iter().chain(self.columns));
         table.add_rows(self.lines);
         format!(
             "Runs that end at the convex hull, in percent of {seeds}, by the number of random \
@@ -357,6 +398,9 @@ mod tests {
             seeds: 50,
             points: vec![60, 200],
             strategies: Vec::new(),
+            costs: COSTS.to_vec(),
+            scrambles: vec![Scramble::Free, Scramble::Embedded],
+            flips: FLIPS.to_vec(),
             quick: true,
             out: "unused".into(),
         };

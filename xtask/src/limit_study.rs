@@ -47,6 +47,9 @@ pub(crate) struct LimitStudy {
         value_parser = parse_norm,
     )]
     norms: Vec<FitNorm>,
+    /// Where the random numbers of the fit start: a row for each
+    #[arg(long, value_name = "SEED", value_delimiter = ',')]
+    seeds: Vec<u64>,
     /// Other programs, each as NAME=COMMAND: {in} and {out} in the command are PLY files, {faces} the
     /// number of faces. Given again for each
     #[arg(long, value_name = "NAME=COMMAND", value_parser = Peer::parse)]
@@ -63,6 +66,16 @@ pub(crate) struct LimitStudy {
 fn parse_norm(text: &str) -> Result<FitNorm, String> {
     let found = FitNorm::ALL.iter().find(|norm| norm.name() == text);
     found.copied().ok_or_else(|| "expected l1, l2 or max".into())
+}
+
+/// The same with other random numbers.
+fn seeded(mut options: Options, seed: u64) -> Options {
+    let Options { finish, .. } = &mut options;
+    let fits = finish.fit.iter_mut();
+    let anneals = finish.anneal.iter_mut().map(|anneal| &mut anneal.fit);
+    let peaks = finish.peaks.iter_mut().map(|peaks| &mut peaks.fit);
+    fits.chain(anneals).chain(peaks).for_each(|fit| fit.seed = seed);
+    options
 }
 
 /// Another program.
@@ -131,7 +144,8 @@ pub(crate) fn run(options: &LimitStudy) -> Result<(), Failure> {
     let bar = progress_bar(options.runs());
     let mut limits = Vec::new();
     for &shape in options.surfaces() {
-        let mesh = shape.mesh(options.fineness())?;
+        let mut mesh = shape.mesh(options.fineness())?;
+        measure::balance(shape, &mut mesh);
         let fine = Surface::new(&mesh).map_err(Failure::mesh)?;
         limits.push((shape, of_one_triangle(shape, &mesh)));
         for &faces in options.faces() {
@@ -220,11 +234,21 @@ impl LimitStudy {
                     other => format!("{preset} {}", other.name()),
                 };
                 let finish = options.finish.clone().minimising(norm);
-                Program::Preset(name, Box::new(Options { finish, ..options.clone() }))
+                (name, Options { finish, ..options.clone() })
             })
         };
         let presets = self.presets.iter().flat_map(|&preset| with(preset));
-        presets.chain(self.peer.iter().cloned().map(Program::Peer)).collect()
+        let seeded = presets.flat_map(|(name, options)| {
+            if self.seeds.is_empty() {
+                return vec![Program::Preset(name, Box::new(options))];
+            }
+            let seeds = self.seeds.iter().map(|&seed| {
+                let name = format!("{name}, seed {seed}");
+                Program::Preset(name, Box::new(seeded(options.clone(), seed)))
+            });
+            seeds.collect()
+        });
+        seeded.chain(self.peer.iter().cloned().map(Program::Peer)).collect()
     }
 
     fn runs(&self) -> usize {

@@ -5,8 +5,8 @@
 //! so. But a vertex with three edges walks through a triangulation by two flips a step: the first one
 //! turns the side that it crosses into a fourth edge, the second one gives its first edge back. So a
 //! round takes the vertices of a patch out, one after the other, puts them aside in one face, and
-//! lets them come back one by one, each to the place where it costs least, with flips and further
-//! walks around it as long as they help.
+//! lets them come back one by one: each tries the few places where it costs least, with flips as long as
+//! they help, and then it and its neighbours walk on as long as that helps.
 //!
 //! While it is aside a vertex lies flat in that face, so that its edges are without dihedral angle and
 //! the costs around do not feel it.
@@ -40,7 +40,8 @@ pub(crate) fn run<C: FlipCost>(
     let vertices = run.mesh.topology().vertex_count();
     let mut random = SplitMix64::new(settings.seed);
     let mut site = Site::new(run.mesh);
-    let patience = settings.effort.saturating_mul(vertices);
+    let all = settings.effort.saturating_mul(vertices);
+    let patience = if all > 0 { all.max(LEAST_TRIED) } else { 0 };
     let mut left = patience;
     let mut kept = 0;
     let mut stopped = None;
@@ -54,7 +55,8 @@ pub(crate) fn run<C: FlipCost>(
             stopped = look(run, watch, left);
             continue;
         }
-        match attempt(run, &mut site, watch, left) {
+        let is_near = random.uniform() < NEAR;
+        match attempt(run, &mut site, is_near, watch, left) {
             Ok(true) => (kept, left) = (kept + 1, patience),
             Ok(false) => {}
             Err(stop) => stopped = Some(stop),
@@ -69,10 +71,16 @@ pub(crate) fn run<C: FlipCost>(
     (stop, kept)
 }
 
+/// How many vertices are taken out in vain at least.
+const LEAST_TRIED: usize = 600;
 /// The fewest vertices that are worth a round.
 const MIN_PATCH: usize = 3;
 /// Every so often, as many vertices as may be are taken out.
 const LARGEST_EVERY: u64 = 8;
+
+/// How many of the rounds bring vertices back to where they are closest, and not to the best place of the
+/// whole patch, which takes as many flips as there are faces.
+const NEAR: f64 = 0.75;
 
 /// Sizes of all orders are equally frequent.
 fn patch_size(settings: &Rebuild, vertices: usize, round: u64, random: &mut SplitMix64) -> usize {
@@ -100,6 +108,9 @@ struct Site {
     is_aside: VertexMap<bool>,
     /// The vertices aside, the last one on top.
     aside: Vec<VertexId>,
+    /// The faces where they wait, by their corners: the next one goes to that with its number, and makes
+    /// three of it. So no corner gets many edges.
+    waiting: Vec<[VertexId; 3]>,
     /// Edges that may flip, and a list of them.
     is_inside: EdgeMap<bool>,
     inside: Vec<EdgeId>,
@@ -142,6 +153,7 @@ impl Site {
             is_in_patch: topology.vertex_map(false),
             is_aside: topology.vertex_map(false),
             aside: Vec::new(),
+            waiting: Vec::new(),
             is_inside: topology.edge_map(false),
             inside: Vec::new(),
             faces: Vec::new(),
@@ -187,6 +199,7 @@ impl Site {
         };
         self.keep =
             [topology.origin(gate), topology.target(gate), topology.target(topology.next(gate))];
+        self.waiting.push(self.keep);
         self.gather(run, size, random);
         self.patch.len() >= MIN_PATCH
     }
@@ -241,6 +254,7 @@ impl Site {
         self.patch.drain(..).for_each(|v| self.is_in_patch[v] = false);
         self.inside.drain(..).for_each(|e| self.is_inside[e] = false);
         self.aside.drain(..).for_each(|v| self.is_aside[v] = false);
+        self.waiting.clear();
         self.faces.clear();
     }
 
@@ -253,6 +267,17 @@ impl Site {
         self.aside.is_empty()
             || !(ends.iter().any(|&v| self.is_aside[v])
                 || ends.iter().all(|v| self.keep.contains(v)))
+    }
+
+    /// Whether a vertex may go over an edge: outside over those that may flip now, else over those
+    /// between the faces where others wait.
+    fn lets_pass(&self, mesh: &TriMesh, edge: EdgeId, ground: Ground) -> bool {
+        if ground == Ground::Outside {
+            return self.allows(mesh, edge);
+        }
+        let ends = mesh.topology().edge_vertices(edge);
+        ends.iter().any(|&v| self.is_aside[v])
+            && ends.iter().all(|v| self.is_aside[*v] || self.keep.contains(v))
     }
 
     /// The side over which vertices come and go, seen from the face where they wait.
@@ -292,6 +317,7 @@ fn volume_of(mesh: &TriMesh, face: FaceId) -> f64 {
 fn attempt<C: FlipCost>(
     run: &mut Run<'_, C>,
     site: &mut Site,
+    is_near: bool,
     watch: &mut Watch<'_>,
     left: usize,
 ) -> Result<bool, Stop> {
@@ -302,7 +328,7 @@ fn attempt<C: FlipCost>(
     let tree = run.tree.take();
     let homes: Vec<(VertexId, DVec3)> =
         site.patch.iter().map(|&v| (v, run.mesh.position(v))).collect();
-    let mut work = Work { run: &mut *run, site: &mut *site, homes: &homes };
+    let mut work = Work { run: &mut *run, site: &mut *site, homes: &homes, is_near };
     work.take_out();
     let stopped = work.bring_back(watch, left).err();
     let after = run.rules.cost.prepared_total(run.mesh, &run.cache);
@@ -400,6 +426,15 @@ struct Work<'w, 'a, C: FlipCost> {
     run: &'w mut Run<'a, C>,
     site: &'w mut Site,
     homes: &'w [(VertexId, DVec3)],
+    /// Whether vertices come back to the face closest to them, and not to the best of all.
+    is_near: bool,
+}
+
+/// Where a vertex walks.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Ground {
+    Outside,
+    Aside,
 }
 
 /// A face that a vertex can get to: the one it comes from, and the side between them.
@@ -411,25 +446,26 @@ struct Place {
 }
 
 /// How far a vertex looks around for a better place, in steps and in faces.
-const STEPS: usize = 5;
-const PLACES: usize = 64;
+const STEPS: usize = 3;
+const PLACES: usize = 24;
 /// How many vertices look around after one has come back.
 const MOVES: usize = 60;
+/// How many of the cheapest places a vertex that comes back tries, with all flips that help there. What
+/// costs least before these flips may lead to a fold that stays.
+const TRIES: usize = 5;
 
 impl<C: FlipCost> Work<'_, '_, C> {
     fn take_out(&mut self) {
-        let count = self.homes.len();
-        let [a, b, c] = self.site.keep.map(|v| self.run.mesh.position(v));
-        let gate = a + 0.5 * (b - a);
         for &(v, _) in self.homes {
             let (length, cost) = (self.run.log.len(), self.run.running_cost);
-            if !(self.strip(v) && self.go_aside(v)) {
+            let Some(&corners) = self.site.waiting.get(self.site.aside.len()) else { return };
+            if !(self.strip(v) && self.go_aside(v, corners)) {
                 self.back_to(length, cost);
                 continue;
             }
-            // In a row from the third corner to the gate: each lies in the last face there.
-            let rank = (self.site.aside.len() + 1) as f64 / (count + 1) as f64;
-            self.put(v, c + rank * (gate - c));
+            let [a, b, c] = corners;
+            self.put(v, corners.map(|w| self.run.mesh.position(w)).iter().sum::<DVec3>() / 3.0);
+            self.site.waiting.extend([[a, b, v], [b, c, v], [c, a, v]]);
             self.site.aside.push(v);
             self.site.is_aside[v] = true;
         }
@@ -450,13 +486,17 @@ impl<C: FlipCost> Work<'_, '_, C> {
                 }
                 return Err(stop);
             }
-            let gate = self.site.gate(self.run.mesh);
-            let is_out = gate.is_some_and(|gate| self.step(v, gate.edge()));
+            self.site.waiting.truncate(3 * self.site.aside.len() + 1);
+            let is_out = self.come_out(v);
             self.put(v, homes[v]);
             if !is_out {
                 continue;
             }
-            self.settle(v, usize::MAX, usize::MAX);
+            if self.is_near {
+                self.go_home(v);
+            } else {
+                self.settle(v, usize::MAX, usize::MAX, TRIES);
+            }
             let around = self.around(v);
             self.descend(around);
             self.look_around(v);
@@ -521,28 +561,36 @@ impl<C: FlipCost> Work<'_, '_, C> {
         false
     }
 
-    /// Takes a vertex with three edges to the face where the others are.
-    fn go_aside(&mut self, v: VertexId) -> bool {
-        let Some(gate) = self.site.gate(self.run.mesh) else { return false };
-        let Some(goal) = self.run.mesh.topology().face(gate.twin()) else { return false };
+    /// Takes a vertex with three edges to the face with these corners, among those where others wait.
+    fn go_aside(&mut self, v: VertexId, [a, b, _]: [VertexId; 3]) -> bool {
         let (length, cost) = (self.run.log.len(), self.run.running_cost);
-        let mut sides = Vec::new();
-        if !self.run.mesh.topology().face_vertices(goal).contains(&v) {
-            let places = self.places(v, usize::MAX, usize::MAX, Some(goal));
-            let Some(mut at) = places.iter().position(|place| place.face == goal) else {
-                return false;
-            };
-            while at != 0 {
-                sides.push(places[at].side);
-                at = places[at].from;
-            }
-        }
-        let is_there =
-            sides.into_iter().rev().all(|side| self.step(v, side)) && self.step(v, gate.edge());
+        let is_there = self.site.gate(self.run.mesh).is_some_and(|gate| {
+            self.walk_to(v, gate.twin(), Ground::Outside) && self.step(v, gate.edge())
+        });
+        let goal = self.run.mesh.topology().find_half_edge(a, b);
+        let is_there = is_there && goal.is_some_and(|goal| self.walk_to(v, goal, Ground::Aside));
         if !is_there {
             self.back_to(length, cost);
         }
         is_there
+    }
+
+    /// Takes a vertex with three edges from where it waits to the face beyond the gate.
+    fn come_out(&mut self, v: VertexId) -> bool {
+        let Some(gate) = self.site.gate(self.run.mesh) else { return false };
+        self.walk_to(v, gate, Ground::Aside)
+            && self.site.gate(self.run.mesh).is_some_and(|gate| self.step(v, gate.edge()))
+    }
+
+    /// Takes a vertex with three edges to the face at a half-edge, unless it is at a corner of that.
+    fn walk_to(&mut self, v: VertexId, side: HalfEdgeId, ground: Ground) -> bool {
+        let Some(goal) = self.run.mesh.topology().face(side) else { return false };
+        if self.run.mesh.topology().face_vertices(goal).contains(&v) {
+            return true;
+        }
+        let places = self.places(v, ground, usize::MAX, usize::MAX, Some(goal));
+        let at = places.iter().position(|place| place.face == goal);
+        at.is_some_and(|at| self.walk(v, &places, at))
     }
 
     /// The faces that a vertex with three edges can get to, each after the one it is reached from. The
@@ -550,6 +598,7 @@ impl<C: FlipCost> Work<'_, '_, C> {
     fn places(
         &mut self,
         v: VertexId,
+        ground: Ground,
         steps: usize,
         most: usize,
         goal: Option<FaceId>,
@@ -576,7 +625,7 @@ impl<C: FlipCost> Work<'_, '_, C> {
             };
             if far < steps {
                 for side in sides {
-                    if !self.site.allows(self.run.mesh, side) {
+                    if !self.site.lets_pass(self.run.mesh, side, ground) {
                         continue;
                     }
                     for next in topology.edge_faces(side).into_iter().flatten() {
@@ -595,13 +644,13 @@ impl<C: FlipCost> Work<'_, '_, C> {
     }
 
     /// Takes a vertex with three edges to the face where it costs least, of those within so many steps.
-    fn settle(&mut self, v: VertexId, steps: usize, most: usize) {
-        let places = self.places(v, steps, most, None);
+    fn settle(&mut self, v: VertexId, steps: usize, most: usize, tries: usize) {
+        let places = self.places(v, Ground::Outside, steps, most, None);
         let mut children: Vec<Vec<usize>> = vec![Vec::new(); places.len()];
         for (i, place) in places.iter().enumerate().skip(1) {
             children[place.from].push(i);
         }
-        let (mut best, mut least) = (0, self.run.running_cost);
+        let mut costs = vec![(self.run.running_cost, 0)];
         // Through all places and back, with the way and the cost of each place on it.
         let mut way = vec![(0, 0, self.run.log.len(), self.run.running_cost)];
         while let Some((place, tried, length, cost)) = way.last_mut() {
@@ -616,22 +665,59 @@ impl<C: FlipCost> Work<'_, '_, C> {
                 continue;
             };
             if self.step(v, places[child].side) {
-                if self.run.running_cost < least {
-                    (best, least) = (child, self.run.running_cost);
-                }
+                costs.push((self.run.running_cost, child));
                 way.push((child, 0, self.run.log.len(), self.run.running_cost));
             }
         }
-        let mut sides = Vec::new();
-        while best != 0 {
-            sides.push(places[best].side);
-            best = places[best].from;
-        }
-        for side in sides.into_iter().rev() {
-            if !self.step(v, side) {
-                break;
+        costs.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        costs.truncate(tries);
+        let (length, cost) = (self.run.log.len(), self.run.running_cost);
+        let mut best = (f64::INFINITY, 0);
+        if costs.len() > 1 {
+            for &(_, place) in &costs {
+                self.walk(v, &places, place);
+                self.descend(self.around(v));
+                if self.run.running_cost < best.0 {
+                    best = (self.run.running_cost, place);
+                }
+                self.back_to(length, cost);
             }
+        } else if let Some(&least) = costs.first() {
+            best = least;
         }
+        self.walk(v, &places, best.1);
+    }
+
+    /// Takes a vertex with three edges to one of its places. Says whether it got there; if not, it is
+    /// where it was.
+    fn walk(&mut self, v: VertexId, places: &[Place], mut to: usize) -> bool {
+        let (length, cost) = (self.run.log.len(), self.run.running_cost);
+        let mut sides = Vec::new();
+        while to != 0 {
+            sides.push(places[to].side);
+            to = places[to].from;
+        }
+        let is_there = sides.into_iter().rev().all(|side| self.step(v, side));
+        if !is_there {
+            self.back_to(length, cost);
+        }
+        is_there
+    }
+
+    /// Takes a vertex with three edges to the face that is closest to it, and to the best one near that
+    /// face.
+    fn go_home(&mut self, v: VertexId) {
+        let home = self.run.mesh.position(v);
+        let places = self.places(v, Ground::Outside, usize::MAX, usize::MAX, None);
+        let distance = |place: &Place| {
+            let [a, b, c] = self.run.mesh.triangle(place.face);
+            ((a + b + c) / 3.0).distance_squared(home)
+        };
+        let away = places.iter().enumerate().skip(1).map(|(i, place)| (i, distance(place)));
+        if let Some((closest, _)) = away.min_by(|p, q| p.1.total_cmp(&q.1)) {
+            self.walk(v, &places, closest);
+        }
+        self.settle(v, STEPS, PLACES, TRIES);
     }
 
     /// The edges whose flips the edges of a vertex may matter for.
@@ -688,7 +774,7 @@ impl<C: FlipCost> Work<'_, '_, C> {
     fn relocate(&mut self, v: VertexId) -> bool {
         let (length, cost) = (self.run.log.len(), self.run.running_cost);
         if self.strip(v) {
-            self.settle(v, STEPS, PLACES);
+            self.settle(v, STEPS, PLACES, 1);
             let around = self.around(v);
             let flipped: Vec<EdgeId> = self.run.log[length..].to_vec();
             self.descend(flipped.into_iter().chain(around).collect());

@@ -11,7 +11,7 @@ use fearless_simd::{Level, dispatch, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
 
-use crate::needles::{Piece, pieces};
+use crate::needles::{Piece, bounds_of, pieces};
 use crate::proved::at_least;
 use crate::wide::{Columns, LANES, Wide, closest_on_triangles, squared_gaps};
 
@@ -137,10 +137,7 @@ fn bounds(low: &[Columns], high: &[Columns]) -> [DVec3; 2] {
 impl Bvh {
     /// A tree over at least one triangle.
     pub(crate) fn new(corners: impl Fn(usize) -> [DVec3; 3] + Sync, count: usize) -> Self {
-        let whole = |t: usize| {
-            let [a, b, c] = corners(t);
-            [a.min(b).min(c), a.max(b).max(c)]
-        };
+        let whole = |t: usize| bounds_of(corners(t).into_iter());
         let mut tree = Self {
             simd: Level::new(),
             leaves: Vec::new(),
@@ -202,6 +199,15 @@ impl Bvh {
 
     pub(crate) fn triangle(&self, slot: u32) -> [DVec3; 3] {
         self.leaves[slot as usize / LANES].triangle(slot as usize % LANES)
+    }
+
+    /// The bounds of a triangle in the tree, or of the piece of it that is in this place.
+    pub(crate) fn bounds(&self, slot: u32) -> [DVec3; 2] {
+        let triangle = self.triangle(slot);
+        match self.pieces.get(slot as usize) {
+            Some(piece) => piece.bounds(&triangle),
+            None => bounds_of(triangle.into_iter()),
+        }
     }
 
     /// The closest point of all triangles, `guess` being any triangle that is hoped to be near.

@@ -85,10 +85,10 @@ impl Piece {
         if from <= apex && apex <= to {
             points[4] = r;
         }
-        let [low, high] = bounds(&points);
+        let [low, high] = bounds_of(points.into_iter());
         let rounding = 8.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
         let found = [low - rounding, high + rounding];
-        if found.iter().all(|p| p.is_finite()) { found } else { bounds(corners) }
+        if found.iter().all(|p| p.is_finite()) { found } else { bounds_of(corners.iter().copied()) }
     }
 }
 
@@ -104,15 +104,15 @@ fn along_longest(&[a, b, c]: &[DVec3; 3]) -> [DVec3; 3] {
     }
 }
 
-fn bounds(points: &[DVec3]) -> [DVec3; 2] {
-    points.iter().fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], &p| {
-        [low.min(p), high.max(p)]
-    })
+/// The smallest and the largest coordinates.
+#[inline(always)]
+pub(crate) fn bounds_of(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
+    points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
 }
 
 /// Half the surface of the bounding box, which is about how large the box looks.
 fn size_of_box(corners: &[DVec3; 3]) -> f64 {
-    let [low, high] = bounds(corners);
+    let [low, high] = bounds_of(corners.iter().copied());
     let extent = high - low;
     extent.dot(DVec3::new(extent.y, extent.z, extent.x))
 }
@@ -181,7 +181,7 @@ mod tests {
             boxes.filter(|[low, high]| point.clamp(*low, *high) == point).count()
         };
         let around_whole = |point: DVec3| {
-            let boxes = (0..faces).map(|t| bounds(&corners(t)));
+            let boxes = (0..faces).map(|t| bounds_of(corners(t).into_iter()));
             boxes.filter(|[low, high]| point.clamp(*low, *high) == point).count()
         };
         for t in [faces / 8, faces / 3, 7 * faces / 10] {

@@ -9,6 +9,7 @@ use fearless_simd::{dispatch, f64x8};
 use glam::DVec3;
 
 use crate::bvh::{Bvh, Nearest, Task, Tasks};
+use crate::needles::bounds_of;
 use crate::wide::{LANES, Wide, closest_on_triangles, squared_gaps};
 
 impl Bvh {
@@ -46,9 +47,9 @@ impl Bvh {
         guess: u32,
         (tasks, nearest): (&mut Tasks, &mut [Nearest]),
     ) -> u32 {
-        let [min, max] = bounds(eight.iter().map(|&index| points[index as usize]));
+        let [min, max] = bounds_of(eight.iter().map(|&index| points[index as usize]));
         let triangle = self.triangle(guess);
-        let [low, high] = bounds(triangle.into_iter());
+        let [low, high] = self.bounds(guess);
         if (max - min).length_squared() > 4.0 * (high - low).length_squared() {
             let mut guess = guess;
             for &index in eight {
@@ -146,21 +147,11 @@ impl<S: Simd> Packet<S> {
     }
 }
 
-/// The smallest and the largest coordinates.
-#[inline(always)]
-fn bounds(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
-    let mut bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    for point in points {
-        bounds = [bounds[0].min(point), bounds[1].max(point)];
-    }
-    bounds
-}
-
 /// The indices of the points that are finite, in an order in which neighbours are close to each
 /// other: along a Morton curve through their bounds, in steps of a thousandth of these.
 fn along_a_curve(points: &[DVec3]) -> Vec<u32> {
     let finite = || points.iter().enumerate().filter(|(_, p)| p.is_finite());
-    let [min, max] = bounds(finite().map(|(_, p)| *p));
+    let [min, max] = bounds_of(finite().map(|(_, p)| *p));
     let scale = STEPS / (max - min).max_element().max(f64::MIN_POSITIVE);
     let key = |(index, point): (usize, &DVec3)| {
         let [x, y, z] = ((*point - min) * scale).to_array().map(|c| spread(c as u32));

@@ -9,7 +9,7 @@ use mesh_core::shapes::{Diagonals, Ellipsoid, Irregular, Saddle, Sphere};
 use mesh_core::{TriMesh, VertexId};
 use mesh_metric::{Surface, sample_surface};
 use simplify::{
-    AnnealOptions, FitConstraints, FitOptions, Options, Phase, Preset, StopReason, anneal,
+    AnnealOptions, FitConstraints, FitNorm, FitOptions, Options, Phase, Preset, StopReason, anneal,
     simplify, simplify_observed,
 };
 
@@ -120,4 +120,106 @@ fn an_ellipsoid_is_laid_out_anew_and_comes_nearer() {
         new.is_some_and(|w| mesh.position(v).distance(result.mesh.position(w)) < 0.5)
     };
     assert!(result.vertex_map.iter().all(near));
+}
+
+/// Laid out anew from 100 faces, traded, and the peaks taken down.
+#[test]
+fn threads_do_not_change_a_bit() {
+    let mesh = sphere();
+    for norm in [FitNorm::L2, FitNorm::Max] {
+        let mut options = Options::preset(Preset::Extreme).to_faces(400);
+        let quick = AnnealOptions { sweeps: 12, rounds: 1, ..AnnealOptions::default() };
+        options.finish.anneal = Some(quick);
+        options.finish = options.finish.minimising(norm);
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let result = pool.install(|| simplify(&mesh, &options).unwrap());
+            let bits: Vec<_> =
+                result.mesh.positions().iter().map(|p| p.to_array().map(f64::to_bits)).collect();
+            (bits, result.mesh.topology().canonical_triangles(), result.anneal, result.vertex_map)
+        };
+        let one = run(1);
+        assert!(one.2.as_ref().unwrap().is_layout_kept);
+        for threads in [2, 3, 8] {
+            assert!(one == run(threads), "{} {threads}", norm.name());
+        }
+    }
+}
+
+/// A saddle whose boundary may be followed: it is laid out anew, and its rim stays on the rim, as closely
+/// as its edges can.
+#[test]
+fn a_rim_is_followed_by_a_new_layout() {
+    let saddle = Saddle { half_width: 1.0, coefficient: 0.5 };
+    let mesh = TriMesh::from_soup(&saddle.mesh(60, Diagonals::Uniform).unwrap()).unwrap();
+    let result = simplify(&mesh, &annealing(40).to_faces(450)).unwrap();
+    let report = result.anneal.unwrap();
+    assert!(report.sweeps >= 50 && report.rms_after <= report.rms_before, "{report:?}");
+    let topology = result.mesh.topology();
+    topology.validate().unwrap();
+    let rim: Vec<VertexId> =
+        topology.vertices().filter(|&v| topology.is_boundary_vertex(v)).collect();
+    for &v in &rim {
+        let p = result.mesh.position(v);
+        assert!((p.x.abs().max(p.y.abs()) - 1.0).abs() < 5e-3, "{p}");
+        assert!((p.z - 0.5 * (p.x * p.x - p.y * p.y)).abs() < 1e-2, "{p}");
+    }
+    let is_corner = |v: &&VertexId| {
+        let p = result.mesh.position(**v);
+        p.x.abs() + p.y.abs() > 2.0 - 1e-9
+    };
+    assert_eq!(rim.iter().filter(is_corner).count(), 4);
+}
+
+/// The equator of a sphere as a feature: its vertices stay by it, and it stays one ring of edges.
+#[test]
+fn features_stay_where_they_are() {
+    let soup = Sphere { radius: 1.0 }.uv_mesh(32, 64).unwrap();
+    let mesh = TriMesh::from_soup(&soup).unwrap();
+    let topology = mesh.topology();
+    let is_on_equator = |mesh: &TriMesh, v: VertexId| mesh.position(v).z.abs() < 0.02;
+    let mut features = topology.edge_map(false);
+    for e in topology.edges() {
+        features[e] = topology.edge_vertices(e).into_iter().all(|v| is_on_equator(&mesh, v));
+    }
+    let marked = features.as_slice().iter().filter(|&&feature| feature).count();
+    assert_eq!(marked, 64);
+    let mut options = annealing(20).to_faces(300);
+    options.finish.anneal.as_mut().unwrap().rounds = 2;
+    options.collapse.constraints.features = Some(features);
+    let result = simplify(&mesh, &options).unwrap();
+    assert!(result.anneal.unwrap().sweeps == 20);
+    let new = result.mesh.topology();
+    let on_equator: Vec<VertexId> =
+        new.vertices().filter(|&v| is_on_equator(&result.mesh, v)).collect();
+    assert!(on_equator.len() >= 8);
+    for &v in &on_equator {
+        let ring = new.one_ring(v).filter(|&w| is_on_equator(&result.mesh, w));
+        assert_eq!(ring.count(), 2, "{v:?}");
+    }
+}
+
+/// Two spheres, one closely inside the other: on their own, coarse layouts of them would cross.
+#[test]
+fn new_layouts_do_not_cross_when_that_is_forbidden() {
+    let one = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(4).unwrap()).unwrap();
+    let count = one.positions().len() as u32;
+    let corners = |f| one.topology().face_vertices(f).map(|v: VertexId| v.get());
+    let outer: Vec<[u32; 3]> = one.topology().faces().map(corners).collect();
+    let inner = outer.iter().map(|corners| corners.map(|v| v + count));
+    let triangles: Vec<[u32; 3]> = outer.iter().copied().chain(inner).collect();
+    let smaller = one.positions().iter().map(|p| 0.9 * *p);
+    let positions: Vec<_> = one.positions().iter().copied().chain(smaller).collect();
+    let mesh = TriMesh::from_triangles(&positions, &triangles).unwrap();
+    let crossings = |mesh: &TriMesh| {
+        let triangle = |f| (mesh.topology().face_vertices(f), mesh.triangle(f));
+        let faces: Vec<_> = mesh.topology().faces().map(triangle).collect();
+        let crosses = |&(i, j): &(usize, usize)| mesh_core::triangles_cross(faces[i], faces[j]);
+        (0..faces.len()).flat_map(|i| (0..i).map(move |j| (i, j))).filter(crosses).count()
+    };
+    let mut options = annealing(12).to_faces(800);
+    options.collapse.forbid_intersections = true;
+    let result = simplify(&mesh, &options).unwrap();
+    assert!(result.anneal.unwrap().sweeps >= 12);
+    assert_eq!(crossings(&result.mesh), 0);
 }

@@ -157,22 +157,27 @@ fn short_name(scramble: Scramble) -> &'static str {
     }
 }
 
-/// The full study: how many runs per case, and a line per points, surface, strategy and cost.
+/// The full study: how many runs per case, and a line per points, surface, strategy and cost. Cells of
+/// cases that were not run are empty.
 fn recorded_lines() -> Result<(usize, Vec<Vec<String>>), Failure> {
+    const NAMES: [&str; 4] = ["points", "surface", "strategy", "cost"];
+    let columns = header(NAMES);
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(STUDY.as_bytes());
     let mut most_runs = 0;
     let mut lines: Vec<Vec<String>> = Vec::new();
     for record in reader.deserialize() {
-        type Record = (String, String, String, String, String, usize, usize, usize);
-        let (points, shape, strategy, cost, _, _, runs, hulls): Record =
+        type Record = (String, String, String, String, String, usize, usize, usize, Option<f64>);
+        let (points, shape, strategy, cost, scramble, flips, runs, hulls, _): Record =
             record.map_err(Failure::recorded)?;
-        let names = vec![points, shape, strategy, cost];
-        if lines.last().is_none_or(|line| line[..4] != names[..]) {
-            lines.push(names);
+        let column = format!("{} {flips}", if scramble == "free" { "free" } else { "emb." });
+        let Some(column) = columns.iter().position(|name| *name == column) else { continue };
+        let names = [points, shape, strategy, cost];
+        let at = lines.iter().position(|line| line[..4] == names).unwrap_or(lines.len());
+        if at == lines.len() {
+            let empty = vec![String::new(); columns.len() - names.len()];
+            lines.push(names.into_iter().chain(empty).collect());
         }
-        if let Some(line) = lines.last_mut() {
-            line.push(format!("{:.0} %", 100.0 * hulls as f64 / runs.max(1) as f64));
-        }
+        lines[at][column] = format!("{:.0} %", 100.0 * hulls as f64 / runs.max(1) as f64);
         most_runs = most_runs.max(runs);
     }
     Ok((most_runs, lines))
