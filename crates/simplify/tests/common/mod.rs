@@ -1,4 +1,5 @@
 //! Real meshes for the tests.
+#![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use std::path::PathBuf;
 

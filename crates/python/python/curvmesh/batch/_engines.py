@@ -91,13 +91,13 @@ def check(engine: str, client: Any, workers: int | None) -> None:
     packages = {"local": "", "dask": "distributed", "ray": "ray"}
     if engine not in packages:
         raise OptionError(f'there is no engine "{engine}"; there are local, dask and ray')
-    package = packages[engine]
-    if package and find_spec(package) is None:
-        raise OptionError(f'the engine "{engine}" needs {package}', cure=f"pip install {package}")
     if engine == "local" and client is not None:
         raise OptionError("the local engine has no client")
     if client is not None and workers is not None:
         raise OptionError("workers are those of the client: give one of the two")
+    package = packages[engine]
+    if package and find_spec(package) is None:
+        raise OptionError(f'the engine "{engine}" needs {package}', cure=f"pip install {package}")
 
 
 def _cpus() -> int:
