@@ -68,9 +68,10 @@ impl Piece {
     pub(crate) fn bounds(self, corners: &[DVec3; 3]) -> [DVec3; 2] {
         let [p, q, r] = along_longest(corners);
         let side = q - p;
-        // Where the third corner is along the longest side; any place will do, one that is not a number
-        // becomes 0.
-        let apex = ((r - p).dot(side) / side.length_squared()).max(0.0).min(1.0);
+        // Where the third corner is along the longest side; any place will do, 0 for one that is not a
+        // number.
+        let along = (r - p).dot(side) / side.length_squared();
+        let apex = if along > 0.0 { along.min(1.0) } else { 0.0 };
         let [from, to] = [self.number, self.number + 1].map(|n| f64::from(n) / f64::from(self.of));
         let across = |t: f64| {
             if t < apex {
