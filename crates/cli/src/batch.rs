@@ -47,8 +47,8 @@ pub(crate) struct Job {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Many files")]
 pub(crate) struct Many {
-    /// Pass over files whose result is there and not older than they are; with --memory, go on where an
-    /// earlier run was interrupted
+    /// Pass over files whose result is there and not older than they are; `simplify --memory` goes on where
+    /// an earlier run was interrupted
     #[arg(long)]
     pub(crate) resume: bool,
     /// Do only the K-th of N parts of the files, as in 2/16, for job arrays

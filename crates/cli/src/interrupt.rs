@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 
+use out_of_core::ScratchFolder;
+
 use crate::text::printable;
 
 /// The exit code of a program that was interrupted: 128 and the number of the signal.
@@ -19,6 +21,9 @@ static WRITING: RwLock<()> = RwLock::new(());
 
 /// The files that have been written.
 static WRITTEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// The folders of what is needed for a while.
+static SCRATCH: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Whether the first Ctrl-C asks for what is best so far.
 static KEEPS_PARTIAL: AtomicBool = AtomicBool::new(false);
@@ -51,9 +56,21 @@ pub(crate) fn watch(keeps_partial: bool) {
         }
         let _nobody_writes = WRITING.write().unwrap_or_else(PoisonError::into_inner);
         let written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+        for folder in SCRATCH.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+            // The run goes on meanwhile, and may add to it.
+            let mut tries = 0..3;
+            while folder.exists() && tries.next().is_some() {
+                ScratchFolder::remove(folder);
+            }
+        }
         eprintln!("{line}interrupted: {}", outcome(&written));
         std::process::exit(i32::from(INTERRUPTED));
     });
+}
+
+/// An interruption removes this folder of what is needed for a while.
+pub(crate) fn removes(scratch: &Path) {
+    SCRATCH.lock().unwrap_or_else(PoisonError::into_inner).push(scratch.to_owned());
 }
 
 /// Whether the run was interrupted and is to end with what is best so far.

@@ -11,7 +11,7 @@ use out_of_core::{Columns, Input, ScratchFolder, Spool, Step};
 use crate::args::is_standard;
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::interrupt::{is_asked_to_end, while_writing};
+use crate::interrupt::{is_asked_to_end, removes, while_writing};
 use crate::large::is_beyond;
 use crate::load::{Loading, parse_bytes};
 use crate::save::{SaveOptions, explain, make_folder_of};
@@ -60,7 +60,9 @@ impl Streaming {
             None => std::env::temp_dir().join(format!("curvmesh-{}.work", std::process::id())),
         };
         let folder = self.work_dir.clone().unwrap_or_else(usual);
-        ScratchFolder::new(&folder).map_err(Failure::regions)
+        let scratch = ScratchFolder::new(&folder).map_err(Failure::regions)?;
+        removes(&folder);
+        Ok(scratch)
     }
 
     /// Reads a file as a stream, and says what was passed over.

@@ -73,3 +73,24 @@ fn an_interrupted_run_leaves_nothing_behind() {
     assert_eq!(files(folder.path()), [input, output.clone()]);
     assert_eq!(std::fs::read_to_string(output).unwrap(), "what was there before");
 }
+
+/// The folder of a mesh that passes by is removed too.
+#[test]
+fn an_interrupted_stream_leaves_nothing_behind() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(1000, 500).unwrap(), &input);
+    let work = folder.path().join("out.ply.work");
+    let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+    run.args(["curvature", "--memory", "31MiB"]).arg(&input).arg("-o").arg(&output);
+    let run = run.stderr(Stdio::piped()).spawn().unwrap();
+    while !(catches_interrupt(run.id()) && work.join("scratch").exists()) {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let ended = run.wait_with_output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert_eq!(files(folder.path()), [input]);
+}

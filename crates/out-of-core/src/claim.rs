@@ -51,14 +51,22 @@ impl ScratchFolder {
     }
 }
 
+impl ScratchFolder {
+    /// Removes what lies in such a folder, and the folder itself if nothing else is in it: for a program
+    /// that ends before its folder is dropped.
+    pub fn remove(folder: &Path) {
+        // What cannot be removed is in nobody's way but that of the disk.
+        let _ = fs::remove_dir_all(folder.join(SCRATCH));
+        // A run that can be resumed keeps its folder.
+        if fs::read_dir(folder).is_ok_and(|left| left.count() == 1) {
+            let _ = fs::remove_file(folder.join(MARK));
+            let _ = fs::remove_dir(folder);
+        }
+    }
+}
+
 impl Drop for ScratchFolder {
     fn drop(&mut self) {
-        // What cannot be removed is in nobody's way but that of the disk.
-        let _ = fs::remove_dir_all(self.folder.join(SCRATCH));
-        // A run that can be resumed keeps its folder.
-        if fs::read_dir(&self.folder).is_ok_and(|left| left.count() == 1) {
-            let _ = fs::remove_file(self.folder.join(MARK));
-            let _ = fs::remove_dir(&self.folder);
-        }
+        Self::remove(&self.folder);
     }
 }
