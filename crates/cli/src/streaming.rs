@@ -9,11 +9,12 @@ use mesh_io::Format;
 use out_of_core::{Columns, Input, ScratchFolder, Spool, Step};
 
 use crate::args::is_standard;
+use crate::batch::Job;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::{is_asked_to_end, removes, while_writing};
 use crate::large::is_beyond;
-use crate::load::{Loading, parse_bytes};
+use crate::load::{Loading, Seconds, parse_bytes};
 use crate::save::{SaveOptions, explain, make_folder_of};
 use crate::task::Task;
 
@@ -65,6 +66,26 @@ impl Streaming {
         Ok(scratch)
     }
 
+    /// Reads the input of a task whose output, if there is one, is written as a stream. The folder is for
+    /// as long as what was read is needed.
+    pub(crate) fn spool_of(
+        &self,
+        task: &Task,
+        job: &Job,
+        seconds: &mut Seconds,
+        console: &Console,
+    ) -> Result<(Spool, ScratchFolder), Failure> {
+        Self::check(&job.loading)?;
+        if let Some(output) = &task.output {
+            check_format(output, &job.save)?;
+        }
+        let scratch = self.scratch(task.output.as_deref())?;
+        let spool = Seconds::time(&mut seconds.load, || {
+            self.spool(&scratch, "mesh", &task.input, &job.loading, console)
+        })?;
+        Ok((spool, scratch))
+    }
+
     /// Reads a file as a stream, and says what was passed over.
     pub(crate) fn spool(
         &self,
@@ -108,7 +129,7 @@ pub(crate) fn with_bar<T>(
 }
 
 /// Refuses an output that cannot be written as a stream.
-pub(crate) fn check_format(output: &Path, options: &SaveOptions) -> Result<Format, Failure> {
+fn check_format(output: &Path, options: &SaveOptions) -> Result<Format, Failure> {
     match options.format_of(output) {
         Some(format @ (Format::Ply | Format::Stl | Format::Obj)) => Ok(format),
         _ => Err(Failure::usage(

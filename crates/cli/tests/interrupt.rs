@@ -16,12 +16,16 @@ fn catches_interrupt(process: u32) -> bool {
     u64::from_str_radix(mask.trim(), 16).unwrap() & (1 << (2 - 1)) != 0
 }
 
-/// Starts a run and interrupts it as soon as it can be.
-fn interrupted(arguments: &[&str], files: [&Path; 2]) -> (Option<i32>, Output) {
+/// Starts a run and interrupts it as soon as it can be, and is ready.
+fn interrupted(
+    arguments: &[&str],
+    files: [&Path; 2],
+    is_ready: impl Fn() -> bool,
+) -> (Option<i32>, Output) {
     let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
     run.args(arguments).arg(files[0]).arg("-o").arg(files[1]);
     let run = run.stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
-    while !catches_interrupt(run.id()) {
+    while !(catches_interrupt(run.id()) && is_ready()) {
         std::thread::sleep(Duration::from_millis(5));
     }
     let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
@@ -40,7 +44,7 @@ fn an_interrupted_run_keeps_the_best_so_far_when_asked() {
         &["flip", "--cost", "f1", "--anneal-steps", "10000"],
     ] {
         let arguments = [arguments, &["--keep-partial", "--json"]].concat();
-        let (code, ended) = interrupted(&arguments, [&input, &output]);
+        let (code, ended) = interrupted(&arguments, [&input, &output], || true);
         let said = String::from_utf8(ended.stderr).unwrap();
         assert_eq!(code, Some(130), "{said}");
         assert!(said.contains("writing the best so far"), "{said}");
@@ -58,17 +62,10 @@ fn an_interrupted_run_leaves_nothing_behind() {
     let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
     write(Torus { major: 5.0, minor: 2.0 }.mesh(1000, 500).unwrap(), &input);
     std::fs::write(&output, "what was there before").unwrap();
-    let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
-    run.args(["simplify", "--preset", "paper-l1", "--faces", "100"]);
-    let run = run.arg(&input).arg("-o").arg(&output).stderr(Stdio::piped()).spawn().unwrap();
-    while !catches_interrupt(run.id()) {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
-    assert!(kill.success());
-    let ended = run.wait_with_output().unwrap();
+    let arguments = ["simplify", "--preset", "paper-l1", "--faces", "100"];
+    let (code, ended) = interrupted(&arguments, [&input, &output], || true);
     let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert_eq!(code, Some(130), "{said}");
     assert!(said.contains("interrupted: nothing was written"), "{said}");
     assert_eq!(files(folder.path()), [input, output.clone()]);
     assert_eq!(std::fs::read_to_string(output).unwrap(), "what was there before");
@@ -81,16 +78,10 @@ fn an_interrupted_stream_leaves_nothing_behind() {
     let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
     write(Torus { major: 5.0, minor: 2.0 }.mesh(1000, 500).unwrap(), &input);
     let work = folder.path().join("out.ply.work");
-    let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
-    run.args(["curvature", "--memory", "31MiB"]).arg(&input).arg("-o").arg(&output);
-    let run = run.stderr(Stdio::piped()).spawn().unwrap();
-    while !(catches_interrupt(run.id()) && work.join("scratch").exists()) {
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
-    assert!(kill.success());
-    let ended = run.wait_with_output().unwrap();
+    let is_ready = || work.join("scratch").exists();
+    let (code, ended) =
+        interrupted(&["curvature", "--memory", "31MiB"], [&input, &output], is_ready);
     let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert_eq!(code, Some(130), "{said}");
     assert_eq!(files(folder.path()), [input]);
 }

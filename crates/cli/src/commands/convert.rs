@@ -70,15 +70,8 @@ fn one(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failur
 /// A mesh that is larger than memory, straight through.
 fn passing(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failure> {
     let Convert { job, streaming } = options;
-    Streaming::check(&job.loading)?;
-    if let Some(output) = &task.output {
-        streaming::check_format(output, &job.save)?;
-    }
     let mut seconds = Seconds::default();
-    let scratch = streaming.scratch(task.output.as_deref())?;
-    let spool = Seconds::time(&mut seconds.load, || {
-        streaming.spool(&scratch, "mesh", &task.input, &job.loading, console)
-    })?;
+    let (spool, _scratch) = streaming.spool_of(task, job, &mut seconds, console)?;
     Seconds::time(&mut seconds.save, || streaming::save(&spool, task, &job.save, None, console))?;
     let summary = spool.summary();
     let counts = [summary.vertices as usize, summary.faces as usize];

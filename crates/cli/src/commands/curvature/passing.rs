@@ -12,7 +12,7 @@ use crate::commands::curvature::vertex::{Results, done};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Seconds;
-use crate::streaming::{self, Streaming, with_bar};
+use crate::streaming::{self, with_bar};
 use crate::task::{Done, Task};
 
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
@@ -29,15 +29,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     if options.look.is_wanted() {
         return refuse("--view");
     }
-    Streaming::check(&job.loading)?;
-    if let Some(output) = &task.output {
-        streaming::check_format(output, &job.save)?;
-    }
     let mut seconds = Seconds::default();
-    let scratch = streaming.scratch(task.output.as_deref())?;
-    let spool = Seconds::time(&mut seconds.load, || {
-        streaming.spool(&scratch, "mesh", &task.input, &job.loading, console)
-    })?;
+    let (spool, _scratch) = streaming.spool_of(task, job, &mut seconds, console)?;
     let shown = Quantity::ALL.iter().position(|q| q == quantity).unwrap_or_default();
     let (mut totals, mut willmore) = (Totals::default(), 0.0);
     let mut of_mesh = |mesh: &TriMesh, own: &[VertexId]| {
