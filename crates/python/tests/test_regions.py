@@ -32,6 +32,15 @@ def giant(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(params=["local", "dask", "ray"])
+def engine(request: pytest.FixtureRequest) -> str:
+    """Each engine that is installed."""
+    name = str(request.param)
+    if name != "local":
+        pytest.importorskip({"dask": "distributed", "ray": "ray"}[name])
+    return name
+
+
 @pytest.fixture
 def binary(program: Run) -> str:
     # Which skips where there is none.
@@ -56,12 +65,9 @@ def digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-@pytest.mark.parametrize("engine", ["local", "dask", "ray"])
 def test_every_engine_makes_the_same_file(
     engine: str, giant: Path, binary: str, expected: str, tmp_path: Path
 ) -> None:
-    if engine != "local":
-        pytest.importorskip({"dask": "distributed", "ray": "ray"}[engine])
     output, steps = tmp_path / "small.ply", list[str]()
     made = regions.simplify(
         giant,
@@ -80,11 +86,8 @@ def test_every_engine_makes_the_same_file(
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes are not killed by signals")
-@pytest.mark.parametrize("engine", ["local", "dask", "ray"])
 def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, tmp_path: Path) -> None:
     """The program and its worker are killed in the middle of a step."""
-    if engine != "local":
-        pytest.importorskip({"dask": "distributed", "ray": "ray"}[engine])
     killed: list[int] = []
 
     def kill() -> None:
@@ -98,15 +101,12 @@ def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, t
                 killed.append(int(entry.parent.name))
                 return
 
-    def told(step: str) -> None:
-        if step.startswith("reduce") and not killed:
-            threading.Timer(0.02, kill).start()
-
     output, steps = tmp_path / "small.ply", list[str]()
 
-    def each(step: str) -> None:
+    def told(step: str) -> None:
         steps.append(step)
-        told(step)
+        if step.startswith("reduce") and not killed:
+            threading.Timer(0.02, kill).start()
 
     regions.simplify(
         giant,
@@ -115,7 +115,7 @@ def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, t
         engine=engine,
         workers=2,
         program=binary,
-        callback=each,
+        callback=told,
         **SETTINGS,
     )
     # Nothing is lost, and but for the plans nothing is told twice.
@@ -124,12 +124,9 @@ def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, t
     assert len(set(once)) == len(once)
 
 
-@pytest.mark.parametrize("engine", ["local", "dask", "ray"])
 def test_a_result_that_does_not_fit_is_finished_in_parts(
     engine: str, giant: Path, binary: str, tmp_path: Path
 ) -> None:
-    if engine != "local":
-        pytest.importorskip({"dask": "distributed", "ray": "ray"}[engine])
     output, steps = tmp_path / "large.ply", list[str]()
     made = regions.simplify(
         giant,
