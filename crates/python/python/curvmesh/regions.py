@@ -11,7 +11,7 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
@@ -303,14 +303,15 @@ def lod(
     run = _Run(os.path.abspath(work_dir), program, cores, callback)
     with opened(engine, client, workers, cores, retries) as do:
         told, cells = run(do, split, ["--tiles" if tiles else "-o", os.path.abspath(output)])
-    if "levels" in told:
-        made = [Level(x["output"], x["faces"], x.get("tiles"), x.get("error")) for x in told["levels"]]
-    else:
-        made = []
+    if "levels" not in told:
+        # Tiles of a single one.
+        folder, count = told["tiles"]
+        return Levels([Level(folder, told["faces"], count, told.get("error"))], cells)
+    made = [Level(row["output"], row["faces"], row.get("tiles"), row.get("error")) for row in told["levels"]]
     return Levels(made, cells)
 
 
-def _given(options: dict[str, object], flags: dict[str, bool]) -> list[str]:
+def _given(options: Mapping[str, object], flags: Mapping[str, bool]) -> list[str]:
     """What follows on the command line."""
     pairs = [(name, str(value)) for name, value in options.items() if value is not None]
     return [part for pair in pairs for part in pair] + [name for name, is_set in flags.items() if is_set]
@@ -337,10 +338,14 @@ class _Run:
         plan = self._one(do, "split", "split", *split, "-w", self.folder)
         cells = [plan["cells"]]
         self._finish(do, plan)
-        while plan["next"] == "pass":
+        while plan["next"] != "finish":
             level = plan["level"]
-            self._each(do, "reduce", level, plan["cells"])
-            self._each(do, "join", level + 1, plan["joined"])
+            if plan["next"] == "pass":
+                self._each(do, "reduce", level, plan["cells"])
+                self._each(do, "join", level + 1, plan["joined"])
+            else:
+                # One step collapses all rims, and makes all cells.
+                self._each(do, "join", level + 1, 1)
             plan = self._one(do, "plan", "plan", self.folder)
             if plan["level"] == level:
                 raise RegionError(f"level {level + 1} was joined, and is not there", step="plan")
