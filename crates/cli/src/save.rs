@@ -204,21 +204,20 @@ fn to_stdout(bytes: &[u8]) -> Result<(), Failure> {
     stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(Failure::Stdout)
 }
 
-/// The files of levels of detail in a folder, from the finest: named after the input, and of its format if no
-/// other is named.
+/// The files of levels of detail in a folder, from the finest: named after the input, and of the usual format if
+/// no other is asked for.
 pub(crate) fn paths_of_levels(
     input: &Path,
     folder: &Path,
     count: usize,
     options: &SaveOptions,
+    usual: &str,
 ) -> Vec<PathBuf> {
     let stem = match input.file_stem() {
         Some(stem) if !is_standard(input) => stem.to_string_lossy(),
         _ => "level".into(),
     };
-    let own = input.extension().map(|e| e.to_string_lossy().into_owned());
-    let named = options.to.map(|name| Format::from(name).extension().to_owned());
-    let extension = named.or(own).unwrap_or_default();
+    let extension = options.to.map_or(usual, |name| Format::from(name).extension());
     (1..=count).map(|level| folder.join(format!("{stem}-{level}.{extension}"))).collect()
 }
 

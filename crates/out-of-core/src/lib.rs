@@ -21,6 +21,7 @@ mod split;
 mod spool;
 mod stages;
 mod star;
+mod strips;
 mod survey;
 mod tiles;
 mod vertex_numbers;

@@ -33,6 +33,11 @@ pub enum Next {
         /// How many binary digits the numbers of cells lose.
         bits: u32,
     },
+    /// The rims of the cells, which have stayed as they were so far, are collapsed up to a cost; the cells stay.
+    Strips {
+        /// The cost.
+        ceiling: Ceiling,
+    },
     /// Everything fits into memory: the rest is done in one piece.
     InOnePiece,
     /// There are few enough faces, and still too many for one piece: the cells are the last result.
@@ -47,6 +52,8 @@ pub(crate) struct Situation<'s> {
     pub(crate) forecasts: &'s [Forecast],
     /// What was done with the level below.
     pub(crate) before: Option<Plan>,
+    /// Whether rims were collapsed since the last result.
+    pub(crate) has_strips: bool,
     /// The numbers of faces of the results that no level below is, from the largest down; one at least.
     pub(crate) targets: &'s [u64],
     pub(crate) sizes: Sizes,
@@ -72,7 +79,10 @@ impl Situation<'_> {
         let next = match targets.get(results) {
             None => Next::Cells,
             Some(&target) if self.is_of_rest(target) => self.pass_to_rest(is_stuck),
-            Some(&target) => self.pass_from_above(target, is_stuck),
+            Some(&target) => {
+                let has_strips = self.has_strips && results == 0;
+                self.towards(target, has_strips || target <= sizes.rest_faces, is_stuck)
+            }
         };
         plan(results, next)
     }
@@ -89,6 +99,7 @@ impl Situation<'_> {
             Next::Pass { aim, .. } if !self.is_of_rest(self.targets[0]) => {
                 2 * faces > before.faces + aim
             }
+            Next::Strips { .. } => false,
             _ => 20 * faces > 19 * before.faces,
         })
     }
@@ -111,10 +122,19 @@ impl Situation<'_> {
         Next::Pass { ceiling: Ceiling::leaving(self.share(aim), &self.told()), aim, bits }
     }
 
-    /// From above, ever closer: what regions do not tell exactly is a share of what goes.
-    fn pass_from_above(&self, target: u64, is_stuck: bool) -> Next {
+    /// From above, ever closer: what regions do not tell exactly is a share of what goes. Before the last steps,
+    /// when no more cells are to be joined, the rims are collapsed, as far as everything else will be.
+    fn towards(&self, target: u64, has_strips: bool, is_stuck: bool) -> Next {
         let over = self.faces - target;
-        let aim = if 12 * over <= target { target } else { target + over / 8 };
+        let near = target + target / 16;
+        let wants_strips = !has_strips && self.before.is_some() && !is_stuck;
+        if wants_strips && self.bits(near) == 0 {
+            return Next::Strips { ceiling: Ceiling::closest(self.share(target), &self.told()) };
+        }
+        let mut aim = if 24 * over <= target { target } else { target + over / 8 };
+        if !has_strips && over > target / 8 {
+            aim = aim.max(near);
+        }
         let aim = aim.max(self.faces / PASS);
         let must = is_stuck && (self.can_be_joined() || target <= self.sizes.rest_faces);
         let bits = self.bits(aim).max(u32::from(must));
@@ -135,23 +155,44 @@ impl Situation<'_> {
     }
 }
 
+/// Whether rims were collapsed since the last result, by the plans of the levels below, from the highest down.
+pub(crate) fn has_strips<'p>(mut below: impl Iterator<Item = &'p Plan>) -> bool {
+    let last = below.find(|plan| plan.results > 0 || matches!(plan.next, Next::Strips { .. }));
+    last.is_some_and(|plan| matches!(plan.next, Next::Strips { .. }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// Levels one after the other, where every pass leaves what it was to leave and a `rim` of faces.
-    fn course(mut faces: u64, rim: u64, targets: &[u64], sizes: Sizes) -> Vec<Plan> {
+    fn course(mut faces: u64, mut rim: u64, targets: &[u64], sizes: Sizes) -> Vec<Plan> {
         let (mut plans, mut met) = (Vec::<Plan>::new(), 0);
         let mut cells = 1 << sizes.depth(faces);
         while plans.len() < 60 {
             let level = plans.len() as u32;
-            let (before, targets) = (plans.last().copied(), &targets[met..]);
-            let situation =
-                Situation { level, cells, faces, forecasts: &[], before, targets, sizes };
+            let situation = Situation {
+                level,
+                cells,
+                faces,
+                forecasts: &[],
+                before: plans.last().copied(),
+                has_strips: has_strips(plans.iter().rev()),
+                targets: &targets[met..],
+                sizes,
+            };
             let plan = situation.plan();
             met += plan.results as usize;
             plans.push(plan);
-            let Next::Pass { aim, bits, .. } = plan.next else { return plans };
+            let (aim, bits) = match plan.next {
+                Next::Pass { aim, bits, .. } => (aim, bits),
+                Next::Strips { .. } => {
+                    faces -= (rim * u64::from(cells - 1)).min(faces / 9);
+                    rim /= 4;
+                    continue;
+                }
+                _ => return plans,
+            };
             cells = cells.div_ceil(1 << bits);
             faces = faces.min(aim + rim * u64::from(cells - 1));
         }

@@ -104,9 +104,17 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
             let made = finish_cells(work, &plan, see)?;
             finer.extend((0..plan.results).map(|_| made));
         }
-        let Next::Pass { bits, .. } = plan.next else { break plan };
-        if level >= joined {
-            pass(work, &plan, bits, see)?;
+        match plan.next {
+            Next::InOnePiece | Next::Cells => break plan,
+            _ if level < joined => {}
+            Next::Pass { bits, .. } => pass(work, &plan, bits, see)?,
+            Next::Strips { .. } => {
+                let of = u64::from(plan.cells);
+                if !see(Step { what: "collapsing rims", done: 0, of, level }) {
+                    return Err(Error::Stopped);
+                }
+                (0..plan.cells).try_for_each(|cell| work.join(level + 1, cell).map(drop))?;
+            }
         }
         work.tidy(level);
         level += 1;

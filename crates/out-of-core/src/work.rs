@@ -21,7 +21,7 @@ use mesh_core::TriMesh;
 use mesh_io::ReadOptions;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use simplify::regions::{Forecast, Rules};
+use simplify::regions::{Ceiling, Forecast, Rules};
 use simplify::{Limits, Options, rules};
 
 use crate::cells::Cells;
@@ -29,11 +29,12 @@ use crate::claim::{MARK, SCRATCH, claim};
 use crate::error::Error;
 use crate::incoming::{Incoming, Input, Summary};
 use crate::join::join;
-use crate::plan::{Next, Plan, Situation};
+use crate::plan::{Next, Plan, Situation, has_strips};
 use crate::reduce::{proved_distance, reduce};
 use crate::region::Region;
 use crate::sizes::Sizes;
 use crate::split::{Repairs, forecast, split};
+use crate::strips::Strips;
 
 /// What a run is to do.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -302,12 +303,6 @@ impl Work {
         is_whole || self.targets().first().is_none_or(|&finest| finest <= rest)
     }
 
-    /// How many of the results are levels below this one.
-    pub(crate) fn results_below(&self, level: u32) -> Result<usize, Error> {
-        let results = (0..level).map(|below| Ok(self.read_plan(below)?.results as usize));
-        results.sum()
-    }
-
     /// How closely distances are proved, in model units, if they are.
     pub(crate) fn tolerance(&self) -> Option<f64> {
         self.manifest.settings.prove.map(|share| share * self.manifest.summary.size())
@@ -380,6 +375,7 @@ impl Work {
         let below: Plan = self.read_plan(level - 1)?;
         match below.next {
             Next::Pass { bits, .. } => Ok(below.cells.div_ceil(1 << bits)),
+            Next::Strips { .. } => Ok(below.cells),
             _ => Err(Error::damaged(&self.plan_path(level), "there is no such level")),
         }
     }
@@ -411,11 +407,19 @@ impl Work {
             faces += record.faces;
             forecasts.push(record.forecast.unwrap_or_default());
         }
-        let before = level.checked_sub(1).map(|below| self.read_plan(below)).transpose()?;
-        let targets = &self.targets()[self.results_below(level)?..];
-        let sizes = self.manifest.settings.sizes;
-        let forecasts = &forecasts;
-        let plan = Situation { level, cells, faces, forecasts, before, targets, sizes }.plan();
+        let below: Vec<Plan> = (0..level).map(|l| self.read_plan(l)).collect::<Result<_, _>>()?;
+        let met: usize = below.iter().map(|plan| plan.results as usize).sum();
+        let situation = Situation {
+            level,
+            cells,
+            faces,
+            forecasts: &forecasts,
+            before: below.last().copied(),
+            has_strips: has_strips(below.iter().rev()),
+            targets: &self.targets()[met..],
+            sizes: self.manifest.settings.sizes,
+        };
+        let plan = situation.plan();
         put_json(&self.plan_path(level), &plan)?;
         Ok(plan)
     }
@@ -457,6 +461,12 @@ impl Work {
             return Ok(done);
         }
         let below = level.checked_sub(1).map(|below| self.read_plan(below)).transpose()?;
+        if let Some(Plan { cells, next: Next::Strips { ceiling }, .. }) = below {
+            self.collapse_rims(level - 1, cells, ceiling)?;
+            let path = self.path(level, cell, State::Region);
+            let no_cell = || Error::damaged(&path, "there is no such cell");
+            return self.record(level, cell, State::Region).ok_or_else(no_cell);
+        }
         let Some(Plan { cells, next: Next::Pass { bits, .. }, .. }) = below else {
             return Err(Error::damaged(&self.plan_path(level), "nothing is joined on this level"));
         };
@@ -467,6 +477,38 @@ impl Work {
         let folder = self.level_folder(level);
         fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         self.put(&joined, State::Region, None)
+    }
+
+    /// Collapses the rims of the cells of a level, and writes those of the next one.
+    fn collapse_rims(&self, level: u32, cells: u32, ceiling: Ceiling) -> Result<(), Error> {
+        let read = |cell| {
+            if level > 0 {
+                self.join(level, cell)?;
+            }
+            self.get(level, cell, State::Region)
+        };
+        // Besides the strips there is the cell that they are taken from.
+        let most = self.manifest.settings.sizes.region_faces / 4 * 3;
+        let (strips, region) = Strips::gather(level, cells, most, &self.folder, read)?.unzip();
+        let region = region.unwrap_or(Region { level, ..Region::default() });
+        let before = self.tolerance().map(|tolerance| (region.clone(), tolerance));
+        let reduced = reduce(region, &self.rules()?, ceiling);
+        let moved = match before {
+            Some((before, tolerance)) => Some(proved_distance(&before, &reduced, tolerance)?),
+            None => None,
+        };
+        self.put(&reduced, State::Reduced, moved)?;
+        let folder = self.level_folder(level + 1);
+        fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        for cell in 0..cells {
+            let old = read(cell)?;
+            let next = match &strips {
+                Some(strips) => strips.put_back(&reduced, &old),
+                None => Region { level: level + 1, ..old },
+            };
+            self.put(&next, State::Region, None)?;
+        }
+        Ok(())
     }
 
     /// Everything that is left on a level, as one region.
@@ -550,7 +592,10 @@ impl Work {
         let mut sum = 0.0;
         for level in 0..levels {
             let mut largest = 0.0_f64;
-            for cell in 0..self.cells(level)? {
+            let plan = self.read_plan(level)?;
+            // All strips are one region.
+            let is_strips = matches!(plan.next, Next::Strips { .. });
+            for cell in 0..if is_strips { 1 } else { plan.cells } {
                 let path = record_path(&self.path(level, cell, State::Reduced));
                 let record: Record = get_json(&path)?;
                 largest = largest.max(record.moved.unwrap_or(f64::INFINITY));

@@ -8,7 +8,7 @@ use crate::common::{bits, open_torus, settings, split, torus, write};
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
 use out_of_core::{
-    Error, Left, Outcome, Settings, Step, Work, assemble, finish_cell, run, write_tiles,
+    Error, Left, Next, Outcome, Settings, Step, Work, assemble, finish_cell, run, write_tiles,
 };
 use simplify::{FinishOptions, Limits, Options, Preset};
 
@@ -52,7 +52,7 @@ fn mean(a: &TriMesh, b: &TriMesh) -> f64 {
 /// With results on both sides of what fits.
 fn given(preset: Preset) -> Settings {
     let finer = vec![faces(4000), ratio(0.6), faces(20_000)];
-    Settings { finer, ..settings(preset, 1000, 8000, 9000) }
+    Settings { finer, ..settings(preset, 1000, 10_000, 9000) }
 }
 
 #[test]
@@ -85,9 +85,8 @@ fn every_level_has_the_number_of_faces_asked_for_and_is_whole() {
                 let options = Options::preset(preset).to_faces(count as usize);
                 let whole = simplify::simplify(&mesh, &options).unwrap().mesh;
                 let [here, there] = [level, &whole].map(|result| mean(&mesh, result));
-                // Rims of a level that does not fit stay as fine as they were, at the cost of the others.
                 assert!(
-                    here < 1.3 * there && here > last,
+                    here < 1.15 * there && here > last,
                     "{name} {preset} {count}: {here} {there}"
                 );
                 last = here;
@@ -123,19 +122,24 @@ fn levels_have_the_same_bits_however_they_come_about() {
         pool.install(|| {
             let work = split(&place("steps"), &input, &given).unwrap();
             let mut level = 0;
-            let mut finished = Vec::new();
+            let (mut finished, mut strips) = (Vec::new(), 0);
             loop {
                 let plan = work.plan(level).unwrap();
                 if plan.results > 0 {
                     finished.push((level, plan.cells));
                 }
-                let out_of_core::Next::Pass { .. } = plan.next else { break };
-                (0..plan.cells).rev().for_each(|cell| drop(work.reduce(level, cell).unwrap()));
+                match plan.next {
+                    Next::InOnePiece | Next::Cells => break,
+                    Next::Strips { .. } => strips += 1,
+                    Next::Pass { .. } => {
+                        (0..plan.cells).rev().for_each(|cell| drop(work.reduce(level, cell)));
+                    }
+                }
                 let joined = work.cells(level + 1).unwrap();
                 (0..joined).rev().for_each(|cell| drop(work.join(level + 1, cell).unwrap()));
                 level += 1;
             }
-            assert_eq!(finished.len(), 2);
+            assert_eq!((finished.len(), strips), (2, 2));
             for (level, cells) in finished.into_iter().rev() {
                 let finish = |cell| drop(finish_cell(&work, level, cell, &mut |_| true).unwrap());
                 (0..cells).rev().for_each(finish);

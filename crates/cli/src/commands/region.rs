@@ -7,6 +7,7 @@ use out_of_core::{Next, Plan, Work, finish_cell, run as run_rest, write_tiles};
 use serde::Serialize;
 use simplify::{FinishOptions, Options};
 
+use crate::args::is_standard;
 use crate::batch::{Shard, parse_shard};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -113,7 +114,7 @@ struct Finish {
     #[arg(value_name = "DIR")]
     work_dir: PathBuf,
     /// The file to write, or the folder for several levels of detail
-    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["tiles", "shard", "cell"])]
+    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["tiles", "shard", "cell", "level"])]
     output: Option<PathBuf>,
     /// The folder for one PLY file for each cell, and tiles.json, which lists them; vertices on common rims
     /// have the same coordinates. Levels of detail get a folder each within it
@@ -143,7 +144,7 @@ struct Report {
     cells: u32,
     /// The faces of what was done, or of the level.
     faces: u64,
-    /// What comes next, from a plan: `pass`, `finish`.
+    /// What comes next, from a plan: `pass`, `strips`, `finish`.
     #[serde(skip_serializing_if = "Option::is_none")]
     next: Option<&'static str>,
     /// How many cells the next level has, where there is one.
@@ -212,6 +213,7 @@ fn split_file(options: &Split, session: &Session) -> Result<Outcome, Failure> {
 fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Failure> {
     let (next, joined) = match plan.next {
         Next::Pass { bits, .. } => ("pass", Some(plan.cells.div_ceil(1 << bits))),
+        Next::Strips { .. } => ("strips", Some(plan.cells)),
         Next::InOnePiece | Next::Cells => ("finish", None),
     };
     let apart = (plan.results > 0).then_some(plan.cells);
@@ -225,6 +227,13 @@ fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Fa
         ..report(work, "plan", console)
     };
     let text = match joined {
+        Some(_) if next == "strips" => format!(
+            "level {}: {} faces in {} cells; collapse their rims: join one cell of level {}, which makes all",
+            plan.level,
+            plan.faces,
+            plan.cells,
+            plan.level + 1
+        ),
         Some(joined) => format!(
             "level {}: {} faces in {} cells; reduce them, then join them to the {joined} of level {}",
             plan.level,
@@ -284,10 +293,10 @@ fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outc
     let cells = match plan.next {
         _ if plan.results > 0 => plan.cells,
         Next::InOnePiece | Next::Cells => 0,
-        Next::Pass { .. } if options.level.is_some() => {
+        Next::Pass { .. } | Next::Strips { .. } if options.level.is_some() => {
             return Err(Failure::usage(format!("level {} is no result", plan.level)));
         }
-        Next::Pass { .. } => {
+        Next::Pass { .. } | Next::Strips { .. } => {
             let message = format!("level {} is to be reduced and joined first", plan.level);
             return Err(Failure::usage(message));
         }
@@ -315,17 +324,22 @@ fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outc
 fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     let console = &session.console;
     let work = open(&options.work_dir)?;
-    let count = work.targets().len();
-    let source = Path::new(&work.manifest().source.name);
-    let mut paths: Vec<PathBuf> = options.output.iter().cloned().collect();
-    if let (Some(folder), 2..) = (&options.output, count) {
-        paths = paths_of_levels(source, folder, count, &options.save);
-    }
+    let (count, source) = (work.targets().len(), &work.manifest().source);
+    let name = Path::new(source.bytes.map_or("-", |_| &source.name));
+    let paths_in = |folder| paths_of_levels(name, folder, count, &options.save, "ply");
+    let is_folder = |output: &Path| {
+        output.extension().is_none() && !is_standard(output) && options.save.to.is_none()
+    };
+    let has_levels = count > 1 || options.output.as_deref().is_some_and(is_folder);
+    let paths = match &options.output {
+        Some(folder) if has_levels => paths_in(folder),
+        output => output.iter().cloned().collect(),
+    };
     paths.iter().try_for_each(|path| check_target(path, &options.save, &session.given))?;
     if paths.is_empty() {
         session.given.refuse(&SAVE_OPTIONS, "without -o no such file is written")?;
     }
-    if options.cell.is_some() || options.shard.is_some() {
+    if options.cell.is_some() || options.shard.is_some() || options.level.is_some() {
         return finish_apart(options, &work, console);
     }
     if !work.fits() && !paths.iter().all(|path| large::takes_regions(path, &options.save)) {
@@ -346,11 +360,10 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
         error: outcome.error,
         ..report(&work, "finish", console)
     };
-    if count > 1 {
+    if has_levels {
         if let Some(folder) = &options.tiles {
-            let folders = paths_of_levels(source, folder, count, &options.save);
             let folders: Vec<PathBuf> =
-                folders.iter().map(|folder| folder.with_extension("")).collect();
+                paths_in(folder).iter().map(|folder| folder.with_extension("")).collect();
             report.levels = large::save_tiles(&outcome, &work, &folders)?;
         }
         if options.output.is_some() {

@@ -25,7 +25,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let Lod { source, output, steps, policy, large, save, .. } = options;
     let console = &session.console;
     let tiles = options.tiles;
-    let mut paths = paths_of_levels(&source.input, output, steps.count(), save);
+    let mut paths = paths_of_levels(&source.input, output, steps.count(), save, "ply");
     if tiles {
         paths = paths.iter().map(|path| path.with_extension("")).collect();
     }

@@ -222,7 +222,9 @@ impl Place {
             }
             return Ok(Self::Apart(vec![output.clone()]));
         }
-        let paths = paths_of_levels(&options.source.input, output, count, &options.save);
+        let input = &options.source.input;
+        let own = input.extension().unwrap_or_default().to_string_lossy();
+        let paths = paths_of_levels(input, output, count, &options.save, &own);
         paths.iter().try_for_each(|path| check_target(path, &options.save, given))?;
         Ok(Self::Apart(paths))
     }
