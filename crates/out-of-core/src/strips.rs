@@ -10,7 +10,6 @@ use glam::DVec3;
 use simplify::Quadric;
 
 use crate::error::Error;
-use crate::finish::NONE;
 use crate::region::Region;
 use crate::split::Finder;
 use crate::star::stuck_vertices;
@@ -18,6 +17,9 @@ use crate::star::stuck_vertices;
 /// So many rings of vertices on either side of a rim: that, what is next to it and is held with it, and what is
 /// there to be collapsed with.
 const RINGS: usize = 4;
+
+/// No cell.
+const NONE: u32 = u32::MAX;
 
 /// To which cells the vertices of all strips of a level belong.
 pub(crate) struct Strips {
