@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ::simplify::{CollapseLog, FinishOptions, Progress, RecordError, simplify_observed};
+use ::simplify::{CollapseLog, Progress, RecordError, simplify_observed};
 use mesh_work::{Attributes, LevelOfDetail, LevelSteps};
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -60,10 +60,7 @@ pub(crate) fn lod<'py>(
         let log = match known {
             Some(log) => log,
             None => {
-                let mut options = choices.options(source.mesh, steps.limits());
-                options.collapse.record = true;
-                // Levels are stages of the run, which fitting would move away from.
-                options.finish = FinishOptions::default();
+                let mut options = choices.options(source.mesh, steps.limits()).for_levels();
                 attributes.constrain(source.mesh, &mut options);
                 if let Some(error) = steps.max_error() {
                     options = options.within(error, choices.check());

@@ -14,14 +14,18 @@ use crate::collapse::stop::{Limits, StopReason};
 use crate::error::SimplifyError;
 use crate::named::{Regional, collapse, collapse_rest, regional, regional_at};
 use crate::options::Options;
-use crate::regions::run::{self as regions, End, collapse_in_regions, collapse_sheet};
+use crate::regions::run::{self as regions, collapse_in_regions, collapse_sheet};
 use crate::regions::{Fragment, Rules, Sheet};
 
-/// The metrics that regions do not know take over at so many times the faces that are wanted.
-const REST: usize = 24;
+/// A metric that regions do not know has at most so many of the faces to begin with, or all of them: below
+/// that, the time that is saved is worth a second start.
+const MOST_OF_ALL: f64 = 0.6;
 
-/// With fewer faces there is little time to be saved, and the largest error is a matter of single edges.
-const LARGE: usize = 100_000;
+/// At how many faces a metric takes over that regions do not know, if it is not to do it all.
+fn rest(options: &Options, faces: usize, target: usize) -> Option<usize> {
+    let rest = options.collapse.takeover? * target as f64;
+    (target > 0 && rest <= MOST_OF_ALL * faces as f64).then_some(rest as usize)
+}
 
 /// Collapses the edges of a mesh as the options say.
 pub(crate) fn collapse_to_level(
@@ -33,17 +37,17 @@ pub(crate) fn collapse_to_level(
     let faces = mesh.topology().face_count();
     let target = limits.face_target(faces);
     let start = Instant::now();
-    match regional(mesh, options) {
-        Some(Regional { rules, is_start: false }) => {
+    let found = regional(mesh, options);
+    let rest = rest(options, faces, target);
+    match found.map(|Regional { rules, is_start }| (rules, is_start, rest)) {
+        Some((rules, false, _)) => {
             let regions::Regional { mesh, became, run, .. } =
-                collapse_in_regions(mesh, rules, limits, End::Exact, observe);
+                collapse_in_regions(mesh, rules, limits, observe);
             (Level { mesh, marks: Marks::default(), became }, run)
         }
-        Some(Regional { rules, is_start: true })
-            if faces >= LARGE.max(2 * REST * target) && target > 0 =>
-        {
-            let rough = Limits { faces: Some(REST * target), ratio: None, ..*limits };
-            let first = collapse_in_regions(mesh, rules, &rough, End::Rough, observe);
+        Some((rules, true, Some(rest))) => {
+            let rough = Limits { faces: Some(rest), ratio: None, ..*limits };
+            let first = collapse_in_regions(mesh, rules, &rough, observe);
             let left = Limits {
                 faces: Some(target),
                 ratio: None,
@@ -102,11 +106,12 @@ pub fn finish_collapses(
     }
     let observe = &mut |now: &Progress| observe(&Progress { faces_before, ..*now });
     if !is_start {
-        let done = collapse_sheet(sheet, capacity, rules, &limits, End::Exact, observe);
+        let done = collapse_sheet(sheet, capacity, rules, &limits, observe);
         return Ok((done.mesh, done.run));
     }
-    let rough = Limits { faces: Some(REST * target), ..limits };
-    let first = collapse_sheet(sheet, capacity, rules, &rough, End::Rough, observe);
+    let rest = rest(&options, faces_before, target).unwrap_or(faces_before);
+    let rough = Limits { faces: Some(rest), ..limits };
+    let first = collapse_sheet(sheet, capacity, rules, &rough, observe);
     let time = limits.time.map(|time| time.saturating_sub(start.elapsed()));
     let (level, run) = go_on(first, options, Limits { time, ..limits }, faces_before, observe);
     Ok((level.mesh, run))
@@ -121,7 +126,7 @@ fn go_on(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> (Level, Run) {
     let regions::Regional { mut mesh, became, quadrics, vertices, half_edges, mut run } = first;
-    if run.stop != StopReason::Faces || quadrics.is_empty() {
+    if matches!(run.stop, StopReason::Time | StopReason::Cancelled) {
         return (Level { mesh, marks: Marks::default(), became }, run);
     }
     let mut options = options.clone();

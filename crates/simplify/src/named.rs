@@ -68,14 +68,18 @@ pub(crate) fn regional_at(size: f64, options: &Options) -> Option<Regional> {
     can.then_some(Regional { rules, is_start })
 }
 
-/// Runs the driver on what a run in regions has left, with what its vertices remember.
+/// Runs the driver on what a run in regions has left, with what its vertices remember, if that is known.
 pub(crate) fn collapse_rest(
     mesh: &mut TriMesh,
     quadrics: Vec<Quadric>,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
-    with_cost(Hybrid::default().remembering(quadrics), mesh, options, observe)
+    let cost = match quadrics.is_empty() {
+        true => Hybrid::default(),
+        false => Hybrid::default().remembering(quadrics),
+    };
+    with_cost(cost, mesh, options, observe)
 }
 
 /// Runs the driver with the policies that the options name.

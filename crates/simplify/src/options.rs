@@ -44,6 +44,10 @@ pub struct CollapseOptions {
     pub placement: PlacementRule,
     /// When costs are brought up to date.
     pub update: Update,
+    /// With [`Update::Regions`] and [`Metric::Hybrid`]: at how many times the wanted faces this metric
+    /// takes over from accumulated quadrics, which are several times as quick, where that is at most 60 %
+    /// of all faces. `None` for the metric from the beginning, at least 1 otherwise.
+    pub takeover: Option<f64>,
     /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60
     /// bytes for each.
     pub record: bool,
@@ -215,6 +219,16 @@ impl CollapseOptions {
 }
 
 impl Options {
+    /// The same for a run whose stages become levels of detail: it is recorded, the metric that it ends
+    /// with makes all of it, and nothing is finished, which would move the last stage away from the others.
+    #[must_use]
+    pub fn for_levels(mut self) -> Self {
+        self.collapse.record = true;
+        self.finish = FinishOptions::default();
+        self.collapse.takeover = None;
+        self
+    }
+
     /// The same with a number of faces to stop at.
     #[must_use]
     pub fn to_faces(mut self, faces: usize) -> Self {
@@ -265,6 +279,8 @@ impl Options {
         let cosine = |x: f64| (-1.0..=1.0).contains(&x);
         check("collapse.min_cosine", collapse.min_cosine, cosine, "between -1 and 1")?;
         check("collapse.min_shape", collapse.min_shape, share, "between 0 and 1")?;
+        let factor = |x: f64| x >= 1.0 && x.is_finite();
+        check("collapse.takeover", collapse.takeover, factor, "at least 1 and finite")?;
         check("limit.distance", limit.distance, positive, "positive and finite")?;
         weight("attributes.weight", attributes.weight)?;
         finish.fit.as_ref().map_or(Ok(()), FitOptions::check)?;

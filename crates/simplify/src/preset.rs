@@ -109,6 +109,8 @@ impl Options {
         };
         let long_fit = FitOptions { rounds: 8, samples_per_face: 30, ..FitOptions::default() };
         let quality = FinishOptions { fit: Some(long_fit), anneal: None, peaks: Some(low_peaks) };
+        // Errors are the same on average; the largest on a small mesh is a matter of single edges.
+        let careful = CollapseOptions { takeover: Some(24.0), ..CollapseOptions::default() };
         let (collapse, finish) = match preset {
             Preset::Draft => (
                 CollapseOptions {
@@ -129,15 +131,15 @@ impl Options {
                 FinishOptions::default(),
             ),
             Preset::Default => (CollapseOptions::default(), FinishOptions::short()),
-            Preset::Quality => (CollapseOptions::default(), quality),
+            Preset::Quality => (careful, quality),
             Preset::Extreme => {
                 let anneal = Some(AnnealOptions::default());
-                (CollapseOptions::default(), FinishOptions { anneal, ..quality })
+                let collapse = CollapseOptions { takeover: None, ..careful };
+                (collapse, FinishOptions { anneal, ..quality })
             }
             Preset::ThinFeatures => {
                 let curvature_weight = 1.0;
-                let collapse = CollapseOptions { curvature_weight, ..CollapseOptions::default() };
-                (collapse, FinishOptions::short())
+                (CollapseOptions { curvature_weight, ..careful }, FinishOptions::short())
             }
             Preset::PaperL1 => {
                 (CollapseOptions::published(Metric::CurvatureL1), FinishOptions::default())
@@ -159,6 +161,7 @@ impl Default for CollapseOptions {
             curvature_weight: 0.1,
             placement: PlacementRule::OptimalVolume,
             update: Update::Regions,
+            takeover: Some(6.0),
             record: true,
             limits: Limits::default(),
             constraints: Constraints::default(),

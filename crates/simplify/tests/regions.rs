@@ -11,7 +11,8 @@ use mesh_core::{TriMesh, VertexId};
 use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::regions::{Ceiling, Fragment, Reduced, Region, Rules, Sheet};
 use simplify::{
-    Options, Preset, Simplified, StopReason, Update, finish_collapses, simplify, simplify_observed,
+    Options, Preset, Simplified, SimplifyError, StopReason, Update, finish_collapses, simplify,
+    simplify_observed,
 };
 
 /// A bent torus that is worth regions.
@@ -186,6 +187,39 @@ fn regions_cost_no_accuracy() {
         };
         let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
         assert!(regions < most * lazy, "default: {regions} {lazy}");
+    }
+}
+
+/// Where the hybrid metric takes over hardly shows, also on meshes that are too small for regions; each
+/// run is recorded whole.
+#[test]
+fn the_metric_may_take_over_late() {
+    for mesh in [torus(60), hills(70)] {
+        let faces = mesh.topology().face_count();
+        let run = |takeover: Option<f64>, wanted: usize| {
+            let mut options = quick(Preset::Default).to_faces(wanted);
+            options.collapse.takeover = takeover;
+            let result = simplify(&mesh, &options).unwrap();
+            assert_whole(&mesh, &result, wanted);
+            let (level, _) = result.log.level(&mesh, result.log.len()).unwrap();
+            assert!(bits(&level) == bits(&result.mesh));
+            (result.mesh.topology().canonical_triangles(), mean_error(&mesh, &result.mesh).ln())
+        };
+        let mut logs = [0.0; 3];
+        for wanted in [faces / 50, faces / 40, faces / 30, faces / 25] {
+            let from_start = run(None, wanted);
+            let later = [24.0, 6.0, 4.0].map(|factor| run(Some(factor), wanted));
+            assert!(from_start.0 != later[1].0);
+            later.iter().zip(&mut logs).for_each(|(late, sum)| *sum += late.1 - from_start.1);
+        }
+        assert!(logs.iter().all(|sum| (sum / 4.0).abs() < 0.05), "{logs:?}");
+        // Nearly from the beginning is from the beginning.
+        assert!(run(Some(6.0), faces / 5).0 == run(None, faces / 5).0);
+    }
+    for factor in [0.5, f64::NAN, f64::INFINITY] {
+        let mut options = quick(Preset::Default).to_faces(100);
+        options.collapse.takeover = Some(factor);
+        assert!(matches!(simplify(&torus(20), &options), Err(SimplifyError::Option { .. })));
     }
 }
 

@@ -46,15 +46,6 @@ pub(crate) struct Regional {
     pub(crate) run: Run,
 }
 
-/// How a run in regions ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum End {
-    /// At the number of faces, or one fewer.
-    Exact,
-    /// As close to it as passes come; there may be many more.
-    Rough,
-}
-
 /// The state of a run.
 struct Passes<'a, 'o> {
     rules: Rules,
@@ -78,11 +69,10 @@ pub(crate) fn collapse_in_regions(
     mesh: &TriMesh,
     rules: Rules,
     limits: &Limits,
-    end: End,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Regional {
     let capacity = mesh.topology().vertex_capacity();
-    collapse_sheet(Sheet::new(mesh), capacity, rules, limits, end, observe)
+    collapse_sheet(Sheet::new(mesh), capacity, rules, limits, observe)
 }
 
 /// The same for a sheet whose vertices have ids below `capacity`.
@@ -91,7 +81,6 @@ pub(crate) fn collapse_sheet(
     capacity: usize,
     rules: Rules,
     limits: &Limits,
-    end: End,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Regional {
     let faces = sheet.face_count();
@@ -112,10 +101,7 @@ pub(crate) fn collapse_sheet(
         stop: None,
     };
     let mut pass = 0;
-    let last = match end {
-        End::Exact => (LAST * target as f64) as usize,
-        End::Rough => target,
-    };
+    let last = (LAST * target as f64) as usize;
     while passes.goes_on(sheet.face_count(), 0) {
         let faces = sheet.face_count();
         let aim = last.max(faces / PASS);
@@ -128,7 +114,7 @@ pub(crate) fn collapse_sheet(
             break;
         }
     }
-    if end == End::Exact && passes.stop.is_none() {
+    if passes.stop.is_none() {
         sheet = passes.in_one_piece(sheet);
     }
     passes.finish(&sheet)

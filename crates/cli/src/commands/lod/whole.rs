@@ -11,7 +11,7 @@ use mesh_metric::Surface;
 use mesh_view::{Exhibit, Page, Section};
 use mesh_work::{Attributes, LevelError, LevelOfDetail, LevelSteps, Loaded};
 use serde::Serialize;
-use simplify::{CollapseLog, FinishOptions, simplify_observed};
+use simplify::{CollapseLog, simplify_observed};
 
 use crate::args::is_standard;
 use crate::commands::lod::options::Lod;
@@ -141,10 +141,7 @@ fn collapses(
         let log = CollapseLog::read(mesh, &mut BufReader::new(file)).map_err(failed)?;
         return Ok((log, BTreeMap::new()));
     }
-    let mut settings = options.policy.options(mesh, steps.limits());
-    // Levels are stages of the run, which fitting would move away from.
-    settings.finish = FinishOptions::default();
-    settings.collapse.record = true;
+    let mut settings = options.policy.options(mesh, steps.limits()).for_levels();
     attributes.constrain(mesh, &mut settings);
     if let Some(error) = steps.max_error() {
         settings = settings.within(error, options.policy.check());

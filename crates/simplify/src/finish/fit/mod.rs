@@ -171,8 +171,9 @@ pub(crate) fn fit_observed(
         if round > 0 {
             surface.follow(mesh)?;
         }
-        // The first of several rounds is a rough one.
-        let every = if round + 1 < options.rounds && round == 0 { 2 } else { 1 };
+        // The first of several rounds is a rough one, unless few points have to speak for many triangles.
+        let is_rough = round == 0 && options.rounds > 1 && count > original.triangle_count();
+        let every = if is_rough { 2 } else { 1 };
         let mut paired = Pairs::new(mesh, &surface, &targets, every);
         let power = options.norm.power(round);
         if options.tail > 0.0 {
