@@ -89,15 +89,17 @@ impl Corners {
                 side_of[half_edge as usize] = side as u32;
             }
         }
-        all.of_edge.resize(capacity / 2, NONE);
         for (face, half_edges) in half_edges.iter().enumerate() {
-            for (i, &half_edge) in half_edges.iter().enumerate() {
+            for (side, &half_edge) in (STRIDE * face..).zip(half_edges) {
                 let twin = side_of[half_edge as usize ^ 1];
-                all.faces[face].0[i].twin = twin;
-                all.edges[STRIDE * face + i] = half_edge / 2;
-                if half_edge % 2 == 0 || twin == NONE {
-                    all.of_edge[half_edge as usize / 2] = (STRIDE * face + i) as u32;
-                }
+                all.corner_mut(side as u32).twin = twin;
+                // Edges are numbered as they are met.
+                all.edges[side] = if twin == NONE || twin as usize > side {
+                    all.of_edge.push(side as u32);
+                    all.of_edge.len() as u32 - 1
+                } else {
+                    all.edges[twin as usize]
+                };
             }
         }
         all.find_first();
