@@ -205,8 +205,7 @@ fn finish(
         None
     };
     let Level { mesh: left, became, .. } = level;
-    let finished =
-        finished.unwrap_or_else(|| Finished::untouched(left, FitConstraints::default()));
+    let finished = finished.unwrap_or_else(|| Finished::untouched(left, FitConstraints::default()));
     if observer.is_stopped() {
         run.stop = StopReason::Cancelled;
     }

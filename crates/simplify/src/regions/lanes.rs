@@ -112,3 +112,16 @@ impl<S: Simd> Mul<f64x4<S>> for Vectors<S> {
         Self { x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
 }
+
+/// Every kind of vector instructions that this processor has.
+#[cfg(test)]
+pub(super) fn levels() -> Vec<fearless_simd::Level> {
+    let best = fearless_simd::Level::new();
+    let mut levels = vec![fearless_simd::Level::baseline(), best];
+    #[cfg(target_arch = "x86_64")]
+    {
+        levels.extend(best.as_sse4_2().map(Simd::level));
+        levels.extend(best.as_avx2().map(Simd::level));
+    }
+    levels
+}

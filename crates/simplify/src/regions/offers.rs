@@ -152,3 +152,75 @@ pub(super) fn offers<S: Simd>(
     let places = [place.x.to_array(), place.y.to_array(), place.z.to_array()];
     Offers { places, costs: cost.to_array() }
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use mesh_core::shapes::SplitMix64;
+
+    use super::*;
+    use crate::collapse::quadric::Quadric;
+    use crate::regions::lanes::levels;
+
+    /// Vertices with the quadrics of so many planes each; of one or two, the minimum is not unique.
+    fn vertices(count: usize, planes: usize) -> Vec<Vertex> {
+        let mut random = SplitMix64::new(planes as u64);
+        let mut number = || 2.0 * random.uniform() - 1.0;
+        let mut vector = || DVec3::new(number(), number(), number());
+        let mut vertex = |_| {
+            let mut quadric = Quadric::default();
+            for _ in 0..planes {
+                let (normal, along) = (vector(), vector());
+                quadric += Quadric::plane(normal, 0.1 * along.x, 0.5 + 0.2 * along.y);
+            }
+            Vertex::new(3.0 * vector(), &quadric)
+        };
+        (0..count).map(&mut vertex).collect()
+    }
+
+    fn place_and_cost(vertices: &[Vertex], [a, b]: [u32; 2], is_marginal: bool) -> (DVec3, f64) {
+        let [a, b] = [&vertices[a as usize], &vertices[b as usize]];
+        let half = 0.5 * (b.position - a.position);
+        let joined = a.quadric().joined(&b.quadric(), half);
+        let near = 4.0 * FARTHEST * FARTHEST * half.length_squared();
+        let best = joined.minimizer(None).filter(|x| x.length_squared() <= near);
+        let best = best.unwrap_or_else(|| {
+            let places = [DVec3::ZERO, -half, half];
+            places
+                .into_iter()
+                .reduce(|a, b| if joined.value(b) < joined.value(a) { b } else { a })
+                .unwrap()
+        });
+        let made = a.quadric().constant + b.quadric().constant;
+        let cost = joined.value(best) - if is_marginal { made } else { 0.0 };
+        (best, cost.max(0.0) + TIE * (4.0 * half.length_squared()).powi(2))
+    }
+
+    #[test]
+    fn four_at_once_are_four_one_by_one_with_the_same_bits_everywhere() {
+        let mut far = 0;
+        for planes in [0, 1, 2, 3, 8] {
+            let vertices = vertices(80, planes);
+            for (first, is_marginal) in (0..76).zip([false, true].into_iter().cycle()) {
+                let ends = [0, 1, 2, 3].map(|i| [first + i, (7 * first + 3 * i + 5) % 80]);
+                let all = levels().into_iter().map(
+                    |level| dispatch!(level, simd => offers(simd, &vertices, &ends, is_marginal)),
+                );
+                let all: Vec<Offers> = all.collect();
+                let bits = |offers: &Offers| {
+                    let rows = [offers.places[0], offers.places[1], offers.places[2], offers.costs];
+                    rows.map(|row| row.map(f64::to_bits))
+                };
+                assert!(all.iter().all(|offers| bits(offers) == bits(&all[0])));
+                for (lane, ends) in ends.into_iter().enumerate() {
+                    let (x, cost) = place_and_cost(&vertices, ends, is_marginal);
+                    let close = |a: f64, b: f64| (a - b).abs() <= 1e-6 * (1.0 + b.abs());
+                    assert!(close(all[0].costs[lane], cost), "{planes} {ends:?} {cost}");
+                    let is_far = all[0].place(lane).distance(x) > 1e-3;
+                    far += usize::from(is_far && planes > 2);
+                }
+            }
+        }
+        assert_eq!(far, 0);
+    }
+}

@@ -349,3 +349,97 @@ fn squared_shape([a, b, c]: [DVec3; 3]) -> f64 {
     }
     (b - a).cross(c - a).length_squared() / squared_equilateral
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::dispatch;
+    use mesh_core::shapes::{Irregular, Sphere, Wave};
+    use mesh_core::{PolygonSoup, TriMesh};
+
+    use super::*;
+    use crate::collapse::quadric::Quadric;
+    use crate::regions::lanes::levels;
+    use crate::regions::rules::Rules;
+
+    fn meshes() -> [TriMesh; 2] {
+        let wave = Wave { amplitude: 0.15, wavelength: 0.7, half_width: 1.0 };
+        let hills = wave.irregular_mesh(9, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+        let ball = Sphere { radius: 1.0 }.icosphere(1).unwrap();
+        [hills, ball].map(|soup: PolygonSoup| TriMesh::from_soup(&soup).unwrap())
+    }
+
+    /// What is found out by walking round the ends is what the list of all triangles says.
+    #[test]
+    fn patches_are_the_triangles_round_an_edge() {
+        let mut outcomes = std::collections::BTreeMap::<_, usize>::new();
+        for mesh in meshes() {
+            let rules = Rules { min_shape: Some(0.25), ..Rules::new(&mesh) };
+            let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
+            let corners = Corners::new(mesh.positions().len(), &triangles);
+            let vertex = |&position| Vertex::new(position, &Quadric::default());
+            let mut vertices: Vec<Vertex> = mesh.positions().iter().map(vertex).collect();
+            for &v in triangles.as_flattened() {
+                let vertex = &mut vertices[v as usize];
+                vertex.set_valence(vertex.valence() + 1);
+            }
+            let mut patch = Patch::new();
+            let sides =
+                (0..triangles.len() as u32).flat_map(|face| [0, 1, 2].map(|i| 4 * face + i));
+            for side in sides {
+                let ends = [corners.vertex(side), corners.target(side)];
+                let [a, b] = ends.map(|v| mesh.positions()[v as usize]);
+                let half = 0.5 * (b - a);
+                let shift = DVec3::new(0.3, 0.1, -0.2) * (half.length() * f64::from(side % 7));
+                let round: Vec<[u32; 3]> = triangles
+                    .iter()
+                    .copied()
+                    .filter(|t| ends.iter().any(|v| t.contains(v)))
+                    .collect();
+                let (vanishing, staying): (Vec<[u32; 3]>, Vec<[u32; 3]>) =
+                    round.iter().partition(|t| ends.iter().all(|v| t.contains(v)));
+                let at = |v: u32| mesh.positions()[v as usize] - (a + half);
+                let moved = |v: u32| if ends.contains(&v) { shift } else { at(v) };
+                let cross = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+                let is_turned = staying.iter().any(|t| {
+                    let [old, new] = [cross(t.map(at)), cross(t.map(moved))];
+                    old.dot(new) < 0.2 * old.length() * new.length()
+                });
+                let shape =
+                    |t: &[u32; 3], at: &dyn Fn(u32) -> DVec3| squared_shape(t.map(at)).sqrt();
+                let worst = staying.iter().map(|t| shape(t, &moved)).fold(1.0, f64::min);
+                let before = round.iter().map(|t| shape(t, &at)).fold(1.0, f64::min);
+                let rims =
+                    ends.map(|v| mesh.topology().is_boundary_vertex(mesh_core::VertexId::new(v)));
+                let expected = if vanishing.len() == 2 && rims == [true; 2] {
+                    Err(Refusal::JoinsBoundaries)
+                } else if is_turned {
+                    Err(Refusal::NormalTurn)
+                } else if worst < 0.25 && worst < before {
+                    Err(Refusal::Sliver)
+                } else {
+                    Ok(())
+                };
+                for level in levels() {
+                    let (found, volume) = dispatch!(level, simd => {
+                        let gathered = patch.gather(simd, &corners, &mut vertices, side, half);
+                        let checked = gathered.and_then(|()| patch.check(simd, shift, &rules));
+                        (checked, patch.volume(simd))
+                    });
+                    // What links are short for is another matter.
+                    if found != Err(Refusal::LinkCondition) && found != Err(Refusal::LastFace) {
+                        assert_eq!(found, expected, "{side}");
+                    }
+                    let normal: DVec3 = round.iter().map(|t| cross(t.map(at))).sum();
+                    let offset: f64 = round.iter().map(|t| cross(t.map(at)).dot(at(t[0]))).sum();
+                    assert!(volume.0.distance(normal) < 1e-12 && (volume.1 - offset).abs() < 1e-12);
+                    let fan = patch.fan().iter().map(|&corner| corners.vertex(corner));
+                    assert!(fan.clone().all(|v| v == ends[0]));
+                    let own = staying.iter().filter(|t| t.contains(&ends[0]));
+                    assert_eq!(fan.count(), own.count());
+                }
+                *outcomes.entry(format!("{expected:?}")).or_default() += 1;
+            }
+        }
+        assert!(outcomes.len() == 4 && outcomes.values().all(|&n| n > 1), "{outcomes:?}");
+    }
+}

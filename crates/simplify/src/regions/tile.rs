@@ -99,7 +99,9 @@ struct Offer {
 
 /// What has become of an edge.
 enum Turn {
-    Collapsed { faces: u32 },
+    Collapsed {
+        faces: u32,
+    },
     /// It costs more, and is due later.
     Later(usize),
 }
@@ -118,10 +120,23 @@ impl Tile {
         if !rules.record {
             half_edges = Vec::new();
         }
-        let count = positions.len();
         let remembers = !quadrics.is_empty();
         let quadrics = quadrics.into_iter().chain(core::iter::repeat(Quadric::default()));
         let vertex = |(position, quadric): (_, Quadric)| Vertex::new(position, &quadric);
+        let mut vertices: Vec<Vertex> = positions.into_iter().zip(quadrics).map(vertex).collect();
+        if !remembers {
+            remember_faces(&mut vertices, &triangles, &corners, rules.border);
+        }
+        let mut is_free = vec![true; vertices.len()];
+        for t in &triangles {
+            let is_own = t.iter().all(|&v| (v as usize) < own);
+            for &v in t {
+                let vertex = &mut vertices[v as usize];
+                vertex.set_valence(vertex.valence() + 1);
+                is_free[v as usize] &= is_own;
+            }
+        }
+        drop(triangles);
         let mut tile = Self {
             rules,
             is_refused: vec![false; corners.edge_capacity()],
@@ -132,48 +147,11 @@ impl Tile {
             steps: Vec::new(),
             merged: Vec::new(),
             max_cost: 0.0,
-            vertices: positions.into_iter().zip(quadrics).map(vertex).collect(),
+            vertices,
             corners,
         };
-        if !remembers {
-            tile.remember_faces(&triangles);
-        }
-        let mut is_free = vec![true; count];
-        for t in &triangles {
-            let is_own = t.iter().all(|&v| (v as usize) < own);
-            for &v in t {
-                let vertex = &mut tile.vertices[v as usize];
-                vertex.set_valence(vertex.valence() + 1);
-                is_free[v as usize] &= is_own;
-            }
-        }
         dispatch!(Level::new(), simd => tile.queue_all(simd, &is_free));
         tile
-    }
-
-    /// Gives the vertices the quadrics of the faces and of the boundary as they are.
-    fn remember_faces(&mut self, triangles: &[[u32; 3]]) {
-        for (face, t) in triangles.iter().enumerate() {
-            let [a, b, c] = t.map(|v| self.vertices[v as usize].position);
-            let cross = (b - a).cross(c - a);
-            let double_area = cross.length();
-            if double_area <= 0.0 {
-                continue;
-            }
-            let plane = rows(&Quadric::plane(cross, 0.0, 1.0 / (6.0 * double_area)));
-            for &v in t {
-                self.vertices[v as usize].add(&plane);
-            }
-            for i in 0..3 {
-                if self.rules.border && self.corners.twin((STRIDE * face + i) as u32) == NONE {
-                    let ends = [t[i], t[(i + 1) % 3]];
-                    let [from, to] = ends.map(|v| self.vertices[v as usize].position);
-                    let across = (to - from).cross(cross / double_area);
-                    let border = rows(&Quadric::plane(across, 0.0, 0.5));
-                    ends.into_iter().for_each(|v| self.vertices[v as usize].add(&border));
-                }
-            }
-        }
     }
 
     /// All edges between free vertices begin to wait.
@@ -418,7 +396,9 @@ impl Tile {
 
     fn readmit_at(&mut self, v: u32, at: usize) {
         // The edges of a crowded vertex would be refused again.
-        if !self.vertices[v as usize].has_refused() || self.vertices[v as usize].valence() > MOST_EDGES {
+        if !self.vertices[v as usize].has_refused()
+            || self.vertices[v as usize].valence() > MOST_EDGES
+        {
             return;
         }
         self.vertices[v as usize].set_refused(false);
@@ -437,6 +417,34 @@ impl Tile {
     fn readmit_edge(&mut self, edge: u32, at: usize) {
         if core::mem::take(&mut self.is_refused[edge as usize]) && !self.waiting.contains(edge) {
             self.waiting.push(edge, at);
+        }
+    }
+}
+
+/// Gives vertices the quadrics of the faces and of the boundary as they are.
+fn remember_faces(
+    vertices: &mut [Vertex],
+    triangles: &[[u32; 3]],
+    corners: &Corners,
+    with_border: bool,
+) {
+    for (face, t) in triangles.iter().enumerate() {
+        let [a, b, c] = t.map(|v| vertices[v as usize].position);
+        let cross = (b - a).cross(c - a);
+        let double_area = cross.length();
+        if double_area <= 0.0 {
+            continue;
+        }
+        let plane = rows(&Quadric::plane(cross, 0.0, 1.0 / (6.0 * double_area)));
+        t.iter().for_each(|&v| vertices[v as usize].add(&plane));
+        for i in 0..3 {
+            if with_border && corners.twin((STRIDE * face + i) as u32) == NONE {
+                let ends = [t[i], t[(i + 1) % 3]];
+                let [from, to] = ends.map(|v| vertices[v as usize].position);
+                let across = (to - from).cross(cross / double_area);
+                let border = rows(&Quadric::plane(across, 0.0, 0.5));
+                ends.into_iter().for_each(|v| vertices[v as usize].add(&border));
+            }
         }
     }
 }
