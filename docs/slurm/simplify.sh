@@ -2,6 +2,7 @@
 # Simplifies a mesh larger than memory with Slurm: one job array for each step, each after the one before.
 #
 #     docs/slurm/simplify.sh huge.ply small.ply /shared/work --ratio 0.01
+#     docs/slurm/simplify.sh huge.ply levels /shared/work --levels 0.3,0.1,0.01
 #
 # JOBS is how many jobs an array has at most, MEMORY what each is told to do with, and JOB_MEMORY what Slurm
 # gives it, which should be more.
@@ -26,16 +27,17 @@ value() { sed -E "s/.*\"$1\":\"?([a-z0-9_]+)\"?.*/\1/"; }
 "${submit[@]}" --wrap "curvmesh region split '$input' -w '$work' --memory $memory $*"
 while true; do
   plan=$(curvmesh region plan "$work" --json)
-  [ "$(value next <<<"$plan")" = pass ] || break
-  level=$(value level <<<"$plan")
-  array reduce "$level" "$(value cells <<<"$plan")"
-  array join $((level + 1)) "$(value joined <<<"$plan")"
+  level=$(value level <<<"$plan") cells=$(value cells <<<"$plan")
+  # A result that does not fit into a job's memory is finished cell by cell.
+  if grep -q '"apart"' <<<"$plan"; then
+    array finish "$level" "$cells"
+  fi
+  case $(value next <<<"$plan") in
+    pass)
+      array reduce "$level" "$cells"
+      array join $((level + 1)) "$(value joined <<<"$plan")" ;;
+    strips) array join $((level + 1)) 1 ;; # one job collapses all rims, and makes all cells
+    *) break ;;
+  esac
 done
-# A result that does not fit into a job's memory is finished cell by cell.
-if grep -q '"apart"' <<<"$plan"; then
-  cells=$(value apart <<<"$plan")
-  count=$((cells < jobs ? cells : jobs))
-  "${submit[@]}" --array="1-$count" --wrap \
-    "curvmesh region finish '$work' --shard \$SLURM_ARRAY_TASK_ID/$count"
-fi
 "${submit[@]}" --wrap "curvmesh region finish '$work' -o '$output'"

@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use indicatif::ProgressBar;
 use mesh_core::build::Weld;
-use mesh_io::{Format, Model};
+use mesh_io::{Format, Model, Staged};
 use out_of_core::{Input, Left, Outcome, Repairs, Settings, Sizes, Step, Work};
-use simplify::Options;
+use serde::Serialize;
+use simplify::{Limits, Options};
 
 use crate::args::{RepairOptions, is_standard};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::interrupt;
-use crate::interrupt::while_writing;
+use crate::interrupt::{self, while_writing, while_writing_all};
 use crate::load::{Loading, parse_bytes};
-use crate::save::{SaveOptions, save};
+use crate::save::{SaveOptions, explain, make_folder_of, save};
+use crate::text::printable;
 
 /// How much memory a run may take, and where it keeps what does not fit.
 #[derive(Clone, Debug, Args)]
@@ -129,22 +130,35 @@ pub(crate) fn split_file(
     Ok(work)
 }
 
+/// Where a run keeps its regions.
+pub(crate) struct Folder {
+    pub(crate) path: PathBuf,
+    /// Whether it goes on with what an earlier run has left there.
+    pub(crate) resume: bool,
+}
+
 /// Simplifies a file region by region.
 pub(crate) fn simplify_file(
     input: &Path,
-    folder: &Path,
-    resume: bool,
+    large: &Large,
+    folder: &Folder,
     loading: &Loading,
     settings: Settings,
+    takes_regions: bool,
     console: &Console,
 ) -> Result<(Outcome, Work), Failure> {
-    if folder.join("run.json").exists() && !resume {
+    let Folder { path, resume } = folder;
+    if path.join("run.json").exists() && !resume {
         return Err(Failure::usage(format!(
             "{}: there is an earlier run in this folder; go on with it with --resume, or remove it",
-            folder.display()
+            path.display()
         )));
     }
-    let work = split_file(input, folder, loading, settings, console)?;
+    let work = split_file(input, path, loading, settings, console)?;
+    if !takes_regions && !work.fits() {
+        remove(work, large);
+        return Err(Failure::usage(ONLY_PLY));
+    }
     let bar = console.progress_of_passes();
     let outcome = out_of_core::run(&work, &mut |step| {
         show(&bar, step);
@@ -152,6 +166,14 @@ pub(crate) fn simplify_file(
     });
     bar.finish_and_clear();
     Ok((outcome.map_err(Failure::regions)?, work))
+}
+
+pub(crate) const ONLY_PLY: &str =
+    "a result that does not fit into the memory is written as a PLY file";
+
+/// Whether a result can be written there that does not fit into the memory.
+pub(crate) fn takes_regions(output: &Path, options: &SaveOptions) -> bool {
+    options.format_of(output) == Some(Format::Ply) && !is_standard(output)
 }
 
 /// Writes what is left: a mesh in any format, or the regions of one that does not fit, as PLY.
@@ -165,10 +187,8 @@ pub(crate) fn save_left(
     match left {
         Left::Mesh(mesh) => save(output, &Model::from(mesh.to_soup()), options, console),
         Left::Regions { level } => {
-            if options.format_of(output) != Some(Format::Ply) || is_standard(output) {
-                return Err(Failure::usage(
-                    "a result that does not fit into the memory is written as a PLY file",
-                ));
+            if !takes_regions(output, options) {
+                return Err(Failure::usage(ONLY_PLY));
             }
             while_writing(output, || out_of_core::assemble(work, level, output))
                 .map_err(Failure::regions)?;
@@ -177,15 +197,144 @@ pub(crate) fn save_left(
     }
 }
 
+/// A level of detail that was written.
+#[derive(Serialize)]
+pub(crate) struct Level {
+    output: String,
+    faces: u64,
+    /// How many files it has, as tiles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tiles: Option<usize>,
+    /// No point of the input or of the level is farther from the other one than this, if that was proved.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<f64>,
+}
+
+impl core::fmt::Display for Level {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Self { output, faces, tiles, error } = self;
+        write!(f, "{faces} faces")?;
+        if let Some(tiles) = tiles {
+            write!(f, " in {tiles} tiles")?;
+        }
+        if let Some(error) = error {
+            write!(f, ", within {error:.6e} of the input")?;
+        }
+        write!(f, "  {}", printable(output))
+    }
+}
+
+/// The passes over a mesh larger than memory, from the input up.
+#[derive(Serialize)]
+pub(crate) struct Passes {
+    faces: Vec<u64>,
+    cells: Vec<u32>,
+}
+
+impl Passes {
+    pub(crate) fn of(outcome: &Outcome) -> Self {
+        Self { faces: outcome.levels.clone(), cells: outcome.cells.clone() }
+    }
+}
+
+/// Levels of detail with these parts of the faces, or so many of them.
+pub(crate) fn levels(ratios: &[f64], faces: &[usize]) -> Vec<Limits> {
+    let of_ratios = ratios.iter().map(|&ratio| Limits { ratio: Some(ratio), ..Limits::default() });
+    let of_faces = faces.iter().map(|&faces| Limits { faces: Some(faces), ..Limits::default() });
+    of_ratios.chain(of_faces).collect()
+}
+
+/// All results of a run, from the finest, and the paths that they go to.
+fn levels_at(outcome: &Outcome, paths: &[PathBuf]) -> Vec<Level> {
+    let finer = outcome.finer.iter().map(|level| (level.faces, level.error));
+    let results = finer.chain([(outcome.faces, outcome.error)]).zip(paths);
+    let level = |((faces, error), path): ((u64, Option<f64>), &PathBuf)| Level {
+        output: path.display().to_string(),
+        faces,
+        tiles: None,
+        error,
+    };
+    results.map(level).collect()
+}
+
+/// Calls `visit` with all results of a run, from the finest; one is in memory at a time, besides the coarsest.
+fn each_level<T>(
+    outcome: &Outcome,
+    work: &Work,
+    mut visit: impl FnMut(usize, &Left) -> Result<T, Failure>,
+) -> Result<Vec<T>, Failure> {
+    let mut visited = Vec::new();
+    for (number, level) in outcome.finer.iter().enumerate() {
+        visited.push(visit(number, &level.left(work).map_err(Failure::regions)?)?);
+    }
+    visited.push(visit(outcome.finer.len(), &outcome.left)?);
+    Ok(visited)
+}
+
+/// Writes all results of a run, from the finest, each as a folder of tiles.
+pub(crate) fn save_tiles(
+    outcome: &Outcome,
+    work: &Work,
+    folders: &[PathBuf],
+) -> Result<Vec<Level>, Failure> {
+    let mut levels = levels_at(outcome, folders);
+    let counts = each_level(outcome, work, |number, left| {
+        let folder = &folders[number];
+        let tiles = while_writing(folder, || out_of_core::write_tiles(work, left, folder));
+        Ok(tiles.map_err(Failure::regions)?.tiles.len())
+    })?;
+    for (level, count) in levels.iter_mut().zip(counts) {
+        level.tiles = Some(count);
+    }
+    Ok(levels)
+}
+
+/// Writes all results of a run, from the finest, each as a file. All are whole before the first takes its place.
+pub(crate) fn save_levels(
+    outcome: &Outcome,
+    work: &Work,
+    paths: &[PathBuf],
+    options: &SaveOptions,
+    console: &Console,
+) -> Result<Vec<Level>, Failure> {
+    paths.iter().try_for_each(|path| make_folder_of(path))?;
+    let names: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+    let reports = while_writing_all(&names, || {
+        let staged = each_level(outcome, work, |number, left| {
+            let path = names[number];
+            match left {
+                Left::Mesh(mesh) => {
+                    let model = Model::from(mesh.to_soup());
+                    mesh_io::stage(path, &model, &options.write_options())
+                        .map_err(|error| Failure::write(path, error))
+                }
+                Left::Regions { level } if takes_regions(path, options) => {
+                    let staged = out_of_core::stage_assembled(work, *level, path);
+                    Ok(staged.map_err(Failure::regions)?.0)
+                }
+                Left::Regions { .. } => Err(Failure::usage(ONLY_PLY)),
+            }
+        })?;
+        let commit = |(staged, path): (Staged, &&Path)| {
+            staged.commit().map_err(|error| Failure::write(path, error))
+        };
+        staged.into_iter().zip(&names).map(commit).collect::<Result<Vec<_>, Failure>>()
+    })?;
+    names.iter().zip(&reports).for_each(|(path, report)| explain(path, report, console));
+    Ok(levels_at(outcome, paths))
+}
+
 /// What a run in so many bytes is to do.
 pub(crate) fn settings(
     options: Options,
+    finer: Vec<Limits>,
     memory: u64,
     repair: &RepairOptions,
     prove: Option<f64>,
 ) -> Result<Settings, Failure> {
-    let sizes = Sizes::within(memory, &options, prove.is_some()).map_err(Failure::regions)?;
-    Ok(Settings { options, repairs: repairs(repair)?, sizes, prove })
+    let sizes = Sizes::within(memory, &options, 1 + finer.len(), prove.is_some())
+        .map_err(Failure::regions)?;
+    Ok(Settings { options, finer, repairs: repairs(repair)?, sizes, prove })
 }
 
 /// Moves the bar to where a step has come.

@@ -1,7 +1,7 @@
 //! From a mesh to a file.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use mesh_io::{Encoding, Format, Model, Precision, Staged, WriteError, WriteOptions, WriteReport};
@@ -202,6 +202,23 @@ pub(crate) fn save_bytes(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
 fn to_stdout(bytes: &[u8]) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
     stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(Failure::Stdout)
+}
+
+/// The files of levels of detail in a folder, from the finest: named after the input, and of the usual format if
+/// no other is asked for.
+pub(crate) fn paths_of_levels(
+    input: &Path,
+    folder: &Path,
+    count: usize,
+    options: &SaveOptions,
+    usual: &str,
+) -> Vec<PathBuf> {
+    let stem = match input.file_stem() {
+        Some(stem) if !is_standard(input) => stem.to_string_lossy(),
+        _ => "level".into(),
+    };
+    let extension = options.to.map_or(usual, |name| Format::from(name).extension());
+    (1..=count).map(|level| folder.join(format!("{stem}-{level}.{extension}"))).collect()
 }
 
 /// Makes the folder that a file goes to.

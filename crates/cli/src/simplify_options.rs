@@ -264,6 +264,16 @@ impl Policy {
     }
 }
 
+/// The fields of [`Targets`].
+pub(crate) const OF_TARGETS: [&str; 6] =
+    ["faces", "vertices", "ratio", "max_error", "max_cost", "time_limit"];
+
+/// The options of what comes after the collapses.
+pub(crate) const OF_FITS: [&str; 4] = ["fit_rounds", "norm", "anneal_time", "seed"];
+
+/// Why levels of detail have no use for them.
+pub(crate) const NOT_FITTED: &str = "levels are stages of a run, and not fitted";
+
 /// The failure for an option that nobody can obey who does not have the whole mesh.
 fn beyond_regions(option: &str) -> Failure {
     Failure::usage(format!(

@@ -182,9 +182,11 @@ fn a_result_that_does_not_fit_is_finished_in_parts_and_as_tiles() {
     let mut plan = json(&[&split[..], &target[..]].concat());
     let early = code(&["region", "finish", text(&work), "--shard", "1/2"]);
     assert_eq!(early.0, 2, "{}", early.1);
-    while plan["next"] == "pass" {
+    while plan["next"] != "finish" {
         let level = plan["level"].as_u64().unwrap();
-        json(&["region", "reduce", text(&work), "--level", &level.to_string()]);
+        if plan["next"] == "pass" {
+            json(&["region", "reduce", text(&work), "--level", &level.to_string()]);
+        }
         json(&["region", "join", text(&work), "--level", &(level + 1).to_string()]);
         plan = json(&["region", "plan", text(&work)]);
     }
@@ -215,4 +217,146 @@ fn a_result_that_does_not_fit_is_finished_in_parts_and_as_tiles() {
     assert_eq!(code(&["region", "finish", text(&work)]).0, 2);
     let cell = apart.to_string();
     assert_eq!(code(&["region", "finish", text(&work), "--cell", &cell]).0, 2);
+}
+
+#[test]
+fn levels_in_one_go_step_by_step_and_killed_in_between_are_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = torus(folder.path());
+    let at = |name: &str| folder.path().join(name);
+    let [whole, steps, killed, work] = ["whole", "steps", "killed", "work"].map(at);
+    let levels = ["--levels", "0.02,0.5,0.05", "--memory", "32MiB"];
+    let files = |folder: &Path| {
+        [1, 2, 3].map(|level| std::fs::read(folder.join(format!("in-{level}.ply"))).unwrap())
+    };
+
+    let lod = ["lod", text(&input), "-o", text(&whole)];
+    let report = json(&[&lod[..], &levels, &["--verify"]].concat());
+    assert!(report["passes"]["cells"][0].as_u64().unwrap() >= 4, "{report}");
+    assert!(!at("whole.work").exists());
+    for (level, target) in report["levels"].as_array().unwrap().iter().zip([50_000, 5000, 2000]) {
+        let faces = level["faces"].as_u64().unwrap();
+        assert!(faces.abs_diff(target) <= target / 100, "{level}");
+        let file = level["output"].as_str().unwrap();
+        let info = json(&["info", file]);
+        assert_eq!(info["faces"].as_u64(), Some(faces));
+        assert_eq!((&info["euler_characteristic"], &info["closed"]), (&0.into(), &true.into()));
+        let measured = json(&["distance", text(&input), file, "--samples", "20000"]);
+        assert!(measured["max"].as_f64() <= level["error"].as_f64(), "{level} {measured}");
+    }
+    let expected = files(&whole);
+
+    let split = ["region", "split", text(&input), "-w", text(&work), "--verify"];
+    let mut plan = json(&[&split[..], &levels].concat());
+    let mut apart = 0;
+    loop {
+        let level = plan["level"].as_u64().unwrap();
+        let [this, next] = [level, level + 1].map(|level| level.to_string());
+        if !plan["apart"].is_null() {
+            apart += 1;
+            for shard in ["2/2", "1/2"] {
+                let cells = ["--level", &this, "--shard", shard];
+                json(&[&["region", "finish", text(&work)], &cells[..]].concat());
+            }
+        }
+        if plan["next"] == "finish" {
+            break;
+        }
+        if plan["next"] == "pass" {
+            json(&["region", "reduce", text(&work), "--level", &this]);
+        }
+        json(&["region", "join", text(&work), "--level", &next]);
+        plan = json(&["region", "plan", text(&work)]);
+    }
+    assert_eq!(apart, 1);
+    let last = plan["level"].to_string();
+    let none = ["region", "finish", text(&work), "--level", "0", "--cell", "0"];
+    assert!(code(&none).1.contains("level 0 is no result"), "{last}");
+    let tiles = at("tiles");
+    let report =
+        json(&["region", "finish", text(&work), "-o", text(&steps), "--tiles", text(&tiles)]);
+    assert_eq!(report["levels"].as_array().unwrap().len(), 6);
+    assert!(files(&steps) == expected);
+    for (level, faces) in [1, 2, 3].into_iter().zip(report["levels"].as_array().unwrap()) {
+        let list = std::fs::read_to_string(tiles.join(format!("in-{level}/tiles.json"))).unwrap();
+        let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+        assert_eq!(list["faces"], faces["faces"]);
+    }
+    // What is done is there, whatever was removed of what was in between.
+    assert_eq!(json(&["region", "plan", text(&work)])["level"].to_string(), last);
+    json(&[
+        "lod",
+        text(&input),
+        "-o",
+        text(&at("again")),
+        "--levels",
+        "0.5,0.05",
+        "--memory",
+        "32MiB",
+        "--tiles",
+    ]);
+    assert!(at("again/in-1/tiles.json").exists() && at("again/in-2/tile-0.ply").exists());
+
+    let go_on = ["lod", text(&input), "-o", text(&killed), "--resume", "--verify"];
+    let go_on = [&go_on[..], &levels].concat();
+    for round in 1..6 {
+        let mut run = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+        let mut run = run.args(&go_on).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(200 * round));
+        run.kill().unwrap();
+        run.wait().unwrap();
+    }
+    let output = curvmesh(&go_on);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(files(&killed) == expected);
+}
+
+#[test]
+fn levels_that_need_the_whole_mesh_are_wrong_usage() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = torus(folder.path());
+    let output = folder.path().join("levels");
+    let lod = ["lod", text(&input), "-o", text(&output), "--memory", "32MiB"];
+    for more in [
+        &["--errors", "1%"][..],
+        &["--levels", "0.1", "--record", "run.lod"],
+        &["--faces", "90", "--view", "page.html"],
+        &["--faces", "90", "--fit-rounds", "3"],
+        &["--faces", "90", "--attribute-weight", "1"],
+        &["--faces", "90", "--lock-boundary"],
+        &["--faces", "90", "--tiles", "--precision", "single"],
+        // Known once the file is split.
+        &["--levels", "0.5,0.1", "--to", "obj"],
+    ] {
+        let (code, message) = code(&[&lod[..], more].concat());
+        assert!(code == 2 && !output.exists(), "{more:?}: {code} {message}");
+        assert!(!folder.path().join("levels.work").exists(), "{more:?}");
+    }
+    let one = folder.path().join("levels.glb");
+    let (code_of_one, message) =
+        code(&["lod", text(&input), "-o", text(&one), "--faces", "90", "--memory", "32MiB"]);
+    assert!(code_of_one == 2 && message.contains("folder"), "{message}");
+    let work = folder.path().join("work");
+    let split = ["region", "split", text(&input), "-w", text(&work), "--memory", "32MiB"];
+    for more in
+        [&["--levels", "0.5", "--faces", "90"][..], &["--level-faces", "9", "--norm", "l1"], &[]]
+    {
+        assert_eq!(code(&[&split[..], more].concat()).0, 2, "{more:?}");
+    }
+    // What fits is as without the option, and tiles of it are one.
+    let [a, b, c] = ["a", "b", "c"].map(|name| folder.path().join(name));
+    for (to, memory) in
+        [(&a, &[][..]), (&b, &["--memory", "1G"]), (&c, &["--memory", "1G", "--tiles"])]
+    {
+        json(&[&["lod", text(&input), "-o", text(to), "--faces", "900,90"][..], memory].concat());
+    }
+    let read = |folder: &Path| std::fs::read(folder.join("in-2.ply")).unwrap();
+    // One level is one file in a folder, or a file.
+    json(&[&split[..], &["--levels", "0.01"]].concat());
+    let [d, e] = ["d", "e.obj"].map(|name| folder.path().join(name));
+    for to in [&d, &e] {
+        json(&["region", "finish", text(&work), "-o", text(to)]);
+    }
+    assert!(d.join("in-1.ply").exists() && e.exists());
+    assert!(read(&a) == read(&b) && c.join("in-1/tile-0.ply").exists());
 }

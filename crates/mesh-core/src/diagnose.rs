@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use crate::build::edges::{EdgeTable, next, proper_pair};
+use crate::build::edges::{EdgeTable, proper_pair};
 use crate::build::{BuildError, Draft, Repair, find_duplicates, has_zero_area, repeated_vertex};
 use crate::disjoint_sets::DisjointSets;
+use crate::hinges::Hinges;
 use crate::soup::PolygonSoup;
 
 /// Counts of the parts and defects of a polygon soup, as it is: nothing welded, nothing repaired.
@@ -147,28 +148,11 @@ impl Diagnosis {
     fn connect(&mut self, vertex_count: usize, triangles: &[[u32; 3]]) {
         let table = EdgeTable::new(vertex_count, triangles);
         self.duplicate_faces = find_duplicates(triangles, &table).len();
-        let corners = triangles.as_flattened();
-        let vertex_at = |corner: u32| corners[corner as usize];
-        let sides = || 0..corners.len() as u32;
-
-        let mut by_vertex = DisjointSets::new(vertex_count);
-        let mut by_edge = DisjointSets::new(triangles.len());
-        // Corners are connected through the edges at their vertex.
-        let mut fans = DisjointSets::new(corners.len());
+        let mut hinges = Hinges::new(vertex_count, triangles);
         let mut boundary = DisjointSets::new(vertex_count);
         let mut boundary_vertices = Vec::new();
         for edge in table.iter() {
-            let first = edge[0];
-            let [from, to] = [vertex_at(first), vertex_at(next(first))];
-            by_vertex.union(from, to);
-            for &side in &edge[1..] {
-                by_edge.union(first / 3, side / 3);
-                let is_parallel = vertex_at(side) == from;
-                let [at_from, at_to] =
-                    if is_parallel { [side, next(side)] } else { [next(side), side] };
-                fans.union(first, at_from);
-                fans.union(next(first), at_to);
-            }
+            let [from, to] = hinges.connect(edge.iter().copied());
             self.edges += 1;
             match edge.len() {
                 1 => {
@@ -182,13 +166,11 @@ impl Diagnosis {
             }
         }
         self.boundary_loops = boundary.count_sets(boundary_vertices.into_iter());
-        self.components = by_vertex.count_sets(corners.iter().copied());
-        self.edge_components = by_edge.count_sets(0..triangles.len() as u32);
+        let corners = triangles.as_flattened();
+        self.components = hinges.vertices.count_sets(corners.iter().copied());
+        self.edge_components = hinges.faces.count_sets(0..triangles.len() as u32);
 
-        let mut fans_at = vec![0_u32; vertex_count];
-        sides()
-            .filter(|&corner| fans.find(corner) == corner)
-            .for_each(|corner| fans_at[vertex_at(corner) as usize] += 1);
+        let fans_at = hinges.fans(vertex_count);
         self.unreferenced_vertices = fans_at.iter().filter(|&&fans| fans == 0).count();
         self.non_manifold_vertices = fans_at.iter().filter(|&&fans| fans > 1).count();
         let used = vertex_count - self.unreferenced_vertices;

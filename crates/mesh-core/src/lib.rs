@@ -13,6 +13,7 @@ pub mod edit;
 pub mod face_tree;
 pub mod fill;
 pub mod handle;
+pub mod hinges;
 pub mod laplacian;
 pub mod measure;
 pub mod mesh;

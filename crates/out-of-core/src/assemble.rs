@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use glam::DVec3;
-use mesh_io::replace_file;
+use mesh_io::{Staged, stage_file};
 
 use crate::error::Error;
+use crate::finish::NONE;
+use crate::region::Region;
 use crate::work::Work;
 
 /// Writes the finished regions of a level as binary PLY, vertices and faces cell by cell; returns the number of
@@ -15,32 +16,45 @@ use crate::work::Work;
 /// # Errors
 /// A region is missing or damaged, there are too many vertices for PLY, or the file cannot be written.
 pub fn assemble(work: &Work, level: u32, path: &Path) -> Result<u64, Error> {
+    let (staged, faces) = stage_assembled(work, level, path)?;
+    staged.commit()?;
+    Ok(faces)
+}
+
+/// Does all that [`assemble()`] does except for the last step: the file takes its place when it is committed.
+///
+/// # Errors
+/// As [`assemble()`].
+pub fn stage_assembled(work: &Work, level: u32, path: &Path) -> Result<(Staged, u64), Error> {
     let cells = work.cells(level)?;
-    // Where the own vertices of each cell begin, and which vertices of other cells are asked for.
-    let (mut starts, mut vertices, mut faces) = (Vec::new(), 0_u64, 0_u64);
+    // Which vertices are asked for by the faces of other cells, and their numbers in the end.
     let mut asked: BTreeMap<(u32, u64), u32> = BTreeMap::new();
+    let mut faces = 0_u64;
     for cell in 0..cells {
         let region = work.finished_region(level, cell)?;
-        starts.push(vertices);
-        vertices += region.own as u64;
         faces += region.own_face_count() as u64;
         let others = region.homes.iter().zip(&region.vertex_ids[region.own..]);
         asked.extend(others.map(|(&home, &id)| ((home, id), 0)));
     }
-    if vertices > i32::MAX as u64 {
-        return Err(Error::RegionTooLarge { faces });
-    }
+    // Where the own vertices of each cell begin.
+    let (mut starts, mut vertices) = (Vec::new(), 0_u64);
     for cell in 0..cells {
         let region = work.finished_region(level, cell)?;
+        let ranks = ranks_of_used(&region, &asked);
+        starts.push(vertices);
         let ids = &region.vertex_ids[..region.own];
         for (&(_, id), number) in asked.range_mut((cell, 0)..=(cell, u64::MAX)) {
             let missing = |_| Error::damaged(work.folder(), "a vertex of a neighbour is not there");
             let place = ids.binary_search(&id).map_err(missing)?;
-            *number = (starts[cell as usize] + place as u64) as u32;
+            *number = (vertices + u64::from(ranks[place])) as u32;
         }
+        vertices += ranks.iter().filter(|&&rank| rank != NONE).count() as u64;
+    }
+    if vertices > i32::MAX as u64 {
+        return Err(Error::RegionTooLarge { faces });
     }
     let mut failed = None;
-    let written = replace_file(path, |out| {
+    let written = stage_file(path, |out| {
         writeln!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}")?;
         writeln!(out, "property double x\nproperty double y\nproperty double z")?;
         writeln!(out, "element face {faces}")?;
@@ -53,14 +67,18 @@ pub fn assemble(work: &Work, level: u32, path: &Path) -> Result<u64, Error> {
         };
         for cell in 0..cells {
             let region = region(cell)?;
-            for x in region.positions[..region.own].iter().flat_map(DVec3::to_array) {
-                out.write_all(&x.to_le_bytes())?;
+            let ranks = ranks_of_used(&region, &asked);
+            for (position, _) in region.positions.iter().zip(&ranks).filter(|(_, r)| **r != NONE) {
+                for x in position.to_array() {
+                    out.write_all(&x.to_le_bytes())?;
+                }
             }
         }
         for cell in 0..cells {
             let region = region(cell)?;
+            let ranks = ranks_of_used(&region, &asked);
             let number = |v: u32| match (v as usize).checked_sub(region.own) {
-                None => (starts[cell as usize] + u64::from(v)) as u32,
+                None => (starts[cell as usize] + u64::from(ranks[v as usize])) as u32,
                 Some(other) => {
                     let key = (region.homes[other], region.vertex_ids[v as usize]);
                     asked.get(&key).copied().unwrap_or_default()
@@ -77,6 +95,25 @@ pub fn assemble(work: &Work, level: u32, path: &Path) -> Result<u64, Error> {
     });
     match failed {
         Some(error) => Err(error),
-        None => Ok(written.map(|()| faces)?),
+        None => Ok((written?, faces)),
     }
+}
+
+/// Of each own vertex of a region that a face of it or of another region uses, how many such ones are before it;
+/// [`NONE`] for others. A vertex whose faces all belong to one neighbour lies within that one, and has become one
+/// of its own.
+fn ranks_of_used(region: &Region, asked: &BTreeMap<(u32, u64), u32>) -> Vec<u32> {
+    let mut is_used = vec![false; region.own];
+    for v in region.own_triangles().flatten().filter(|&v| (v as usize) < region.own) {
+        is_used[v as usize] = true;
+    }
+    let ids = &region.vertex_ids[..region.own];
+    for (&(_, id), _) in asked.range((region.cell, 0)..=(region.cell, u64::MAX)) {
+        if let Ok(place) = ids.binary_search(&id) {
+            is_used[place] = true;
+        }
+    }
+    let mut ranks = 0..;
+    let rank = |is_used: bool| if is_used { ranks.next() } else { None };
+    is_used.into_iter().map(rank).map(|rank| rank.unwrap_or(NONE)).collect()
 }

@@ -4,23 +4,41 @@ use core::ops::ControlFlow;
 
 use mesh_core::{PolygonSoup, Repair, TriMesh, build};
 use simplify::regions::Fragment;
-use simplify::{Options, Progress, Run, finish_collapses};
+use simplify::{Options, Progress, Run, StopReason, finish_collapses};
 
 use crate::error::Error;
+use crate::incoming::Summary;
 use crate::region::Region;
 use crate::star::stuck_vertices;
+use crate::work::Step;
 
-/// Collapses the region of the whole mesh to the number of faces that the options name.
+/// Collapses what is left of a mesh, of which the summary tells what it was, to the number of faces that the
+/// options name.
 pub(crate) fn collapse_rest(
-    region: Region,
+    rest: Fragment,
     options: &Options,
-    size: f64,
-    faces_before: usize,
-    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    summary: &Summary,
+    level: u32,
+    see: &mut dyn FnMut(Step) -> bool,
 ) -> Result<(TriMesh, Run), Error> {
+    let faces_before = usize::try_from(summary.triangles).unwrap_or(usize::MAX);
+    let mut observe = |now: &Progress| {
+        let of = (faces_before - now.face_target.min(faces_before)) as u64;
+        let done = (faces_before - now.faces.min(faces_before)) as u64;
+        let step = Step { what: "collapsing", done, of, level };
+        if see(step) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    let done = finish_collapses(rest, options, summary.size(), faces_before, &mut observe)?;
+    if done.1.stop == StopReason::Cancelled {
+        return Err(Error::Stopped);
+    }
+    Ok(done)
+}
+
+/// The region of the whole mesh as collapses take it, cut where it is not manifold.
+pub(crate) fn rest_of(region: Region) -> Result<Fragment, Error> {
     let is_manifold = stuck_vertices(region.positions.len(), &region.triangles).is_empty();
-    let fragment = if is_manifold { region.into_fragment().0 } else { cut(region)? };
-    Ok(finish_collapses(fragment, options, size, faces_before, observe)?)
+    if is_manifold { Ok(region.into_fragment().0) } else { cut(region) }
 }
 
 /// The region as a manifold.

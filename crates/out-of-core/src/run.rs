@@ -1,17 +1,17 @@
 //! A run from an input to a mesh, step after step on this machine.
 
-use core::ops::ControlFlow;
-
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
-use simplify::{Progress, StopReason};
+use simplify::StopReason;
 
 use crate::error::Error;
 use crate::finish::Finishing;
 use crate::finish_region::finish_region;
+use crate::plan::{Next, Plan};
 use crate::reduce::proved_distance;
-use crate::rest::collapse_rest;
-use crate::work::{Next, Record, Step, Work, add_up};
+use crate::rest::{collapse_rest, rest_of};
+use crate::stages::finish_stages;
+use crate::work::{Manifest, Record, Step, Work, add_up};
 
 /// What is left of a mesh.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub enum Left {
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// What is left.
+    /// What is left: of several results, the coarsest.
     pub left: Left,
     /// The number of its faces.
     pub faces: u64,
@@ -40,6 +40,40 @@ pub struct Outcome {
     pub stop: StopReason,
     /// No point of the input or of the result is farther from the other one than this, if that was proved.
     pub error: Option<f64>,
+    /// The finer levels of detail, from the finest, where [`Settings::finer`](crate::Settings::finer) names any.
+    pub finer: Vec<Finer>,
+}
+
+/// A level of detail that lies in the folder of its run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Finer {
+    /// The number of its faces.
+    pub faces: u64,
+    /// As [`Outcome::error`].
+    pub error: Option<f64>,
+    place: Place,
+}
+
+/// What a level of detail is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Place {
+    /// The cells of a level.
+    Cells { level: u32 },
+    /// The rest that a level has left, in one piece.
+    Stage { level: u32, number: u32 },
+}
+
+impl Finer {
+    /// The mesh, or where its regions are.
+    ///
+    /// # Errors
+    /// It is missing or damaged.
+    pub fn left(&self, work: &Work) -> Result<Left, Error> {
+        Ok(match self.place {
+            Place::Cells { level } => Left::Regions { level },
+            Place::Stage { level, number } => Left::Mesh(work.stage_mesh(level, number)?),
+        })
+    }
 }
 
 impl Outcome {
@@ -58,70 +92,134 @@ impl Outcome {
 /// # Errors
 /// A step fails; what was done before stays done.
 pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Error> {
+    // What is below was joined, and may have been removed since.
+    let joined = work.current()?.level;
     let mut level = 0;
-    let (mut levels, mut cell_counts) = (Vec::new(), Vec::new());
+    let (mut levels, mut cells, mut finer) = (Vec::new(), Vec::new(), Vec::new());
     let last = loop {
         let plan = work.plan(level)?;
         levels.push(plan.faces);
-        cell_counts.push(plan.cells);
-        let Next::Pass { bits, .. } = plan.next else { break plan };
-        if !work.is_joined(level + 1) {
-            let mut goes_on = |what, cell: u32, of: u32| {
-                let step = Step { what, done: u64::from(cell), of: u64::from(of), level };
-                if see(step) { Ok(()) } else { Err(Error::Stopped) }
-            };
-            for cell in 0..plan.cells.div_ceil(1 << bits) {
-                if work.has_region(level + 1, cell) {
-                    continue;
+        cells.push(plan.cells);
+        if plan.results > 0 {
+            let made = finish_cells(work, &plan, see)?;
+            finer.extend((0..plan.results).map(|_| made));
+        }
+        match plan.next {
+            Next::InOnePiece | Next::Cells => break plan,
+            _ if level < joined => {}
+            Next::Pass { bits, .. } => pass(work, &plan, bits, see)?,
+            Next::Strips { .. } => {
+                let of = u64::from(plan.cells);
+                if !see(Step { what: "collapsing rims", done: 0, of, level }) {
+                    return Err(Error::Stopped);
                 }
-                for part in (cell << bits)..((cell + 1) << bits).min(plan.cells) {
-                    goes_on("reducing", part, plan.cells)?;
-                    work.reduce(level, part)?;
-                }
-                work.join(level + 1, cell)?;
+                (0..plan.cells).try_for_each(|cell| work.join(level + 1, cell).map(drop))?;
             }
         }
         work.tidy(level);
         level += 1;
     };
-    let prove = work.tolerance();
-    let options = &work.manifest().settings.options;
-    if last.next == Next::Cells {
-        let (mut faces, mut moved) = (0, 0.0_f64);
-        for cell in 0..last.cells {
-            let record = finish_cell(work, level, cell, see)?;
-            faces += record.faces;
-            moved = moved.max(record.moved.unwrap_or(0.0));
+    if last.next == Next::InOnePiece {
+        if work.targets().len() == 1 {
+            let (mesh, stop, error) = finish_rest(work, level, see)?;
+            let faces = mesh.topology().face_count() as u64;
+            let left = Left::Mesh(mesh);
+            return Ok(Outcome { left, faces, levels, cells, stop, error, finer });
         }
-        return Ok(Outcome {
-            left: Left::Regions { level },
-            faces,
-            levels,
-            cells: cell_counts,
-            stop: StopReason::Faces,
-            error: work.moved(level)?.map(|sum| add_up(sum, moved)),
-        });
+        let first = finer.len() as u32;
+        finer.extend(stages(work, level, first, see)?);
     }
+    let no_result = || Error::damaged(work.folder(), "its plans lead to no result");
+    let coarsest = finer.pop().ok_or_else(no_result)?;
+    let is_short = last.next == Next::InOnePiece && coarsest.faces > work.target();
+    Ok(Outcome {
+        left: coarsest.left(work)?,
+        faces: coarsest.faces,
+        levels,
+        cells,
+        stop: if is_short { StopReason::NothingLeft } else { StopReason::Faces },
+        error: coarsest.error,
+        finer,
+    })
+}
+
+/// A pass over the cells of a level, and the joining of what it leaves.
+fn pass(
+    work: &Work,
+    plan: &Plan,
+    bits: u32,
+    see: &mut dyn FnMut(Step) -> bool,
+) -> Result<(), Error> {
+    let Plan { level, cells, .. } = *plan;
+    let mut goes_on = |cell: u32| {
+        let step = Step { what: "reducing", done: u64::from(cell), of: u64::from(cells), level };
+        if see(step) { Ok(()) } else { Err(Error::Stopped) }
+    };
+    for cell in 0..cells.div_ceil(1 << bits) {
+        if work.has_region(level + 1, cell) {
+            continue;
+        }
+        for part in (cell << bits)..((cell + 1) << bits).min(cells) {
+            goes_on(part)?;
+            work.reduce(level, part)?;
+        }
+        work.join(level + 1, cell)?;
+    }
+    Ok(())
+}
+
+/// Finishes the cells of a level that is a result.
+fn finish_cells(
+    work: &Work,
+    plan: &Plan,
+    see: &mut dyn FnMut(Step) -> bool,
+) -> Result<Finer, Error> {
+    let level = plan.level;
+    let (mut faces, mut moved) = (0, 0.0_f64);
+    for cell in 0..plan.cells {
+        let record = finish_cell(work, level, cell, see)?;
+        faces += record.faces;
+        moved = moved.max(record.moved.unwrap_or(0.0));
+    }
+    let error = work.moved(level)?.map(|sum| add_up(sum, moved));
+    Ok(Finer { faces, error, place: Place::Cells { level } })
+}
+
+/// The results from this number on, which are made of the rest in one piece.
+fn stages(
+    work: &Work,
+    level: u32,
+    first: u32,
+    see: &mut dyn FnMut(Step) -> bool,
+) -> Result<impl Iterator<Item = Finer>, Error> {
+    let numbers = first..work.targets().len() as u32;
+    let before = work.moved(level)?;
+    let records = finish_stages(work, level, numbers.clone(), see)?;
+    Ok(numbers.zip(records).map(move |(number, record)| Finer {
+        faces: record.faces,
+        error: before.zip(record.moved).map(|(sum, moved)| add_up(sum, moved)),
+        place: Place::Stage { level, number },
+    }))
+}
+
+/// Does the rest in one piece: the mesh, why its collapses ended, and how far it is from the input.
+fn finish_rest(
+    work: &Work,
+    level: u32,
+    see: &mut dyn FnMut(Step) -> bool,
+) -> Result<(TriMesh, StopReason, Option<f64>), Error> {
+    let Manifest { settings, summary, cells, .. } = work.manifest();
+    let prove = work.tolerance();
     let region = work.whole(level)?;
     let before = match prove {
         Some(_) => Some(Surface::from_triangles(&region.positions, &region.triangles)?),
         None => None,
     };
-    let summary = &work.manifest().summary;
-    let faces_before = usize::try_from(summary.triangles).unwrap_or(usize::MAX);
-    let mut observe = |now: &Progress| {
-        let of = (faces_before - now.face_target.min(faces_before)) as u64;
-        let done = (faces_before - now.faces.min(faces_before)) as u64;
-        let step = Step { what: "collapsing", done, of, level };
-        if see(step) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-    };
-    let (mesh, run) = collapse_rest(region, options, summary.size(), faces_before, &mut observe)?;
-    if run.stop == StopReason::Cancelled {
-        return Err(Error::Stopped);
-    }
+    let mut options = settings.options.clone();
+    options.collapse.record = false;
+    let (mesh, run) = collapse_rest(rest_of(region)?, &options, summary, level, see)?;
     let folder = work.folder().join("finish");
-    let cells = 0..work.manifest().cells.count();
-    let finishing = Finishing { work, cells, folder, options: &options.finish };
+    let finishing = Finishing { work, cells: 0..cells.count(), folder, options: &options.finish };
     let mesh = finishing.finish(mesh, see)?.mesh;
     let error = match (prove, before, work.moved(level)?) {
         (Some(tolerance), Some(before), Some(moved)) => {
@@ -131,9 +229,7 @@ pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Er
         }
         _ => None,
     };
-    let faces = mesh.topology().face_count() as u64;
-    let left = Left::Mesh(mesh);
-    Ok(Outcome { left, faces, levels, cells: cell_counts, stop: run.stop, error })
+    Ok((mesh, run.stop, error))
 }
 
 /// Finishes a cell of a level that is the result, against its own part of the original. It needs the regions of

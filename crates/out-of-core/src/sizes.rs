@@ -55,21 +55,29 @@ const BASE: u64 = 24 << 20;
 const PER_REGION_FACE: u64 = 250;
 /// The bytes that a face of the rest takes: where it goes on in regions, and where it does not.
 const PER_REST_FACE: [u64; 2] = [260, 560];
+/// What it takes besides where collapses are recorded, since several results are made of them.
+const PER_RECORDED_FACE: u64 = 100;
 /// No region is smaller than this: rims would be most of it.
 const LEAST: u64 = 4096;
 /// Nothing is done in less memory.
 const LEAST_MEMORY: u64 = BASE + LEAST * PER_REST_FACE[1] * 10 / 4;
 
 impl Sizes {
-    /// What fits into so many bytes, where distances are to be proved or not.
+    /// What fits into so many bytes, with one result or several of them, and distances proved or not.
     ///
     /// # Errors
     /// It is not even enough for the smallest regions.
-    pub fn within(memory: u64, options: &Options, prove: bool) -> Result<Self, Error> {
+    pub fn within(
+        memory: u64,
+        options: &Options,
+        results: usize,
+        prove: bool,
+    ) -> Result<Self, Error> {
         // Proofs have the surface before and after a pass, and the trees over both.
         let share = if prove { 4 } else { 8 };
         let usable = memory.saturating_sub(BASE) * share / 10;
-        let rest = PER_REST_FACE[usize::from(options.collapse.metric == Metric::Hybrid)];
+        let rest = PER_REST_FACE[usize::from(options.collapse.metric == Metric::Hybrid)]
+            + if results > 1 { PER_RECORDED_FACE } else { 0 };
         let region_faces = usable / PER_REGION_FACE;
         if memory < LEAST_MEMORY {
             return Err(Error::TooLittleMemory { given: memory, least: LEAST_MEMORY });

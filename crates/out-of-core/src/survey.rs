@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use mesh_core::build::has_zero_area;
 use mesh_core::diagnose::is_sliver;
 use mesh_core::disjoint_sets::DisjointSets;
+use mesh_core::hinges::Hinges;
 use mesh_core::measure::SoupMeasures;
 use mesh_core::{BoundingBox, Diagnosis};
 
@@ -142,24 +143,13 @@ impl Surveyor {
             }
         }
         sides.sort_unstable();
-        let mut by_vertex = DisjointSets::new(region.positions.len());
-        let mut by_edge = DisjointSets::new(region.triangles.len());
-        let mut fans = DisjointSets::new(corners.len());
+        let mut hinges = Hinges::new(region.positions.len(), &region.triangles);
         let mut boundary = DisjointSets::new(region.positions.len());
         let mut at_boundary = vec![false; region.positions.len()];
         let found = &mut self.found.diagnosis;
         for edge in sides.chunk_by(|a, b| a.0 == b.0) {
-            let (ends, first) = edge[0];
-            let [from, to] = [vertex_at(first), vertex_at(next(first))];
-            by_vertex.union(from, to);
-            for &(_, side) in &edge[1..] {
-                by_edge.union(first / 3, side / 3);
-                let is_parallel = vertex_at(side) == from;
-                let [at_from, at_to] =
-                    if is_parallel { [side, next(side)] } else { [next(side), side] };
-                fans.union(first, at_from);
-                fans.union(next(first), at_to);
-            }
+            let ends = edge[0].0;
+            let [from, to] = hinges.connect(edge.iter().map(|&(_, side)| side));
             if ends.map(|v| region.home(v)).into_iter().min() != Some(region.cell) {
                 continue;
             }
@@ -177,15 +167,11 @@ impl Surveyor {
             }
         }
         drop(sides);
-        let mut fans_at = vec![0_u32; region.own];
-        for corner in 0..corners.len() as u32 {
-            let v = vertex_at(corner) as usize;
-            if v < region.own && fans.find(corner) == corner {
-                fans_at[v] += 1;
-            }
-        }
-        found.non_manifold_vertices += fans_at.iter().filter(|&&fans| fans > 1).count();
-        drop((fans, fans_at));
+        let fans = hinges.fans(region.own);
+        found.non_manifold_vertices += fans.iter().filter(|&&fans| fans > 1).count();
+        drop(fans);
+        let Hinges { mut vertices, mut faces, .. } = hinges;
+        let (by_vertex, by_edge) = (&mut vertices, &mut faces);
 
         let is_shared = |triangle: &[u32; 3]| triangle.iter().any(|&v| v as usize >= region.own);
         let mut at_rim = vec![false; region.positions.len()];
@@ -195,7 +181,7 @@ impl Surveyor {
         let vertices = 0..region.positions.len() as u32;
         let key = |v: u32| key_of([region.vertex_ids[v as usize]]);
         let rim = || vertices.clone().filter(|&v| at_rim[v as usize]);
-        self.components.add(&mut by_vertex, vertices.clone(), rim().map(|v| (v, key(v))))?;
+        self.components.add(by_vertex, vertices.clone(), rim().map(|v| (v, key(v))))?;
         let bounding = || vertices.clone().filter(|&v| at_boundary[v as usize]);
         let shared = bounding().filter(|&v| at_rim[v as usize]).map(|v| (v, key(v)));
         self.boundaries.add(&mut boundary, bounding(), shared)?;
@@ -206,7 +192,7 @@ impl Surveyor {
             ids.sort_unstable();
             (f, key_of(ids))
         });
-        self.edge_components.add(&mut by_edge, faces.clone(), shared)
+        self.edge_components.add(by_edge, faces.clone(), shared)
     }
 }
 

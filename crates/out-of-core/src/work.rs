@@ -6,7 +6,9 @@
 //! level-0/plan.json          up to which cost the cells of the level are collapsed, or that they fit
 //! level-0/cell-3.reduced     what was left of it
 //! level-1/cell-0.region      neighbours joined
+//! level-1/cell-0.finished    the same as part of a result
 //! ...
+//! level-3/cell-2.stage       the third result, made of all that is left of level 3
 //! ```
 //!
 //! Beside each region lies its record, as JSON, with a checksum; it is written last. A step whose record is
@@ -15,27 +17,34 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use mesh_core::TriMesh;
 use mesh_io::ReadOptions;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use simplify::regions::{Ceiling, Forecast, Rules};
-use simplify::{Options, rules};
+use simplify::{Limits, Options, rules};
 
 use crate::cells::Cells;
 use crate::claim::{MARK, SCRATCH, claim};
 use crate::error::Error;
 use crate::incoming::{Incoming, Input, Summary};
 use crate::join::join;
+use crate::plan::{Next, Plan, Situation, has_strips};
 use crate::reduce::{proved_distance, reduce};
 use crate::region::Region;
 use crate::sizes::Sizes;
 use crate::split::{Repairs, forecast, split};
+use crate::strips::Strips;
 
 /// What a run is to do.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Settings {
     /// How the mesh is simplified. `collapse.limits` has to name a number of faces or a ratio.
     pub options: Options,
+    /// Finer levels of detail, which are results too: each names a number of faces or a ratio. All results are
+    /// sorted, so that these may be the coarser ones as well.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub finer: Vec<Limits>,
     /// What becomes of faces and vertices that no mesh can have.
     pub repairs: Repairs,
     /// How much is held at a time.
@@ -102,38 +111,6 @@ pub struct Record {
     pub moved: Option<f64>,
 }
 
-/// What is done with a level.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Plan {
-    /// The level.
-    pub level: u32,
-    /// The number of its cells.
-    pub cells: u32,
-    /// The faces of all of them.
-    pub faces: u64,
-    /// What comes next.
-    pub next: Next,
-}
-
-/// What comes after a level.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Next {
-    /// Every cell is collapsed up to a common cost, and neighbours are joined.
-    Pass {
-        /// The cost.
-        ceiling: Ceiling,
-        /// How many faces that leaves, about.
-        aim: u64,
-        /// How many binary digits the numbers of cells lose.
-        bits: u32,
-    },
-    /// Everything fits into memory: the rest is done in one piece.
-    InOnePiece,
-    /// There are few enough faces, and still too many for one piece: the cells are the result.
-    Cells,
-}
-
 /// The folder of a run.
 #[derive(Clone, Debug)]
 pub struct Work {
@@ -142,15 +119,14 @@ pub struct Work {
 }
 
 const VERSION: u32 = 1;
-/// A pass leaves no fewer than one in so many faces; by then, rims stand out.
-const PASS: u64 = 4;
-
 /// Which of the files of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Region,
     Reduced,
     Finished,
+    /// Of the rest that is done in one piece, with the number of a result in place of a cell.
+    Stage,
 }
 
 impl Work {
@@ -176,6 +152,20 @@ impl Work {
             return Err(Error::Unsupported(
                 "what the options ask for",
                 "take a preset with quadrics, without constraints and limits other than a number of faces",
+            ));
+        }
+        let is_count = |limits: &Limits| {
+            let Limits { faces, ratio, time: None, vertices: None, cost: None, collapses: None } =
+                limits
+            else {
+                return false;
+            };
+            faces.is_some() || ratio.is_some()
+        };
+        if !settings.finer.iter().all(is_count) {
+            return Err(Error::Unsupported(
+                "a level of detail",
+                "name a number of faces or a ratio for each, and nothing else",
             ));
         }
         fs::create_dir_all(folder).map_err(Error::io(folder))?;
@@ -287,11 +277,30 @@ impl Work {
         &self.manifest
     }
 
-    /// The number of faces at which the run ends.
+    /// The numbers of faces of the results, from the finest to the coarsest, with which the run ends.
+    #[must_use]
+    pub fn targets(&self) -> Vec<u64> {
+        let faces = usize::try_from(self.manifest.summary.triangles).unwrap_or(usize::MAX);
+        let Settings { options, finer, .. } = &self.manifest.settings;
+        let limits = finer.iter().chain([&options.collapse.limits]);
+        let mut targets: Vec<u64> = limits.map(|limits| limits.face_target(faces) as u64).collect();
+        targets.sort_unstable_by(|a, b| b.cmp(a));
+        targets
+    }
+
+    /// The number of faces of the coarsest of them.
     #[must_use]
     pub fn target(&self) -> u64 {
-        let faces = usize::try_from(self.manifest.summary.triangles).unwrap_or(usize::MAX);
-        self.manifest.settings.options.collapse.limits.face_target(faces) as u64
+        self.targets().last().copied().unwrap_or(0)
+    }
+
+    /// Whether all results fit into memory, so that each of them is one mesh.
+    #[must_use]
+    pub fn fits(&self) -> bool {
+        let Manifest { settings, summary, cells, .. } = &self.manifest;
+        let rest = settings.sizes.rest_faces;
+        let is_whole = cells.count() == 1 || summary.triangles <= rest;
+        is_whole || self.targets().first().is_none_or(|&finest| finest <= rest)
     }
 
     /// How closely distances are proved, in model units, if they are.
@@ -317,6 +326,7 @@ impl Work {
             State::Region => "region",
             State::Reduced => "reduced",
             State::Finished => "finished",
+            State::Stage => "stage",
         };
         self.level_folder(level).join(format!("cell-{cell}.{extension}"))
     }
@@ -329,7 +339,7 @@ impl Work {
         let faces = region.own_face_count() as u64;
         let forecast = match state {
             State::Region => Some(forecast(region.clone(), &self.rules()?)),
-            State::Reduced | State::Finished => None,
+            State::Reduced | State::Finished | State::Stage => None,
         };
         let record = Record { sha256, bytes, faces, forecast, moved };
         put_json(&record_path(&path), &record)?;
@@ -365,6 +375,7 @@ impl Work {
         let below: Plan = self.read_plan(level - 1)?;
         match below.next {
             Next::Pass { bits, .. } => Ok(below.cells.div_ceil(1 << bits)),
+            Next::Strips { .. } => Ok(below.cells),
             _ => Err(Error::damaged(&self.plan_path(level), "there is no such level")),
         }
     }
@@ -396,40 +407,19 @@ impl Work {
             faces += record.faces;
             forecasts.push(record.forecast.unwrap_or_default());
         }
-        let before = if level > 0 { Some(self.read_plan(level - 1)?) } else { None };
-        let sizes = self.manifest.settings.sizes;
-        let target = self.target();
-        let depth = cells.trailing_zeros();
-        // Where next to nothing went, or of the last little less than half, rims are in the way.
-        let is_stuck = before.is_some_and(|before| match before.next {
-            Next::Pass { aim, .. } if target > sizes.rest_faces => 2 * faces > before.faces + aim,
-            _ => 20 * faces > 19 * before.faces,
-        });
-        let share = |aim: u64| aim as f64 / faces as f64;
-        let forecasts: Vec<&Forecast> = forecasts.iter().collect();
-        let next = if faces <= sizes.rest_faces || cells == 1 {
-            Next::InOnePiece
-        } else if target <= sizes.rest_faces {
-            // A little less, for regions do not tell exactly.
-            let aim = sizes.rest_faces.max(faces / PASS);
-            let aim = if aim == sizes.rest_faces { aim - aim / 10 } else { aim };
-            let ceiling = Ceiling::leaving(share(aim), &forecasts);
-            // Neighbours are joined whatever their size where nothing else helps.
-            let fewest = u32::from(is_stuck);
-            let bits = (depth - sizes.depth(aim + aim / 10).min(depth)).max(fewest);
-            Next::Pass { ceiling, aim, bits }
-        } else if faces <= target + target / 200 || (is_stuck && sizes.depth(faces) >= depth) {
-            Next::Cells
-        } else {
-            // From above, ever closer: what regions do not tell exactly is a share of what goes.
-            let over = faces - target;
-            let aim = if 12 * over <= target { target } else { target + over / 8 };
-            let aim = aim.max(faces / PASS);
-            let ceiling = Ceiling::closest(share(aim), &forecasts);
-            let bits = depth - sizes.depth(aim + aim / 10).min(depth);
-            Next::Pass { ceiling, aim, bits: bits.max(u32::from(is_stuck)) }
+        let below: Vec<Plan> = (0..level).map(|l| self.read_plan(l)).collect::<Result<_, _>>()?;
+        let met: usize = below.iter().map(|plan| plan.results as usize).sum();
+        let situation = Situation {
+            level,
+            cells,
+            faces,
+            forecasts: &forecasts,
+            before: below.last().copied(),
+            has_strips: has_strips(below.iter().rev()),
+            targets: &self.targets()[met..],
+            sizes: self.manifest.settings.sizes,
         };
-        let plan = Plan { level, cells, faces, next };
+        let plan = situation.plan();
         put_json(&self.plan_path(level), &plan)?;
         Ok(plan)
     }
@@ -471,6 +461,12 @@ impl Work {
             return Ok(done);
         }
         let below = level.checked_sub(1).map(|below| self.read_plan(below)).transpose()?;
+        if let Some(Plan { cells, next: Next::Strips { ceiling }, .. }) = below {
+            self.collapse_rims(level - 1, cells, ceiling)?;
+            let path = self.path(level, cell, State::Region);
+            let no_cell = || Error::damaged(&path, "there is no such cell");
+            return self.record(level, cell, State::Region).ok_or_else(no_cell);
+        }
         let Some(Plan { cells, next: Next::Pass { bits, .. }, .. }) = below else {
             return Err(Error::damaged(&self.plan_path(level), "nothing is joined on this level"));
         };
@@ -481,6 +477,38 @@ impl Work {
         let folder = self.level_folder(level);
         fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         self.put(&joined, State::Region, None)
+    }
+
+    /// Collapses the rims of the cells of a level, and writes those of the next one.
+    fn collapse_rims(&self, level: u32, cells: u32, ceiling: Ceiling) -> Result<(), Error> {
+        let read = |cell| {
+            if level > 0 {
+                self.join(level, cell)?;
+            }
+            self.get(level, cell, State::Region)
+        };
+        // Besides the strips there is the cell that they are taken from.
+        let most = self.manifest.settings.sizes.region_faces / 4 * 3;
+        let (strips, region) = Strips::gather(level, cells, most, &self.folder, read)?.unzip();
+        let region = region.unwrap_or(Region { level, ..Region::default() });
+        let before = self.tolerance().map(|tolerance| (region.clone(), tolerance));
+        let reduced = reduce(region, &self.rules()?, ceiling);
+        let moved = match before {
+            Some((before, tolerance)) => Some(proved_distance(&before, &reduced, tolerance)?),
+            None => None,
+        };
+        self.put(&reduced, State::Reduced, moved)?;
+        let folder = self.level_folder(level + 1);
+        fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        for cell in 0..cells {
+            let old = read(cell)?;
+            let next = match &strips {
+                Some(strips) => strips.put_back(&reduced, &old),
+                None => Region { level: level + 1, ..old },
+            };
+            self.put(&next, State::Region, None)?;
+        }
+        Ok(())
     }
 
     /// Everything that is left on a level, as one region.
@@ -504,12 +532,9 @@ impl Work {
 
     /// The region of a cell of the level that is the result.
     pub(crate) fn region_to_finish(&self, level: u32, cell: u32) -> Result<Region, Error> {
-        match self.plan(level)?.next {
-            Next::Cells => {}
-            _ => {
-                let path = self.plan_path(level);
-                return Err(Error::damaged(&path, "this level is not finished region by region"));
-            }
+        if self.plan(level)?.results == 0 {
+            let path = self.plan_path(level);
+            return Err(Error::damaged(&path, "this level is not finished region by region"));
         }
         if level > 0 {
             self.join(level, cell)?;
@@ -538,6 +563,23 @@ impl Work {
         self.get(level, cell, State::Finished)
     }
 
+    /// The record of a result that was made of the rest in one piece.
+    pub(crate) fn stage(&self, level: u32, number: u32) -> Option<Record> {
+        self.record(level, number, State::Stage)
+    }
+
+    pub(crate) fn put_stage(&self, stage: &Region, moved: Option<f64>) -> Result<Record, Error> {
+        self.put(stage, State::Stage, moved)
+    }
+
+    /// A result that was made of the rest in one piece.
+    pub(crate) fn stage_mesh(&self, level: u32, number: u32) -> Result<TriMesh, Error> {
+        let Region { positions, triangles, .. } = self.get(level, number, State::Stage)?;
+        let path = self.path(level, number, State::Stage);
+        TriMesh::from_triangles(&positions, &triangles)
+            .map_err(|error| Error::damaged(&path, error.to_string()))
+    }
+
     /// How far the passes so far have moved the surface at most, if that was proved: the largest distance
     /// over the cells of each, added up.
     ///
@@ -550,7 +592,10 @@ impl Work {
         let mut sum = 0.0;
         for level in 0..levels {
             let mut largest = 0.0_f64;
-            for cell in 0..self.cells(level)? {
+            let plan = self.read_plan(level)?;
+            // All strips are one region.
+            let is_strips = matches!(plan.next, Next::Strips { .. });
+            for cell in 0..if is_strips { 1 } else { plan.cells } {
                 let path = record_path(&self.path(level, cell, State::Reduced));
                 let record: Record = get_json(&path)?;
                 largest = largest.max(record.moved.unwrap_or(f64::INFINITY));
@@ -581,11 +626,20 @@ impl Work {
         self.record(level, cell, State::Region).is_some()
     }
 
-    /// Whether all regions of a level are there.
-    #[must_use]
-    pub fn is_joined(&self, level: u32) -> bool {
-        let Ok(cells) = self.cells(level) else { return false };
-        (0..cells).all(|cell| self.record(level, cell, State::Region).is_some())
+    /// The plan of the highest level whose regions are all there. Of those below, some may have been removed
+    /// since.
+    ///
+    /// # Errors
+    /// No level is there, or the plan cannot be written.
+    pub fn current(&self) -> Result<Plan, Error> {
+        let (mut highest, mut level) = (0, 0);
+        while let Ok(cells) = self.cells(level) {
+            if (0..cells).all(|cell| self.has_region(level, cell)) {
+                highest = level;
+            }
+            level += 1;
+        }
+        self.plan(highest)
     }
 }
 

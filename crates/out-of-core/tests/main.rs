@@ -3,5 +3,6 @@
 mod bounds;
 mod common;
 mod files;
+mod levels;
 mod passing;
 mod whole;

@@ -178,3 +178,67 @@ def test_what_is_wrong_is_told(giant: Path, binary: str, tmp_path: Path) -> None
     assert caught.value.step == "split"
     with pytest.raises(RegionError, match="(?i)ratio"):
         regions.simplify(giant, "out.ply", work_dir=work, workers=1, program=binary, memory="30MiB", ratio=7)
+
+
+def test_levels_are_the_same_from_every_engine(engine: str, giant: Path, binary: str, tmp_path: Path) -> None:
+    """Of levels that fit and one that does not, by steps that are finished side by side."""
+    import subprocess
+
+    steps = list[str]()
+    made = regions.lod(
+        giant,
+        tmp_path / "levels",
+        work_dir=tmp_path / "work",
+        memory="36MiB",
+        ratios=[0.02, 0.5],
+        faces=[3000],
+        preset="fast",
+        verify=True,
+        engine=engine,
+        workers=2,
+        program=binary,
+        callback=steps.append,
+    )
+    total = cm.read(giant).face_count
+    for level, target in zip(made.levels, (0.5 * total, 3000, 0.02 * total), strict=True):
+        assert abs(level.faces - target) <= max(1, target / 100)
+        assert level.faces == cm.read(level.output).face_count and level.tiles is None
+        assert level.error is not None and 0 < level.error < 1
+    once = [step for step in steps if step != "plan"]
+    assert len(set(once)) == len(once) and any(step.startswith("finish ") for step in once)
+    # Where one process makes the same.
+    alone = tmp_path / "alone"
+    one = str(tmp_path / "one")
+    split = ["split", str(giant), "-w", one, "--memory", "36MiB", "--preset", "fast", "--verify"]
+    split += ["--levels", "0.02,0.5", "--level-faces", "3000"]
+    for step in (split, ["finish", one, "-o", str(alone)]):
+        subprocess.run([binary, "region", *step, "--quiet"], check=True, capture_output=True)
+    for level in made.levels:
+        assert digest(Path(level.output)) == digest(alone / Path(level.output).name)
+
+
+def test_levels_as_tiles(giant: Path, binary: str, tmp_path: Path) -> None:
+    made = regions.lod(
+        giant,
+        tmp_path / "levels",
+        work_dir=tmp_path / "work",
+        memory="36MiB",
+        ratios=[0.5, 0.1],
+        tiles=True,
+        workers=1,
+        program=binary,
+    )
+    for level in made.levels:
+        tiles = sorted(Path(level.output).glob("tile-*.ply"))
+        assert len(tiles) == level.tiles
+        assert sum(cm.read(tile).face_count for tile in tiles) == level.faces
+    assert "levels" in repr(made) and len(made.cells) > 1
+    for as_tiles, name in ((False, "giant-1.ply"), (True, "one")):
+        folder = tmp_path / ("one" if as_tiles else "file")
+        work = tmp_path / f"only-{as_tiles}"
+        only = regions.lod(
+            giant, folder, work_dir=work, memory="36MiB", faces=[3000], tiles=as_tiles, workers=1, program=binary
+        )
+        assert [Path(level.output).name for level in only.levels] == [name] and only.levels[0].faces == 3000
+    with pytest.raises(cm.OptionError, match="no levels"):
+        regions.lod(giant, "out", work_dir=tmp_path / "none", memory="36MiB", program=binary)

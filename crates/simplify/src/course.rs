@@ -70,10 +70,15 @@ pub fn rules(options: &Options, size: f64) -> Option<Rules> {
 
 /// Goes on with what is left of a mesh after passes that were made elsewhere, as if they had been made
 /// here: collapses to the number of faces that the options name, and does nothing else of what they
-/// say. `size` is that of the mesh before the first pass, and `faces_before` the number of its faces.
+/// say. `size` is that of the mesh before the first pass, and `faces_before` the number of its faces. Where
+/// the options say that collapses are recorded, the log is one of the mesh that the fragment is:
+/// `TriMesh::from_triangles(&fragment.positions, &fragment.triangles)`.
 ///
 /// # Errors
 /// The options make no sense, or ask for what regions do not know.
+///
+/// # Panics
+/// The fragment is no oriented manifold.
 pub fn finish_collapses(
     fragment: Fragment,
     options: &Options,
@@ -88,13 +93,13 @@ pub fn finish_collapses(
         with: "what the options ask for",
         cure: "take quadrics without constraints, or the whole mesh",
     })?;
-    let mut options = options.clone();
-    options.collapse.record = false;
-    let rules = Rules { record: false, ..rules };
     let target = options.collapse.limits.face_target(faces_before);
     let limits = Limits { faces: Some(target), ratio: None, ..options.collapse.limits };
     let (capacity, start) = (fragment.positions.len(), Instant::now());
-    let sheet = Sheet::from_fragment(fragment);
+    let mut sheet = Sheet::from_fragment(fragment);
+    if rules.record {
+        sheet.number_half_edges();
+    }
     let observe = &mut |now: &Progress| observe(&Progress { faces_before, ..*now });
     if !is_start {
         let done = collapse_sheet(sheet, capacity, rules, &limits, End::Exact, observe);
@@ -103,7 +108,7 @@ pub fn finish_collapses(
     let rough = Limits { faces: Some(REST * target), ..limits };
     let first = collapse_sheet(sheet, capacity, rules, &rough, End::Rough, observe);
     let time = limits.time.map(|time| time.saturating_sub(start.elapsed()));
-    let (level, run) = go_on(first, &options, Limits { time, ..limits }, faces_before, observe);
+    let (level, run) = go_on(first, options, Limits { time, ..limits }, faces_before, observe);
     Ok((level.mesh, run))
 }
 

@@ -9,8 +9,10 @@ use glam::DVec3;
 use mesh_core::shapes::{Irregular, Plane, Sphere, Torus, Wave};
 use mesh_core::{TriMesh, VertexId};
 use mesh_metric::{CompareOptions, Surface, compare};
-use simplify::regions::{Ceiling, Reduced, Region, Rules, Sheet};
-use simplify::{Options, Preset, Simplified, StopReason, Update, simplify, simplify_observed};
+use simplify::regions::{Ceiling, Fragment, Reduced, Region, Rules, Sheet};
+use simplify::{
+    Options, Preset, Simplified, StopReason, Update, finish_collapses, simplify, simplify_observed,
+};
 
 /// A bent torus that is worth regions.
 fn torus(rings: usize) -> TriMesh {
@@ -106,6 +108,41 @@ fn the_record_replays_to_the_same_bits_and_to_levels() {
             let of_alone = mean_error(&mesh, &alone.mesh);
             assert!(of_level < 1.3 * of_alone, "{preset} {faces}: {of_level} {of_alone}");
         }
+    }
+}
+
+/// What goes on after passes that were made elsewhere is a log of the mesh that these have left.
+#[test]
+fn the_rest_after_passes_made_elsewhere_is_recorded_too() {
+    let mesh = torus(400);
+    let size = mesh.bounding_box().unwrap().diagonal();
+    let whole = Fragment {
+        positions: mesh.positions().to_vec(),
+        own: mesh.positions().len(),
+        triangles: mesh.topology().triangles().collect(),
+        ..Fragment::default()
+    };
+    for preset in [Preset::Draft, Preset::Fast, Preset::Default] {
+        let mut options = quick(preset).to_faces(3000);
+        let rules = simplify::rules(&options, size).unwrap();
+        let sheet = Sheet::from_fragment(whole.clone());
+        let ceiling = Ceiling::leaving(0.5, &[&sheet.forecast(0, &rules, 0.3, 4)]);
+        let left = sheet.reduce(0, &rules, ceiling).into_fragment();
+        let start = TriMesh::from_triangles(&left.positions, &left.triangles).unwrap();
+        let faces = mesh.topology().face_count();
+        assert!(start.topology().face_count() < 2 * faces / 3);
+        let mut finish = |record: bool| {
+            options.collapse.record = record;
+            let go_on = &mut |_: &_| ControlFlow::Continue(());
+            finish_collapses(left.clone(), &options, size, faces, go_on).unwrap()
+        };
+        let ((end, run), (unrecorded, _)) = (finish(true), finish(false));
+        assert!(bits(&end) == bits(&unrecorded), "{preset}");
+        let (level, _) = run.log.level(&start, run.log.len()).unwrap();
+        assert!(bits(&level) == bits(&end), "{preset}");
+        let (level, _) = run.log.level(&start, run.log.count_for_faces(9000)).unwrap();
+        assert!(level.topology().face_count().abs_diff(9000) < 2);
+        level.topology().validate().unwrap();
     }
 }
 

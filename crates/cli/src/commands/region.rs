@@ -1,20 +1,22 @@
 //! `curvmesh region`: the steps of a run over a mesh larger than memory, one by one, for job arrays.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use out_of_core::{Next, Plan, Work, finish_cell, run as run_rest, write_tiles};
 use serde::Serialize;
+use simplify::{FinishOptions, Options};
 
+use crate::args::is_standard;
 use crate::batch::{Shard, parse_shard};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::{self, while_writing};
-use crate::large;
+use crate::large::{self, Level};
 use crate::load::{Loading, parse_bytes};
-use crate::save::{SAVE_OPTIONS, SaveOptions, check_target};
+use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, paths_of_levels};
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{Policy, Targets};
+use crate::simplify_options::{NOT_FITTED, OF_FITS, OF_TARGETS, Policy, Targets, parse_ratio};
 
 /// Simplify a mesh larger than memory step by step, on as many machines as there are
 ///
@@ -28,6 +30,12 @@ use crate::simplify_options::{Policy, Targets};
 ///     curvmesh region finish work -o small.ply
 ///     curvmesh region finish work --shard 3/16   # of a result that does not fit: its cells side by side
 ///     curvmesh region finish work --tiles small  # a file for each cell
+///
+/// Split with --levels or --level-faces, a mesh has several results, levels of detail, which go to a folder.
+///
+///     curvmesh region split huge.ply -w work --levels 0.3,0.1,0.01 --memory 8G
+///     curvmesh region finish work --level 2 --shard 3/16   # if the plan of level 2 says that it is one of them
+///     curvmesh region finish work -o levels
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Region {
@@ -62,6 +70,15 @@ struct Split {
     memory: u64,
     #[command(flatten)]
     targets: Targets,
+    /// Levels of detail with these parts of the faces, not fitted to the input, instead of one result
+    #[arg(
+        long, value_name = "RATIOS", value_delimiter = ',', value_parser = parse_ratio,
+        help_heading = "Levels of detail"
+    )]
+    levels: Vec<f64>,
+    /// Levels of detail with so many faces
+    #[arg(long, value_name = "COUNTS", value_delimiter = ',', help_heading = "Levels of detail")]
+    level_faces: Vec<usize>,
     #[command(flatten)]
     policy: Policy,
     #[command(flatten)]
@@ -96,11 +113,11 @@ struct Finish {
     /// The work folder
     #[arg(value_name = "DIR")]
     work_dir: PathBuf,
-    /// The file to write
-    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["tiles", "shard", "cell"])]
+    /// The file to write, or the folder for several levels of detail
+    #[arg(short, long, value_name = "OUT", required_unless_present_any = ["tiles", "shard", "cell", "level"])]
     output: Option<PathBuf>,
     /// The folder for one PLY file for each cell, and tiles.json, which lists them; vertices on common rims
-    /// have the same coordinates
+    /// have the same coordinates. Levels of detail get a folder each within it
     #[arg(long, value_name = "DIR")]
     tiles: Option<PathBuf>,
     /// Fit no more than this cell of a result that does not fit into memory, and write nothing else
@@ -109,6 +126,9 @@ struct Finish {
     /// Fit no more than the K-th of N parts of its cells, as in 3/16
     #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["output", "tiles"])]
     shard: Option<Shard>,
+    /// The level whose cells these are [default: the last one]
+    #[arg(long, value_name = "L", conflicts_with_all = ["output", "tiles"])]
+    level: Option<u32>,
     #[command(flatten)]
     save: SaveOptions,
 }
@@ -124,13 +144,13 @@ struct Report {
     cells: u32,
     /// The faces of what was done, or of the level.
     faces: u64,
-    /// What comes next, from a plan: `pass`, `finish`.
+    /// What comes next, from a plan: `pass`, `strips`, `finish`.
     #[serde(skip_serializing_if = "Option::is_none")]
     next: Option<&'static str>,
     /// How many cells the next level has, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     joined: Option<u32>,
-    /// How many cells can be finished side by side, where the result does not fit.
+    /// How many cells can be finished side by side, where the level is a result that does not fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     apart: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -138,6 +158,9 @@ struct Report {
     /// The folder of the tiles, and how many there are.
     #[serde(skip_serializing_if = "Option::is_none")]
     tiles: Option<(String, usize)>,
+    /// The levels of detail that were written, from the finest.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    levels: Vec<Level>,
     /// No point of either surface is farther from the other one than this, if that was proved.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<f64>,
@@ -149,7 +172,7 @@ pub(crate) fn run(options: &Region, session: &Session) -> Result<Outcome, Failur
         RegionStep::Split(split) => split_file(split, session),
         RegionStep::Plan(folder) => {
             let work = open(&folder.work_dir)?;
-            print_plan(&work, &current(&work)?, console)
+            print_plan(&work, &work.current().map_err(Failure::regions)?, console)
         }
         RegionStep::Reduce(cells) => each_cell(cells, "reduce", console, &|work, cell| {
             work.reduce(cells.level, cell).map(|record| record.faces)
@@ -161,41 +184,39 @@ pub(crate) fn run(options: &Region, session: &Session) -> Result<Outcome, Failur
     }
 }
 
-fn open(folder: &std::path::Path) -> Result<Work, Failure> {
+fn open(folder: &Path) -> Result<Work, Failure> {
     Work::open(folder).map_err(Failure::regions)
 }
 
 fn split_file(options: &Split, session: &Session) -> Result<Outcome, Failure> {
-    options.targets.check()?;
-    options.policy.check_given(&session.given)?;
-    let limits = options.targets.regional_limits()?;
-    let chosen = options.policy.regional_options(limits)?;
+    let mut finer = large::levels(&options.levels, &options.level_faces);
+    let chosen = match finer.pop() {
+        None => {
+            options.targets.check()?;
+            options.policy.check_given(&session.given)?;
+            options.policy.regional_options(options.targets.regional_limits()?)?
+        }
+        Some(limits) => {
+            session.given.refuse(&OF_FITS, NOT_FITTED)?;
+            session.given.refuse(&OF_TARGETS, "the levels say how many faces there are to be")?;
+            let chosen = options.policy.regional_options(limits)?;
+            Options { finish: FinishOptions::default(), ..chosen }
+        }
+    };
     let prove = options.policy.proves().then_some(large::PROVED);
-    let settings = large::settings(chosen, options.memory, &options.loading.repair, prove)?;
+    let settings = large::settings(chosen, finer, options.memory, &options.loading.repair, prove)?;
     let (folder, console) = (&options.work_dir, &session.console);
     let work = large::split_file(&options.input, folder, &options.loading, settings, console)?;
     print_plan(&work, &work.plan(0).map_err(Failure::regions)?, console)
 }
 
-/// The plan of the highest level whose regions are all there.
-fn current(work: &Work) -> Result<Plan, Failure> {
-    let mut level = 0;
-    loop {
-        let plan = work.plan(level).map_err(Failure::regions)?;
-        let is_done = matches!(plan.next, Next::Pass { .. }) && work.is_joined(level + 1);
-        if !is_done {
-            return Ok(plan);
-        }
-        level += 1;
-    }
-}
-
 fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Failure> {
-    let (next, joined, apart) = match plan.next {
-        Next::Pass { bits, .. } => ("pass", Some(plan.cells.div_ceil(1 << bits)), None),
-        Next::InOnePiece => ("finish", None, None),
-        Next::Cells => ("finish", None, Some(plan.cells)),
+    let (next, joined) = match plan.next {
+        Next::Pass { bits, .. } => ("pass", Some(plan.cells.div_ceil(1 << bits))),
+        Next::Strips { .. } => ("strips", Some(plan.cells)),
+        Next::InOnePiece | Next::Cells => ("finish", None),
     };
+    let apart = (plan.results > 0).then_some(plan.cells);
     let report = Report {
         level: plan.level,
         cells: plan.cells,
@@ -206,6 +227,13 @@ fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Fa
         ..report(work, "plan", console)
     };
     let text = match joined {
+        Some(_) if next == "strips" => format!(
+            "level {}: {} faces in {} cells; collapse their rims: join one cell of level {}, which makes all",
+            plan.level,
+            plan.faces,
+            plan.cells,
+            plan.level + 1
+        ),
         Some(joined) => format!(
             "level {}: {} faces in {} cells; reduce them, then join them to the {joined} of level {}",
             plan.level,
@@ -260,11 +288,15 @@ fn mine(
 
 /// Finishes some cells of a result that does not fit into memory; one that does is finished in one piece.
 fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outcome, Failure> {
-    let plan = current(work)?;
+    let plan = options.level.map_or_else(|| work.current(), |level| work.plan(level));
+    let plan = plan.map_err(Failure::regions)?;
     let cells = match plan.next {
-        Next::Cells => plan.cells,
-        Next::InOnePiece => 0,
-        Next::Pass { .. } => {
+        _ if plan.results > 0 => plan.cells,
+        Next::InOnePiece | Next::Cells => 0,
+        Next::Pass { .. } | Next::Strips { .. } if options.level.is_some() => {
+            return Err(Failure::usage(format!("level {} is no result", plan.level)));
+        }
+        Next::Pass { .. } | Next::Strips { .. } => {
             let message = format!("level {} is to be reduced and joined first", plan.level);
             return Err(Failure::usage(message));
         }
@@ -290,15 +322,28 @@ fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outc
 }
 
 fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
-    if let Some(output) = &options.output {
-        check_target(output, &options.save, &session.given)?;
-    } else {
-        session.given.refuse(&SAVE_OPTIONS, "without -o no such file is written")?;
-    }
     let console = &session.console;
     let work = open(&options.work_dir)?;
-    if options.cell.is_some() || options.shard.is_some() {
+    let (count, source) = (work.targets().len(), &work.manifest().source);
+    let name = Path::new(source.bytes.map_or("-", |_| &source.name));
+    let paths_in = |folder| paths_of_levels(name, folder, count, &options.save, "ply");
+    let is_folder = |output: &Path| {
+        output.extension().is_none() && !is_standard(output) && options.save.to.is_none()
+    };
+    let has_levels = count > 1 || options.output.as_deref().is_some_and(is_folder);
+    let paths = match &options.output {
+        Some(folder) if has_levels => paths_in(folder),
+        output => output.iter().cloned().collect(),
+    };
+    paths.iter().try_for_each(|path| check_target(path, &options.save, &session.given))?;
+    if paths.is_empty() {
+        session.given.refuse(&SAVE_OPTIONS, "without -o no such file is written")?;
+    }
+    if options.cell.is_some() || options.shard.is_some() || options.level.is_some() {
         return finish_apart(options, &work, console);
+    }
+    if !work.fits() && !paths.iter().all(|path| large::takes_regions(path, &options.save)) {
+        return Err(Failure::usage(large::ONLY_PLY));
     }
     let bar = console.progress_of_passes();
     let outcome = run_rest(&work, &mut |step| {
@@ -307,28 +352,39 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     });
     bar.finish_and_clear();
     let outcome = outcome.map_err(Failure::regions)?;
-    let faces = outcome.faces;
-    let mut tiles = None;
+    let mut report = Report {
+        level: outcome.levels.len() as u32 - 1,
+        cells: outcome.cells.last().copied().unwrap_or(0),
+        faces: outcome.faces,
+        output: options.output.as_ref().map(|output| output.display().to_string()),
+        error: outcome.error,
+        ..report(&work, "finish", console)
+    };
+    if has_levels {
+        if let Some(folder) = &options.tiles {
+            let folders: Vec<PathBuf> =
+                paths_in(folder).iter().map(|folder| folder.with_extension("")).collect();
+            report.levels = large::save_tiles(&outcome, &work, &folders)?;
+        }
+        if options.output.is_some() {
+            let levels = large::save_levels(&outcome, &work, &paths, &options.save, console)?;
+            report.levels.extend(levels);
+        }
+        let lines: Vec<String> = report.levels.iter().map(ToString::to_string).collect();
+        return print(&report, &lines.join("\n"), console);
+    }
     if let Some(folder) = &options.tiles {
         let written = while_writing(folder, || write_tiles(&work, &outcome.left, folder))
             .map_err(Failure::regions)?;
-        tiles = Some((folder.display().to_string(), written.tiles.len()));
+        report.tiles = Some((folder.display().to_string(), written.tiles.len()));
     }
     if let Some(output) = &options.output {
         large::save_left(outcome.left, &work, output, &options.save, console)?;
     }
     let places = options.output.iter().chain(&options.tiles).map(|path| path.display().to_string());
     let places = places.collect::<Vec<_>>().join(", ");
-    let report = Report {
-        level: outcome.levels.len() as u32 - 1,
-        cells: outcome.cells.last().copied().unwrap_or(0),
-        faces,
-        output: options.output.as_ref().map(|output| output.display().to_string()),
-        tiles,
-        error: outcome.error,
-        ..report(&work, "finish", console)
-    };
-    print(&report, &format!("{places}: {faces} faces"), console)
+    let text = format!("{places}: {} faces", report.faces);
+    print(&report, &text, console)
 }
 
 fn report(work: &Work, step: &'static str, console: &Console) -> Report {
@@ -344,6 +400,7 @@ fn report(work: &Work, step: &'static str, console: &Console) -> Report {
         apart: None,
         output: None,
         tiles: None,
+        levels: Vec::new(),
         error: None,
     }
 }

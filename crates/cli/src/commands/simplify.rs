@@ -16,7 +16,7 @@ use crate::carry::Carry;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::interrupt::Interruption;
-use crate::large::{self, Large};
+use crate::large::{self, Large, Passes};
 use crate::load::Seconds;
 use crate::save::make_folder_of;
 use crate::session::{Outcome, Session};
@@ -75,13 +75,6 @@ struct Results {
     fit: Option<Fit>,
     #[serde(skip_serializing_if = "Option::is_none")]
     passes: Option<Passes>,
-}
-
-/// The passes over a mesh larger than memory, from the input up.
-#[derive(Serialize)]
-struct Passes {
-    faces: Vec<u64>,
-    cells: Vec<u32>,
 }
 
 /// The distance from the original: at least `lower`, and at most `upper` if it was proved.
@@ -150,14 +143,16 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     let Job { loading, many, .. } = &options.job;
     let (large, memory) = (&options.large, options.large.memory.unwrap_or(u64::MAX));
     let prove = options.policy.proves().then_some(large::PROVED);
-    let settings = large::settings(chosen, memory, &loading.repair, prove)?;
+    let settings = large::settings(chosen, Vec::new(), memory, &loading.repair, prove)?;
     let Some(output) = &task.output else {
         return Err(Failure::usage("say where the result goes: -o OUT"));
     };
-    let folder = large.folder(output);
+    let takes_regions = large::takes_regions(output, &options.job.save);
     let (outcome, work) = Seconds::time(&mut seconds.compute, || {
-        large::simplify_file(&task.input, &folder, many.resume, loading, settings, console)
+        let folder = large::Folder { path: large.folder(output), resume: many.resume };
+        large::simplify_file(&task.input, large, &folder, loading, settings, takes_regions, console)
     })?;
+    let passes = Passes::of(&outcome);
     let summary = &work.manifest().summary;
     let vertices_out = match &outcome.left {
         Left::Mesh(mesh) => {
@@ -173,7 +168,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
         vertices_out,
         stop: outcome.stop.name(),
         error: outcome.error.map(|upper| Achieved { lower: 0.0, upper: Some(upper) }),
-        passes: Some(Passes { faces: outcome.levels, cells: outcome.cells }),
+        passes: Some(passes),
         ..Results::default()
     };
     let counts = [summary.vertices as usize, summary.triangles as usize];

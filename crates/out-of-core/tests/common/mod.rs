@@ -74,6 +74,7 @@ pub(crate) fn settings(
 ) -> Settings {
     Settings {
         options: Options::preset(preset).to_faces(faces),
+        finer: Vec::new(),
         repairs: Repairs::default(),
         sizes: Sizes { region_faces, rest_faces, stream: 1 << 20 },
         prove: None,

@@ -11,7 +11,7 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
@@ -20,7 +20,7 @@ from ._errors import CurvmeshError, OptionError
 from ._table import table, text
 from .batch._engines import Engine, Lost, check, opened
 
-__all__ = ["Reduced", "RegionError", "simplify"]
+__all__ = ["Level", "Levels", "Reduced", "RegionError", "lod", "simplify"]
 
 
 class RegionError(CurvmeshError, RuntimeError):
@@ -109,6 +109,56 @@ class Reduced:
         return table("Reduced", self._rows())
 
 
+@dataclass(frozen=True)
+class Level:
+    """A level of detail on disk.
+
+    Attributes
+    ----------
+    output : str
+        The file, or the folder of its tiles.
+    faces : int
+        How many faces it has.
+    tiles : int or None
+        How many files there are in the folder.
+    error : float or None
+        No point of it or of the input is farther from the other one than this, if that was to be proved.
+    """
+
+    output: str
+    faces: int
+    tiles: int | None
+    error: float | None
+
+
+@dataclass(frozen=True, repr=False)
+class Levels:
+    """What came of a run with several levels of detail.
+
+    Attributes
+    ----------
+    levels : list of Level
+        From fine to coarse.
+    cells : list of int
+        How many regions there were in each pass.
+    """
+
+    levels: list[Level]
+    cells: list[int]
+
+    def _rows(self) -> list[tuple[str, object]]:
+        return [
+            *((level.output, f"{level.faces} faces") for level in self.levels),
+            ("regions by pass", self.cells),
+        ]
+
+    def __repr__(self) -> str:
+        return text("Levels", self._rows())
+
+    def _repr_html_(self) -> str:
+        return table("Levels", self._rows())
+
+
 def simplify(
     source: str | os.PathLike[str],
     output: str | os.PathLike[str],
@@ -171,49 +221,155 @@ def simplify(
     RegionError
         A step has failed.
     """
-    check(engine, client, workers)
-    found = shutil.which(os.fspath(program) if program is not None else "curvmesh")
-    if found is None:
-        name = "curvmesh" if program is None else os.fspath(program)
-        raise OptionError(f"there is no program {name}", cure="cargo install --path crates/cli, or program=")
-    folder = os.path.abspath(work_dir)
     options = {
-        "faces": faces,
-        "vertices": vertices,
-        "ratio": ratio,
-        "max-error": max_error,
-        "max-cost": max_cost,
-        "preset": preset,
+        "--faces": faces,
+        "--vertices": vertices,
+        "--ratio": ratio,
+        "--max-error": max_error,
+        "--max-cost": max_cost,
+        "--preset": preset,
     }
-    given = [(f"--{name}", str(value)) for name, value in options.items() if value is not None]
     flags = {"--relative": relative, "--verify": verify, "--lenient": repair}
-    split = ["split", os.path.abspath(source), "-w", folder, "--memory", str(memory)]
-    split += [part for pair in given for part in pair] + [name for name, is_set in flags.items() if is_set]
-
-    def step(name: str, *arguments: str) -> Step:
-        return Step(found, arguments, name, cores)
-
+    split = [os.path.abspath(source), "--memory", str(memory), *_given(options, flags)]
+    check(engine, client, workers)
+    run = _Run(os.path.abspath(work_dir), program, cores, callback)
     with opened(engine, client, workers, cores, retries) as do:
-        plan = _all(do, [step("split", *split)], callback)[0]
+        told, cells = run(do, split, ["-o", os.path.abspath(output)])
+    return Reduced(told["output"], told["faces"], cells, told.get("error"))
+
+
+def lod(
+    source: str | os.PathLike[str],
+    output: str | os.PathLike[str],
+    *,
+    work_dir: str | os.PathLike[str],
+    memory: str | int,
+    ratios: Sequence[float] = (),
+    faces: Sequence[int] = (),
+    tiles: bool = False,
+    preset: str = "default",
+    verify: bool = False,
+    repair: bool = False,
+    engine: str = "local",
+    client: Any = None,
+    workers: int | None = None,
+    cores: int = 1,
+    retries: int = 2,
+    program: str | os.PathLike[str] | None = None,
+    callback: Callable[[str], object] | None = None,
+) -> Levels:
+    """Make levels of detail of a mesh larger than memory, its regions side by side.
+
+    A coarser level is made by going on from the regions of the finer one. Levels are not fitted to the input,
+    as for :func:`curvmesh.lod`. Those that do not fit into the memory either are finished region by region.
+
+    Parameters
+    ----------
+    source : path
+        The file to read, PLY, STL or OBJ.
+    output : path
+        The folder for the levels, which are named after the source: ``scan-1.ply`` is the finest.
+    ratios : sequence of float
+        Levels with these parts of the faces.
+    faces : sequence of int
+        Levels with so many faces.
+    tiles : bool
+        Write each level as a folder of tiles, a file for each region, with a list, ``tiles.json``.
+    work_dir, memory, preset, verify, repair, engine, client, workers, cores, retries, program, callback
+        As for :func:`simplify`.
+
+    Returns
+    -------
+    Levels
+        The same files as of ``curvmesh lod --memory``, whatever the engine.
+
+    Raises
+    ------
+    OptionError
+        The program is not there, or an option makes no sense.
+    RegionError
+        A step has failed.
+    """
+    if not ratios and not faces:
+        raise OptionError("no levels are named", cure="ratios= or faces=")
+    options = {
+        "--levels": ",".join(map(str, ratios)) or None,
+        "--level-faces": ",".join(map(str, faces)) or None,
+        "--preset": preset,
+    }
+    flags = {"--verify": verify, "--lenient": repair}
+    split = [os.path.abspath(source), "--memory", str(memory), *_given(options, flags)]
+    check(engine, client, workers)
+    run = _Run(os.path.abspath(work_dir), program, cores, callback)
+    with opened(engine, client, workers, cores, retries) as do:
+        told, cells = run(do, split, ["--tiles" if tiles else "-o", os.path.abspath(output)])
+    if "levels" not in told:
+        # Tiles of a single one.
+        folder, count = told["tiles"]
+        return Levels([Level(folder, told["faces"], count, told.get("error"))], cells)
+    made = [Level(row["output"], row["faces"], row.get("tiles"), row.get("error")) for row in told["levels"]]
+    return Levels(made, cells)
+
+
+def _given(options: Mapping[str, object], flags: Mapping[str, bool]) -> list[str]:
+    """What follows on the command line."""
+    pairs = [(name, str(value)) for name, value in options.items() if value is not None]
+    return [part for pair in pairs for part in pair] + [name for name, is_set in flags.items() if is_set]
+
+
+class _Run:
+    """The steps of a run, level by level."""
+
+    def __init__(
+        self,
+        folder: str,
+        program: str | os.PathLike[str] | None,
+        cores: int,
+        callback: Callable[[str], object] | None,
+    ) -> None:
+        found = shutil.which(os.fspath(program) if program is not None else "curvmesh")
+        if found is None:
+            name = "curvmesh" if program is None else os.fspath(program)
+            raise OptionError(f"there is no program {name}", cure="cargo install --path crates/cli, or program=")
+        self.program, self.folder, self.cores, self.callback = found, folder, cores, callback
+
+    def __call__(self, do: Engine, split: list[str], target: list[str]) -> tuple[dict[str, Any], list[int]]:
+        """Does them all; gives the report of the last one, and how many cells there were on each level."""
+        plan = self._one(do, "split", "split", *split, "-w", self.folder)
         cells = [plan["cells"]]
-        while plan["next"] == "pass":
-            level, joined = plan["level"], plan["joined"]
-            for act, above, count in (("reduce", level, plan["cells"]), ("join", level + 1, joined)):
-                steps = [
-                    step(f"{act} {above} {cell}", act, folder, "--level", str(above), "--cell", str(cell))
-                    for cell in range(count)
-                ]
-                _all(do, steps, callback)
-            plan = _all(do, [step("plan", "plan", folder)], callback)[0]
+        self._finish(do, plan)
+        while plan["next"] != "finish":
+            level = plan["level"]
+            if plan["next"] == "pass":
+                self._each(do, "reduce", level, plan["cells"])
+                self._each(do, "join", level + 1, plan["joined"])
+            else:
+                # One step collapses all rims, and makes all cells.
+                self._each(do, "join", level + 1, 1)
+            plan = self._one(do, "plan", "plan", self.folder)
             if plan["level"] == level:
                 raise RegionError(f"level {level + 1} was joined, and is not there", step="plan")
             cells.append(plan["cells"])
-        # A result that does not fit is finished cell by cell.
-        apart = range(plan.get("apart") or 0)
-        steps = [step(f"finish {cell}", "finish", folder, "--cell", str(cell)) for cell in apart]
-        _all(do, steps, callback)
-        told = _all(do, [step("finish", "finish", folder, "-o", os.path.abspath(output))], callback)[0]
-    return Reduced(told["output"], told["faces"], cells, told.get("error"))
+            self._finish(do, plan)
+        return self._one(do, "finish", "finish", self.folder, *target), cells
+
+    def _finish(self, do: Engine, plan: dict[str, Any]) -> None:
+        """Finishes a level that is a result, and does not fit, cell by cell."""
+        self._each(do, "finish", plan["level"], plan.get("apart") or 0)
+
+    def _each(self, do: Engine, act: str, level: int, count: int) -> None:
+        def step(cell: int) -> Step:
+            return self._step(
+                f"{act} {level} {cell}", act, self.folder, "--level", str(level), "--cell", str(cell)
+            )
+
+        _all(do, [step(cell) for cell in range(count)], self.callback)
+
+    def _one(self, do: Engine, name: str, *arguments: str) -> dict[str, Any]:
+        return _all(do, [self._step(name, *arguments)], self.callback)[0]
+
+    def _step(self, name: str, *arguments: str) -> Step:
+        return Step(self.program, arguments, name, self.cores)
 
 
 def _all(do: Engine, steps: list[Step], callback: Callable[[str], object] | None) -> list[dict[str, Any]]:

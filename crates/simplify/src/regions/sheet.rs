@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId};
+use mesh_core::{FaceId, HalfEdgeId, Handle, Topology, TriMesh, VertexId};
 
 use crate::collapse::quadric::Quadric;
 
@@ -179,6 +179,15 @@ impl Sheet<'static> {
             half_edges: Vec::new(),
             held: count - own,
         }
+    }
+
+    /// Numbers the sides of the faces as the mesh does that the sheet is, so that collapses can be recorded.
+    pub(crate) fn number_half_edges(&mut self) {
+        #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
+        let topology = Topology::from_triangles(self.positions.len(), &self.triangles)
+            .expect("an oriented manifold");
+        let sides = |face| topology.face_half_edges(face).map(HalfEdgeId::get);
+        self.half_edges = topology.faces().map(sides).collect();
     }
 
     /// What the sheet is, as arrays; the vertex ids are places in the fragment that the first sheet was

@@ -1,90 +1,29 @@
-//! `curvmesh lod`: levels of detail from one run of collapses.
+//! `curvmesh lod` of a mesh in memory: one run of collapses, its record, and its stages.
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
-use clap::Args;
 use mesh_core::TriMesh;
-use mesh_io::{Format, Model};
+use mesh_io::Model;
 use mesh_metric::Surface;
 use mesh_view::{Exhibit, Page, Section};
-use mesh_work::{Attributes, Length, LevelError, LevelOfDetail, LevelSteps, Loaded, parse_length};
+use mesh_work::{Attributes, LevelError, LevelOfDetail, LevelSteps, Loaded};
 use serde::Serialize;
 use simplify::{CollapseLog, FinishOptions, simplify_observed};
 
 use crate::args::is_standard;
-use crate::carry::Carry;
+use crate::commands::lod::options::Lod;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::Seconds;
-use crate::save::{Outputs, SaveOptions, check_target, make_folder_of, save};
+use crate::save::{Outputs, check_target, make_folder_of, paths_of_levels, save};
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{Policy, parse_ratio, rejected, show};
+use crate::simplify_options::{rejected, show};
 use crate::task::{Report, Source};
-use crate::view::{self, Look, name_of};
-
-/// Make levels of detail, each of them a stage of one run of collapses
-///
-/// The vertices of a level are what those of the finer ones have become, so levels are not fitted to
-/// the input, as the results of `simplify` are. OUT is a folder for a file per level, or a GLB or glTF
-/// file for all of them with the input as the finest (`MSFT_lod`).
-///
-/// The run can be recorded, and levels made from the record later; they are exactly the same.
-///
-///     curvmesh lod truck.glb -o truck-lod.glb --levels 0.5,0.25,0.1 --lenient
-///     curvmesh lod scan.ply -o levels --errors 0.1%,1% --record scan.lod
-///     curvmesh lod scan.ply -o small.ply --replay scan.lod --faces 3000
-#[derive(Debug, Args)]
-#[command(
-    verbatim_doc_comment,
-    mut_arg("fit_rounds", |option| option.hide(true)),
-    mut_arg("norm", |option| option.hide(true)),
-    mut_arg("anneal_time", |option| option.hide(true)),
-    mut_arg("seed", |option| option.hide(true))
-)]
-pub(crate) struct Lod {
-    #[command(flatten)]
-    source: Source,
-    /// A folder for the levels, a GLB or glTF file for all of them, or a file or the standard output
-    /// `-` for the only one
-    #[arg(short, long, value_name = "OUT", help_heading = None)]
-    output: PathBuf,
-    #[command(flatten)]
-    steps: Steps,
-    /// Write the collapses to a file
-    #[arg(long, value_name = "FILE", conflicts_with = "replay", help_heading = None)]
-    record: Option<PathBuf>,
-    /// Take the collapses from a file instead of finding them
-    #[arg(long, value_name = "FILE", help_heading = None)]
-    replay: Option<PathBuf>,
-    #[command(flatten)]
-    policy: Policy,
-    #[command(flatten)]
-    carry: Carry,
-    #[command(flatten)]
-    save: SaveOptions,
-    #[command(flatten)]
-    look: Look,
-}
-
-/// What the levels are.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Levels (in one of these ways)")]
-#[group(required = true, multiple = false)]
-struct Steps {
-    /// Levels with these parts of the faces of the input
-    #[arg(long, value_name = "RATIOS", value_delimiter = ',', value_parser = parse_ratio)]
-    levels: Vec<f64>,
-    /// Levels with so many faces, or one fewer
-    #[arg(long, value_name = "COUNTS", value_delimiter = ',')]
-    faces: Vec<usize>,
-    /// The coarsest levels within these distances of the input
-    #[arg(long, value_name = "LENGTHS", value_delimiter = ',', value_parser = parse_length)]
-    errors: Vec<Length>,
-}
+use crate::view::{self, name_of};
 
 #[derive(Serialize)]
 struct Results {
@@ -108,7 +47,7 @@ struct Level {
 }
 
 pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> {
-    check_given(options, &session.given)?;
+    options.check_given(&session.given)?;
     let place = Place::new(options, &session.given)?;
     let aside = match is_standard(&options.output) {
         true => Some(session.console.beside_mesh()?),
@@ -188,32 +127,6 @@ fn page(
     Ok(page)
 }
 
-/// Refuses options that would do nothing.
-fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
-    given.refuse(
-        &["fit_rounds", "norm", "anneal_time", "seed"],
-        "levels are stages of a run, and not fitted",
-    )?;
-    if options.steps.errors.is_empty() {
-        given.refuse(&["verify"], "it is for --errors")?;
-    }
-    if options.replay.is_some() {
-        let of_runs = [
-            "preset",
-            "placement",
-            "curvature_weight",
-            "lock_boundary",
-            "feature_angle",
-            "no_intersections",
-            "components",
-            "attribute_weight",
-            "normal_weight",
-        ];
-        given.refuse(&of_runs, "with --replay the collapses are those of the record")?;
-    }
-    Ok(())
-}
-
 /// The collapses, recorded or found.
 fn collapses(
     options: &Lod,
@@ -241,18 +154,6 @@ fn collapses(
     bar.finish_and_clear();
     let result = result.map_err(Failure::simplify)?;
     Ok((result.log, rejected(&result.refusals)))
-}
-
-impl Steps {
-    /// The levels of a mesh, lengths in its units.
-    fn of(&self, mesh: &TriMesh, relative: bool) -> Result<LevelSteps, Failure> {
-        let errors = self.errors.iter().map(|e| e.on(mesh, relative).map_err(Failure::refused));
-        Ok(LevelSteps {
-            ratios: self.levels.clone(),
-            faces: self.faces.clone(),
-            errors: errors.collect::<Result<_, Failure>>()?,
-        })
-    }
 }
 
 fn failed(error: LevelError) -> Failure {
@@ -293,8 +194,7 @@ enum Place {
 
 impl Place {
     fn new(options: &Lod, given: &Given) -> Result<Self, Failure> {
-        let Steps { levels, faces, errors } = &options.steps;
-        let count = levels.len() + faces.len() + errors.len();
+        let count = options.steps.count();
         let output = &options.output;
         if is_standard(output) {
             check_target(output, &options.save, given)?;
@@ -323,15 +223,8 @@ impl Place {
             return Ok(Self::Apart(vec![output.clone()]));
         }
         let input = &options.source.input;
-        let stem = match input.file_stem() {
-            Some(stem) if !is_standard(input) => stem.to_string_lossy(),
-            _ => "level".into(),
-        };
-        let own = input.extension().map(|e| e.to_string_lossy().into_owned());
-        let named = options.save.to.map(|name| Format::from(name).extension().to_owned());
-        let extension = named.or(own).unwrap_or_default();
-        let paths: Vec<PathBuf> =
-            (1..=count).map(|level| output.join(format!("{stem}-{level}.{extension}"))).collect();
+        let own = input.extension().unwrap_or_default().to_string_lossy();
+        let paths = paths_of_levels(input, output, count, &options.save, &own);
         paths.iter().try_for_each(|path| check_target(path, &options.save, given))?;
         Ok(Self::Apart(paths))
     }

@@ -1,0 +1,87 @@
+//! What the edges of triangles connect: vertices, faces, and the corners at each vertex.
+
+use crate::build::edges::next;
+use crate::disjoint_sets::DisjointSets;
+
+/// Triangles that are connected edge by edge. Sides and corners are numbered alike: side i runs from corner i to
+/// the next one of its triangle, and both belong to triangle i / 3.
+#[derive(Clone, Debug)]
+pub struct Hinges<'t> {
+    triangles: &'t [[u32; 3]],
+    /// Vertices that are connected through edges.
+    pub vertices: DisjointSets,
+    /// Triangles that are connected through edges.
+    pub faces: DisjointSets,
+    /// Corners that are connected through the edges at their vertex: a set is a fan of faces.
+    pub corners: DisjointSets,
+}
+
+impl<'t> Hinges<'t> {
+    /// Triangles of which none is connected yet, with so many vertices.
+    #[must_use]
+    pub fn new(vertices: usize, triangles: &'t [[u32; 3]]) -> Self {
+        Self {
+            triangles,
+            vertices: DisjointSets::new(vertices),
+            faces: DisjointSets::new(triangles.len()),
+            corners: DisjointSets::new(3 * triangles.len()),
+        }
+    }
+
+    /// The vertex of a corner.
+    fn vertex(&self, corner: u32) -> u32 {
+        self.triangles[corner as usize / 3][corner as usize % 3]
+    }
+
+    /// Connects what meets at an edge, all sides of which are given. Returns its ends.
+    ///
+    /// # Panics
+    /// There are none, or one is not there.
+    pub fn connect(&mut self, mut sides: impl Iterator<Item = u32>) -> [u32; 2] {
+        #[expect(clippy::expect_used, reason = "documented panic")]
+        let first = sides.next().expect("an edge with a side");
+        let [from, to] = [self.vertex(first), self.vertex(next(first))];
+        self.vertices.union(from, to);
+        for side in sides {
+            self.faces.union(first / 3, side / 3);
+            let is_parallel = self.vertex(side) == from;
+            let [at_from, at_to] =
+                if is_parallel { [side, next(side)] } else { [next(side), side] };
+            self.corners.union(first, at_from);
+            self.corners.union(next(first), at_to);
+        }
+        [from, to]
+    }
+
+    /// The number of fans at each vertex: 0 where no face is, 1 where the faces hang together.
+    #[must_use]
+    pub fn fans(&mut self, vertices: usize) -> Vec<u32> {
+        let mut fans = vec![0_u32; vertices];
+        for corner in 0..3 * self.triangles.len() as u32 {
+            let v = self.vertex(corner) as usize;
+            if v < vertices && self.corners.find(corner) == corner {
+                fans[v] += 1;
+            }
+        }
+        fans
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_faces_at_an_edge_and_one_at_a_vertex() {
+        let triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 5, 6]];
+        let mut hinges = Hinges::new(7, &triangles);
+        assert_eq!(hinges.connect([0, 3, 6].into_iter()), [0, 1]);
+        for side in [1, 2, 4, 5, 7, 8, 9, 10, 11] {
+            hinges.connect([side].into_iter());
+        }
+        assert_eq!(hinges.fans(7), [1, 1, 2, 1, 1, 1, 1]);
+        assert_eq!(hinges.vertices.count_sets(0..7), 1);
+        assert_eq!(hinges.faces.count_sets(0..4), 2);
+        assert_eq!(hinges.fans(2), [1, 1]);
+    }
+}

@@ -1,0 +1,263 @@
+//! The rims of the cells of a level, collapsed before the last passes to a result that does not fit into memory.
+//!
+//! What lies on the rim of the outermost cells has stayed as it was since the input was split. A strip is every
+//! face within some rings of such a rim. All strips together are collapsed like a region; what borders on
+//! them is held. Then each cell takes back what belongs to it, by where its vertices were.
+
+use std::path::Path;
+
+use glam::DVec3;
+use simplify::Quadric;
+
+use crate::error::Error;
+use crate::region::Region;
+use crate::split::Finder;
+use crate::star::stuck_vertices;
+
+/// So many rings of vertices on either side of a rim: that, what is next to it and is held with it, and what is
+/// there to be collapsed with.
+const RINGS: usize = 4;
+
+/// No cell.
+const NONE: u32 = u32::MAX;
+
+/// To which cells the vertices of all strips of a level belong.
+pub(crate) struct Strips {
+    /// The numbers of all vertices, and their cells.
+    homes: Vec<(u64, u32)>,
+}
+
+impl Strips {
+    /// The strips between cells, which are read one after the other, as one region; `None` where there are no
+    /// rims, or the strips have more faces than allowed.
+    pub(crate) fn gather(
+        level: u32,
+        cells: u32,
+        most_faces: u64,
+        folder: &Path,
+        mut read: impl FnMut(u32) -> Result<Region, Error>,
+    ) -> Result<Option<(Self, Region)>, Error> {
+        let mut triangles: Vec<[u64; 3]> = Vec::new();
+        let mut own: Vec<Vertex> = Vec::new();
+        let mut held: Vec<Vertex> = Vec::new();
+        let mut remembers = true;
+        for cell in 0..cells {
+            let region = read(cell)?;
+            remembers &= region.quadrics.len() == region.own;
+            let is_near = near_rim(&region);
+            let is_near = |v: u32| is_near.get(v as usize).is_none_or(|&is_near| is_near);
+            let mut is_used = vec![false; region.own];
+            for triangle in region.triangles.iter().filter(|t| t.iter().any(|&v| is_near(v))) {
+                for &v in triangle.iter().filter(|&&v| (v as usize) < region.own) {
+                    is_used[v as usize] = true;
+                }
+                if region.is_owner(*triangle) {
+                    triangles.push(triangle.map(|v| region.vertex_ids[v as usize]));
+                }
+            }
+            if triangles.len() as u64 > most_faces {
+                return Ok(None);
+            }
+            for v in (0..region.own).filter(|&v| is_used[v]) {
+                let list = if is_near(v as u32) { &mut own } else { &mut held };
+                list.push(Vertex {
+                    id: region.vertex_ids[v],
+                    cell,
+                    position: region.positions[v],
+                    quadric: region.quadrics.get(v).copied().unwrap_or_default(),
+                });
+            }
+        }
+        if own.is_empty() {
+            return Ok(None);
+        }
+        own.sort_unstable_by_key(|vertex| vertex.id);
+        held.sort_unstable_by_key(|vertex| vertex.id);
+        let mut homes: Vec<(u64, u32)> =
+            own.iter().chain(&held).map(|vertex| (vertex.id, vertex.cell)).collect();
+        let vertex_ids: Vec<u64> = homes.iter().map(|&(id, _)| id).collect();
+        let (of_own, of_held) = vertex_ids.split_at(own.len());
+        let (of_own, of_held) = (Finder::new(of_own), Finder::new(of_held));
+        let place = |id: u64| {
+            let others = || of_held.find(id).map(|place| place + own.len() as u32);
+            let missing = || Error::damaged(folder, "a vertex of a neighbour is not there");
+            of_own.find(id).or_else(others).ok_or_else(missing)
+        };
+        let places = |[a, b, c]: [u64; 3]| Ok([place(a)?, place(b)?, place(c)?]);
+        let triangles: Vec<[u32; 3]> =
+            triangles.into_iter().map(places).collect::<Result<_, Error>>()?;
+        homes.sort_unstable();
+        let region = Region {
+            level,
+            cell: 0,
+            own: own.len(),
+            homes: vec![NONE; held.len()],
+            stuck: stuck_vertices(own.len(), &triangles),
+            positions: own.iter().chain(&held).map(|vertex| vertex.position).collect(),
+            quadrics: match remembers {
+                true => own.iter().map(|vertex| vertex.quadric).collect(),
+                false => Vec::new(),
+            },
+            triangles,
+            vertex_ids,
+        };
+        Ok(Some((Self { homes }, region)))
+    }
+
+    /// A cell of the next level: what a cell was, with its part of what the strips have become.
+    pub(crate) fn put_back(&self, reduced: &Region, old: &Region) -> Region {
+        let is_near = near_rim(old);
+        let stays = |v: u32| is_near.get(v as usize).is_some_and(|&is_near| !is_near);
+        let home = |id: u64| {
+            let found = self.homes.binary_search_by_key(&id, |&(id, _)| id);
+            found.map_or(NONE, |place| self.homes[place].1)
+        };
+        let mut triangles: Vec<[u64; 3]> = Vec::new();
+        for triangle in old.triangles.iter().filter(|t| t.iter().all(|&v| stays(v))) {
+            triangles.push(triangle.map(|v| old.vertex_ids[v as usize]));
+        }
+        // What comes out of the strips: vertices of this cell, and those of others at the same faces.
+        let of_cell: Vec<u32> = reduced.vertex_ids.iter().map(|&id| home(id)).collect();
+        let mut is_used = vec![false; reduced.positions.len()];
+        for triangle in &reduced.triangles {
+            if triangle.iter().any(|&v| of_cell[v as usize] == old.cell) {
+                triangle.iter().for_each(|&v| is_used[v as usize] = true);
+                triangles.push(triangle.map(|v| reduced.vertex_ids[v as usize]));
+            }
+        }
+        let remembers = old.quadrics.len() == old.own && reduced.quadrics.len() == reduced.own;
+        let vertex = |region: &Region, v: usize, cell: u32| Vertex {
+            id: region.vertex_ids[v],
+            cell,
+            position: region.positions[v],
+            quadric: region.quadrics.get(v).copied().unwrap_or_default(),
+        };
+        let mut own: Vec<Vertex> =
+            (0..old.own).filter(|&v| stays(v as u32)).map(|v| vertex(old, v, old.cell)).collect();
+        let mut others = Vec::new();
+        for v in (0..reduced.positions.len()).filter(|&v| is_used[v]) {
+            if of_cell[v] != old.cell {
+                others.push(vertex(reduced, v, of_cell[v]));
+            } else if v < reduced.own {
+                own.push(vertex(reduced, v, old.cell));
+            }
+        }
+        own.sort_unstable_by_key(|vertex| vertex.id);
+        others.sort_unstable_by_key(|vertex| vertex.id);
+        let vertex_ids: Vec<u64> = own.iter().chain(&others).map(|vertex| vertex.id).collect();
+        let (of_own, of_others) = vertex_ids.split_at(own.len());
+        let (of_own, of_others) = (Finder::new(of_own), Finder::new(of_others));
+        let place = |id: u64| {
+            let others = || of_others.find(id).map(|place| place + own.len() as u32);
+            of_own.find(id).or_else(others).unwrap_or_default()
+        };
+        let triangles: Vec<[u32; 3]> = triangles.into_iter().map(|t| t.map(place)).collect();
+        Region {
+            level: old.level + 1,
+            cell: old.cell,
+            own: own.len(),
+            homes: others.iter().map(|vertex| vertex.cell).collect(),
+            stuck: stuck_vertices(own.len(), &triangles),
+            positions: own.iter().chain(&others).map(|vertex| vertex.position).collect(),
+            quadrics: match remembers {
+                true => own.iter().map(|vertex| vertex.quadric).collect(),
+                false => Vec::new(),
+            },
+            triangles,
+            vertex_ids,
+        }
+    }
+}
+
+/// A vertex on its way between regions.
+struct Vertex {
+    id: u64,
+    cell: u32,
+    position: DVec3,
+    quadric: Quadric,
+}
+
+/// Which own vertices of a region are within the strips. Those of others are, all of them.
+fn near_rim(region: &Region) -> Vec<bool> {
+    let own = region.own;
+    let mut is_near = vec![false; own];
+    for triangle in region.triangles.iter().filter(|t| t.iter().any(|&v| v as usize >= own)) {
+        triangle.iter().filter(|&&v| (v as usize) < own).for_each(|&v| is_near[v as usize] = true);
+    }
+    for _ in 1..RINGS {
+        let reached = is_near.clone();
+        for triangle in &region.triangles {
+            if triangle.iter().any(|&v| reached.get(v as usize).is_some_and(|&reached| reached)) {
+                let own = triangle.iter().filter(|&&v| (v as usize) < own);
+                own.for_each(|&v| is_near[v as usize] = true);
+            }
+        }
+    }
+    is_near
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+
+    use mesh_core::TriMesh;
+    use mesh_core::shapes::Torus;
+    use mesh_io::{ReadOptions, WriteOptions};
+    use simplify::{Options, Preset};
+
+    use super::*;
+    use crate::incoming::Input;
+    use crate::sizes::Sizes;
+    use crate::split::Repairs;
+    use crate::work::{Settings, Work};
+
+    fn sorted(region: &Region) -> Vec<[u64; 3]> {
+        let mut faces: Vec<[u64; 3]> = Vec::new();
+        for triangle in &region.triangles {
+            let mut ids = triangle.map(|v| region.vertex_ids[v as usize]);
+            let least = (0..3).min_by_key(|&i| ids[i]).unwrap();
+            ids.rotate_left(least);
+            faces.push(ids);
+        }
+        faces.sort_unstable();
+        faces
+    }
+
+    /// Strips that nothing has happened to leave every cell as it was.
+    #[test]
+    fn what_is_taken_out_fits_in_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let input = folder.path().join("in.ply");
+        let soup = Torus { major: 5.0, minor: 2.0 }.mesh(160, 60).unwrap();
+        let mesh = TriMesh::from_soup(&soup).unwrap();
+        mesh_io::write(&input, &mesh, &WriteOptions::default()).unwrap();
+        let settings = Settings {
+            options: Options::preset(Preset::Fast).to_faces(100),
+            finer: Vec::new(),
+            repairs: Repairs::default(),
+            sizes: Sizes { region_faces: 3000, rest_faces: 100, stream: 1 << 20 },
+            prove: None,
+        };
+        let work = folder.path().join("work");
+        let input = Input::Path(&input);
+        let work = Work::split(&work, input, &ReadOptions::default(), settings, &mut |_| true);
+        let work = work.unwrap();
+        let cells = work.cells(0).unwrap();
+        assert_eq!(cells, 8);
+        let read = |cell| work.region(0, cell);
+        let gather = |most| Strips::gather(0, cells, most, folder.path(), read).unwrap();
+        let (strips, region) = gather(u64::MAX).unwrap();
+        let faces = region.triangles.len();
+        assert!((500..mesh.topology().face_count()).contains(&faces), "{faces}");
+        assert!(gather(faces as u64 - 1).is_none());
+        for cell in 0..cells {
+            let old = work.region(0, cell).unwrap();
+            let new = strips.put_back(&region, &old);
+            assert_eq!((new.level, new.own), (1, old.own));
+            assert_eq!(new.vertex_ids, old.vertex_ids);
+            assert_eq!(new.homes, old.homes);
+            assert_eq!(new.positions, old.positions);
+            assert_eq!(sorted(&new), sorted(&old));
+        }
+    }
+}
