@@ -187,23 +187,25 @@ fn finish(
                     run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
                 }
                 (level, error) = (found.level, Some(found.error));
-                found.finished
+                Some(found.finished)
             } else {
                 run.truncate(0);
                 let marks = Marks::new(mesh, &collapse.constraints, Guards::default());
                 level = Level::new(mesh, &marks, &run.log, 0)?;
-                Finished::untouched(level.mesh.clone(), FitConstraints::default())
+                None
             }
         } else {
             let finished = finishing.finish(&level, &mut observer)?;
             if let Some(measuring) = measuring {
                 error = measuring.measure(&finished.mesh, &mut observer)?;
             }
-            finished
+            Some(finished)
         }
     } else {
-        Finished::untouched(level.mesh.clone(), FitConstraints::default())
+        None
     };
+    let Level { mesh: left, became, .. } = level;
+    let finished = finished.unwrap_or_else(|| Finished::untouched(left, FitConstraints::default()));
     if observer.is_stopped() {
         run.stop = StopReason::Cancelled;
     }
@@ -212,7 +214,7 @@ fn finish(
         None => v,
     };
     Ok(Simplified {
-        vertex_map: VertexMap::from_vec(level.became.as_slice().iter().map(follow).collect()),
+        vertex_map: VertexMap::from_vec(became.as_slice().iter().map(follow).collect()),
         boundary_shift: boundary_shift(mesh, &finished.mesh),
         mesh: finished.mesh,
         collapses: run.collapses,

@@ -38,8 +38,8 @@ pub enum Update {
     #[default]
     Lazy,
     /// As `Lazy`, but large meshes are collapsed in regions of 4096 vertices, each by itself on one of
-    /// all cores, up to a common cost, then in regions that lie across these, and from one and a half
-    /// times the wanted faces on in one piece. Takes a fraction of the time and of the memory, with the
+    /// all cores, up to a common cost, then in regions that lie across these, and from five
+    /// quarters of the wanted faces on in one piece. Takes a fraction of the time and of the memory, with the
     /// same bits for any number of threads.
     ///
     /// Regions know accumulated quadrics ([`GarlandHeckbert`](crate::GarlandHeckbert)), optimal

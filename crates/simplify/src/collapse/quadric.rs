@@ -25,7 +25,7 @@ pub struct Quadric {
 
 /// Relative to the trace of `A`, the pull towards the origin in directions that the quadric leaves
 /// open. It moves a minimum by a billionth.
-const DAMPING: f64 = 1e-9;
+pub(crate) const DAMPING: f64 = 1e-9;
 
 impl Quadric {
     /// `weight` times the squared distance to the plane `normal·x = offset`, where the normal need

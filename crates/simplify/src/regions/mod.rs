@@ -44,18 +44,22 @@
 //! # }
 //! ```
 //!
-//! From the bottom: `corners`, `waiting`, `rules`; `tile`, `ceiling`; `sheet`; `partition`; `region`;
+//! From the bottom: `corners`, `lanes`, `waiting`, `rules`; `vertex`; `offers`, `patch`; `tile`, `ceiling`; `sheet`; `partition`; `region`;
 //! `pass`; `run`.
 
 mod ceiling;
 mod corners;
+mod lanes;
+mod offers;
 mod partition;
 mod pass;
+mod patch;
 mod region;
 mod rules;
 pub(crate) mod run;
 mod sheet;
 mod tile;
+mod vertex;
 mod waiting;
 
 pub use ceiling::{Ceiling, Forecast};

@@ -1,6 +1,7 @@
 //! A region of a sheet: all that its collapses need, and what they leave.
 
 use glam::DVec3;
+use mesh_core::TriMesh;
 
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusals;
@@ -124,7 +125,14 @@ impl Region {
         let vertices: Vec<u32> = own.iter().chain(&strangers).copied().collect();
         let positions = vertices.iter().map(|&v| sheet.positions[v as usize]).collect();
         Self {
-            part: Part { triangles, positions, quadrics, own: own.len(), half_edges },
+            part: Part {
+                triangles,
+                positions,
+                quadrics,
+                own: own.len(),
+                half_edges,
+                half_edge_capacity: 0,
+            },
             face_ids: faces.iter().map(|&face| sheet.face_id(face as usize)).collect(),
             handed_on,
             vertex_ids: vertices.iter().map(|&v| sheet.vertex_id(v)).collect(),
@@ -134,6 +142,9 @@ impl Region {
 
     /// All of a sheet.
     pub(super) fn whole(sheet: Sheet<'_>, rules: &Rules) -> Self {
+        if let Some(mesh) = sheet.whole.filter(|mesh| mesh.topology().is_compact()) {
+            return Self::of_mesh(mesh);
+        }
         let vertices: Vec<u32> = sheet.vertices().collect();
         let unused = !rules.record && !sheet.half_edges.is_empty();
         if sheet.whole.is_some() || unused || sheet.held > 0 {
@@ -143,8 +154,33 @@ impl Region {
         let Sheet { positions, quadrics, vertex_ids, triangles, face_ids, half_edges, .. } = sheet;
         let (own, handed_on) = (vertices.len(), triangles.len());
         let positions = positions.into_owned();
-        let part = Part { triangles, positions, quadrics, own, half_edges };
+        let half_edge_capacity = 0;
+        let part = Part { triangles, positions, quadrics, own, half_edges, half_edge_capacity };
         Self { part, face_ids, handed_on, vertices, vertex_ids }
+    }
+
+    /// All of a mesh without gaps, as it is.
+    fn of_mesh(mesh: &TriMesh) -> Self {
+        let topology = mesh.topology();
+        let half_edges = topology.faces().map(|face| topology.face_half_edges(face));
+        let half_edges: Vec<[u32; 3]> =
+            half_edges.map(|[a, b, c]| [a.get(), b.get(), c.get()]).collect();
+        let (own, handed_on) = (topology.vertex_count(), half_edges.len());
+        let vertices: Vec<u32> = (0..own as u32).collect();
+        Self {
+            part: Part {
+                triangles: topology.triangles().collect(),
+                positions: mesh.positions().to_vec(),
+                quadrics: Vec::new(),
+                own,
+                half_edges,
+                half_edge_capacity: topology.half_edge_capacity(),
+            },
+            face_ids: (0..handed_on as u32).collect(),
+            handed_on,
+            vertex_ids: vertices.clone(),
+            vertices,
+        }
     }
 
     /// What would go at which costs if the region were collapsed until this share of its faces is left.
@@ -152,7 +188,7 @@ impl Region {
     pub fn forecast(self, rules: &Rules, share: f64) -> Forecast {
         let faces = self.part.triangles.len();
         let mut forecast = Forecast::of(faces);
-        let part = Part { half_edges: Vec::new(), ..self.part };
+        let part = Part { half_edges: Vec::new(), half_edge_capacity: 0, ..self.part };
         let mut tile = Tile::new(part, *rules);
         let goal = Goal { end: BUCKETS, faces: (share * faces as f64) as usize };
         tile.run(goal, &mut |_, _| true, &mut |bucket, faces| forecast.add(bucket, faces));

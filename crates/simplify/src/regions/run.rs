@@ -19,14 +19,16 @@ use crate::regions::sheet::{Ordered, Sheet};
 use crate::regions::tile::Goal;
 use crate::regions::waiting::BUCKETS;
 
-/// The fewest faces that are worth being cut into regions. Fewer fit into a cache as one piece, and it
-/// takes longer to look at some of their few regions beforehand than is gained.
-const FEWEST: usize = 50_000;
+/// The fewest faces of a mesh that are worth being cut into regions. As one piece it knows what lies across
+/// its sides, and it takes longer to look at some of few regions beforehand than is gained.
+const FEWEST: usize = 75_000;
+/// The same after the first pass, when all has to be found out anyway.
+const FEWEST_AGAIN: usize = 50_000;
 /// A pass leaves no fewer than one in so many faces; by then, rims stand out.
 const PASS: usize = 4;
 /// So many times the faces that are wanted are collapsed in one piece.
-const LAST: f64 = 1.5;
-/// Regions of which one is looked at beforehand.
+const LAST: f64 = 1.25;
+/// Regions of which one is looked at beforehand, but no fewer than two.
 const FORECAST: usize = 16;
 /// Regions that are at work between two questions whether to go on.
 const WAVE: usize = 64;
@@ -105,7 +107,8 @@ pub(crate) fn collapse_sheet(
     while passes.goes_on(sheet.face_count(), 0) {
         let faces = sheet.face_count();
         let aim = last.max(faces / PASS);
-        if faces < FEWEST || 10 * aim > 9 * faces {
+        let fewest = if pass == 0 { FEWEST } else { FEWEST_AGAIN };
+        if faces < fewest || 10 * aim > 9 * faces {
             break;
         }
         sheet = passes.pass(&sheet, pass, aim);
@@ -284,7 +287,7 @@ fn forecast_ceiling(
 ) -> Ceiling {
     let regions = partition.regions();
     let share = aim as f64 / sheet.face_count() as f64;
-    let asked = regions.div_ceil(FORECAST).max(regions.min(3));
+    let asked = regions.div_ceil(FORECAST).max(regions.min(2));
     let forecasts = parallel::collect_each(asked, |i| {
         // Those that are asked lie evenly in the order, and none at its ends. Some lose more than others.
         let region = (2 * i + 1) * regions / (2 * asked);

@@ -70,6 +70,17 @@ impl Waiting {
         }
         None
     }
+
+    /// Takes another edge of a bucket, the one of the last edge that was taken.
+    #[inline]
+    pub(super) fn pop_another(&mut self, bucket: usize) -> Option<u32> {
+        let edge = self.heads[bucket];
+        if edge == END {
+            return None;
+        }
+        self.heads[bucket] = core::mem::replace(&mut self.links[edge as usize], ABSENT);
+        Some(edge)
+    }
 }
 
 #[cfg(test)]
