@@ -7,6 +7,13 @@ use crate::args::{parse_angle, parse_not_negative};
 use crate::console::Console;
 use crate::failure::Failure;
 
+/// The options of [`Carry`] that mean nothing where there are no attributes.
+pub(crate) const OF_ATTRIBUTES: [&str; 4] =
+    ["attribute_weight", "normal_weight", "crease_angle", "keep_creases"];
+
+/// Why they are refused with a mesh that is done region by region.
+pub(crate) const ONLY_SHAPES: &str = "only positions and faces go through regions; give --memory what the whole mesh needs, or leave it out";
+
 /// What becomes of texture coordinates, normals, colours and materials.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Attributes")]

@@ -332,6 +332,12 @@ fn levels_that_need_the_whole_mesh_are_wrong_usage() {
         assert!(code == 2 && !output.exists(), "{more:?}: {code} {message}");
         assert!(!folder.path().join("levels.work").exists(), "{more:?}");
     }
+    let small = folder.path().join("small.ply");
+    let simplify =
+        ["simplify", text(&input), "-o", text(&small), "--faces", "90", "--memory", "32MiB"];
+    for more in [&["--normal-weight", "1"][..], &["--keep-creases"], &["--view", "page.html"]] {
+        assert!(code(&[&simplify[..], more].concat()).0 == 2 && !small.exists(), "{more:?}");
+    }
     let one = folder.path().join("levels.glb");
     let (code_of_one, message) =
         code(&["lod", text(&input), "-o", text(&one), "--faces", "90", "--memory", "32MiB"]);

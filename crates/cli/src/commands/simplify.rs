@@ -12,9 +12,10 @@ use serde::Serialize;
 use simplify::{FitReport, Simplified, simplify_observed};
 
 use crate::batch::{Job, check_output};
-use crate::carry::Carry;
+use crate::carry::{Carry, OF_ATTRIBUTES, ONLY_SHAPES};
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::given::Given;
 use crate::interrupt::Interruption;
 use crate::large::{self, Large, Passes};
 use crate::load::Seconds;
@@ -105,11 +106,12 @@ pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Fail
     options.policy.check_given(&session.given)?;
     check_output(&options.job, &session.given)?;
     options.look.check(&options.job.inputs)?;
-    options.job.run(session, &|task, console| one(options, task, console))
+    options.job.run(session, &|task, console| one(options, task, &session.given, console))
 }
 
-fn one(options: &Simplify, task: &Task, console: &Console) -> Result<Done, Failure> {
+fn one(options: &Simplify, task: &Task, given: &Given, console: &Console) -> Result<Done, Failure> {
     if options.large.is_needed(&task.input, &options.job.loading)? {
+        given.refuse(&OF_ATTRIBUTES, ONLY_SHAPES)?;
         return in_regions(options, task, console);
     }
     let mut seconds = Seconds::default();

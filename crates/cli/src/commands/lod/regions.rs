@@ -4,6 +4,7 @@ use serde::Serialize;
 use simplify::{FinishOptions, Options};
 
 use crate::args::is_standard;
+use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
 use crate::commands::lod::options::Lod;
 use crate::failure::Failure;
 use crate::given::Given;
@@ -86,9 +87,7 @@ fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
             "{name} needs the whole mesh in memory, which --memory does not allow; give more, or leave it out"
         )));
     }
-    let of_attributes =
-        ["attribute_weight", "normal_weight", "crease_angle", "keep_creases", "no_attributes"];
-    given.refuse(&of_attributes, "positions and faces alone go through regions")?;
+    given.refuse(&OF_ATTRIBUTES, ONLY_SHAPES)?;
     if options.tiles {
         given.refuse(&SAVE_OPTIONS, "tiles are binary PLY files")?;
     }
