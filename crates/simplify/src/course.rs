@@ -109,7 +109,7 @@ pub fn finish_collapses(
         let done = collapse_sheet(sheet, capacity, rules, &limits, observe);
         return Ok((done.mesh, done.run));
     }
-    let rest = rest(&options, faces_before, target).unwrap_or(faces_before);
+    let rest = rest(options, faces_before, target).unwrap_or(faces_before);
     let rough = Limits { faces: Some(rest), ..limits };
     let first = collapse_sheet(sheet, capacity, rules, &rough, observe);
     let time = limits.time.map(|time| time.saturating_sub(start.elapsed()));
