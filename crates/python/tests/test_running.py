@@ -71,7 +71,9 @@ def test_an_interrupt_ends_every_long_call(work: Callable[[cm.Mesh], object], la
 def test_the_best_so_far_is_kept_on_demand(large: cm.Mesh) -> None:
     timer = threading.Timer(0.3, _thread.interrupt_main)
     timer.start()
-    small = cm.simplify(large, faces=100, preset="fast", keep_partial=True)
+    # Takes seconds; should it not, nothing is left to interrupt.
+    small = cm.simplify(large, faces=100, preset="extreme", keep_partial=True)
+    timer.cancel()
     timer.join()
     assert small.stop in ("cancelled", "faces")
     small.mesh.validate()
