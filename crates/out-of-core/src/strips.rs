@@ -71,41 +71,21 @@ impl Strips {
         if own.is_empty() {
             return Ok(None);
         }
-        own.sort_unstable_by_key(|vertex| vertex.id);
-        held.sort_unstable_by_key(|vertex| vertex.id);
         let mut homes: Vec<(u64, u32)> =
             own.iter().chain(&held).map(|vertex| (vertex.id, vertex.cell)).collect();
-        let vertex_ids: Vec<u64> = homes.iter().map(|&(id, _)| id).collect();
-        let (of_own, of_held) = vertex_ids.split_at(own.len());
-        let (of_own, of_held) = (Finder::new(of_own), Finder::new(of_held));
-        let place = |id: u64| {
-            let others = || of_held.find(id).map(|place| place + own.len() as u32);
-            let missing = || Error::damaged(folder, "a vertex of a neighbour is not there");
-            of_own.find(id).or_else(others).ok_or_else(missing)
-        };
-        let places = |[a, b, c]: [u64; 3]| Ok([place(a)?, place(b)?, place(c)?]);
-        let triangles: Vec<[u32; 3]> =
-            triangles.into_iter().map(places).collect::<Result<_, Error>>()?;
         homes.sort_unstable();
-        let region = Region {
-            level,
-            cell: 0,
-            own: own.len(),
-            homes: vec![NONE; held.len()],
-            stuck: stuck_vertices(own.len(), &triangles),
-            positions: own.iter().chain(&held).map(|vertex| vertex.position).collect(),
-            quadrics: match remembers {
-                true => own.iter().map(|vertex| vertex.quadric).collect(),
-                false => Vec::new(),
-            },
-            triangles,
-            vertex_ids,
-        };
-        Ok(Some((Self { homes }, region)))
+        let region = region_of(own, held, remembers, triangles, folder)?;
+        let nowhere = vec![NONE; region.homes.len()];
+        Ok(Some((Self { homes }, Region { level, homes: nowhere, ..region })))
     }
 
     /// A cell of the next level: what a cell was, with its part of what the strips have become.
-    pub(crate) fn put_back(&self, reduced: &Region, old: &Region) -> Region {
+    pub(crate) fn put_back(
+        &self,
+        reduced: &Region,
+        old: &Region,
+        folder: &Path,
+    ) -> Result<Region, Error> {
         let is_near = near_rim(old);
         let stays = |v: u32| is_near.get(v as usize).is_some_and(|&is_near| !is_near);
         let home = |id: u64| {
@@ -142,30 +122,8 @@ impl Strips {
                 own.push(vertex(reduced, v, old.cell));
             }
         }
-        own.sort_unstable_by_key(|vertex| vertex.id);
-        others.sort_unstable_by_key(|vertex| vertex.id);
-        let vertex_ids: Vec<u64> = own.iter().chain(&others).map(|vertex| vertex.id).collect();
-        let (of_own, of_others) = vertex_ids.split_at(own.len());
-        let (of_own, of_others) = (Finder::new(of_own), Finder::new(of_others));
-        let place = |id: u64| {
-            let others = || of_others.find(id).map(|place| place + own.len() as u32);
-            of_own.find(id).or_else(others).unwrap_or_default()
-        };
-        let triangles: Vec<[u32; 3]> = triangles.into_iter().map(|t| t.map(place)).collect();
-        Region {
-            level: old.level + 1,
-            cell: old.cell,
-            own: own.len(),
-            homes: others.iter().map(|vertex| vertex.cell).collect(),
-            stuck: stuck_vertices(own.len(), &triangles),
-            positions: own.iter().chain(&others).map(|vertex| vertex.position).collect(),
-            quadrics: match remembers {
-                true => own.iter().map(|vertex| vertex.quadric).collect(),
-                false => Vec::new(),
-            },
-            triangles,
-            vertex_ids,
-        }
+        let region = region_of(own, others, remembers, triangles, folder)?;
+        Ok(Region { level: old.level + 1, cell: old.cell, ..region })
     }
 }
 
@@ -175,6 +133,42 @@ struct Vertex {
     cell: u32,
     position: DVec3,
     quadric: Quadric,
+}
+
+/// A region of own vertices and others, each with its cell, and of triangles of their numbers.
+fn region_of(
+    mut own: Vec<Vertex>,
+    mut others: Vec<Vertex>,
+    remembers: bool,
+    triangles: Vec<[u64; 3]>,
+    folder: &Path,
+) -> Result<Region, Error> {
+    own.sort_unstable_by_key(|vertex| vertex.id);
+    others.sort_unstable_by_key(|vertex| vertex.id);
+    let vertex_ids: Vec<u64> = own.iter().chain(&others).map(|vertex| vertex.id).collect();
+    let (of_own, of_others) = vertex_ids.split_at(own.len());
+    let (of_own, of_others) = (Finder::new(of_own), Finder::new(of_others));
+    let place = |id: u64| {
+        let others = || of_others.find(id).map(|place| place + own.len() as u32);
+        let missing = || Error::damaged(folder, "a vertex of a neighbour is not there");
+        of_own.find(id).or_else(others).ok_or_else(missing)
+    };
+    let places = |[a, b, c]: [u64; 3]| Ok([place(a)?, place(b)?, place(c)?]);
+    let triangles: Vec<[u32; 3]> =
+        triangles.into_iter().map(places).collect::<Result<_, Error>>()?;
+    Ok(Region {
+        own: own.len(),
+        homes: others.iter().map(|vertex| vertex.cell).collect(),
+        stuck: stuck_vertices(own.len(), &triangles),
+        positions: own.iter().chain(&others).map(|vertex| vertex.position).collect(),
+        quadrics: match remembers {
+            true => own.iter().map(|vertex| vertex.quadric).collect(),
+            false => Vec::new(),
+        },
+        triangles,
+        vertex_ids,
+        ..Region::default()
+    })
 }
 
 /// Which own vertices of a region are within the strips. Those of others are, all of them.
@@ -252,7 +246,7 @@ mod tests {
         assert!(gather(faces as u64 - 1).is_none());
         for cell in 0..cells {
             let old = work.region(0, cell).unwrap();
-            let new = strips.put_back(&region, &old);
+            let new = strips.put_back(&region, &old, folder.path()).unwrap();
             assert_eq!((new.level, new.own), (1, old.own));
             assert_eq!(new.vertex_ids, old.vertex_ids);
             assert_eq!(new.homes, old.homes);

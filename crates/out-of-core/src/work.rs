@@ -503,7 +503,7 @@ impl Work {
         for cell in 0..cells {
             let old = read(cell)?;
             let next = match &strips {
-                Some(strips) => strips.put_back(&reduced, &old),
+                Some(strips) => strips.put_back(&reduced, &old, &self.folder)?,
                 None => Region { level: level + 1, ..old },
             };
             self.put(&next, State::Region, None)?;
