@@ -3,6 +3,8 @@
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use crate::failure::Failure;
 
 /// A file of numbers to add to.
@@ -22,7 +24,8 @@ impl Numbers {
         let rows = read(&path, parse);
         let is_new = !path.exists();
         let file = OpenOptions::new().create(true).append(true).open(&path);
-        let writer = csv::Writer::from_writer(file.map_err(Failure::writing(&path))?);
+        let file = file.map_err(Failure::writing(&path))?;
+        let writer = csv::WriterBuilder::new().has_headers(false).from_writer(file);
         let mut numbers = Self { path, writer };
         if is_new {
             numbers.add(header)?;
@@ -34,6 +37,13 @@ impl Numbers {
     pub(crate) fn add(&mut self, record: &[impl AsRef<[u8]>]) -> Result<(), Failure> {
         let Self { path, writer } = self;
         writer.write_record(record).map_err(|e| Failure::writing(path)(e.into()))?;
+        writer.flush().map_err(Failure::writing(path))
+    }
+
+    /// Adds a line of the fields of a struct.
+    pub(crate) fn add_fields(&mut self, fields: &impl Serialize) -> Result<(), Failure> {
+        let Self { path, writer } = self;
+        writer.serialize(fields).map_err(|e| Failure::writing(path)(e.into()))?;
         writer.flush().map_err(Failure::writing(path))
     }
 }

@@ -15,8 +15,10 @@ mod readers;
 mod record;
 mod table;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use indicatif::ProgressBar;
@@ -47,6 +49,9 @@ pub(crate) struct Torture {
     /// Only every Nth run, for a sample
     #[arg(long, value_name = "N", default_value = "1")]
     every: std::num::NonZero<usize>,
+    /// Go on after the runs whose outcomes an earlier call has left in the folder of numbers
+    #[arg(long)]
+    resume: bool,
     /// How many runs at once [default: one per core]; each has one thread
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
@@ -130,20 +135,29 @@ fn all(options: &Torture, trial: &Trial<'_>) -> Result<Vec<Record>, Failure> {
         .step_by(options.every.get())
         .collect();
     bar.set_length((files.len() + runs.len()) as u64);
-    let judged: Vec<Record> = runs
-        .into_par_iter()
-        .with_max_len(1)
-        .enumerate()
-        .map(|(number, (subject, job))| {
-            bar.set_message(format!("{} {}", subject.name, job.name));
-            let record = trial.run(subject, job, number);
-            if let Some(fault) = &record.fault {
-                bar.suspend(|| eprintln!("{}: {}: {fault}", record.file, record.job));
-            }
-            bar.inc(1);
-            record
-        })
+    let (numbers, known) = record::open(&options.out, options.resume)?;
+    let known: HashMap<(String, String), Record> = known
+        .into_iter()
+        .map(|record| ((record.file.clone(), record.job.clone()), record))
         .collect();
+    let numbers = Mutex::new(numbers);
+    let judge = |(number, (subject, job)): (usize, (&Subject, &Job))| {
+        let earlier = known.get(&(subject.name.clone(), job.name.clone()));
+        if let Some(record) = earlier {
+            bar.inc(1);
+            return Ok(record.clone());
+        }
+        bar.set_message(format!("{} {}", subject.name, job.name));
+        let record = trial.run(subject, job, number);
+        if let Some(fault) = &record.fault {
+            bar.suspend(|| eprintln!("{}: {}: {fault}", record.file, record.job));
+        }
+        bar.inc(1);
+        numbers.lock().unwrap_or_else(PoisonError::into_inner).add_fields(&record)?;
+        Ok(record)
+    };
+    let judged = runs.into_par_iter().with_max_len(1).enumerate().map(judge);
+    let judged: Vec<Record> = judged.collect::<Result<_, Failure>>()?;
     bar.finish_and_clear();
     let mut records: Vec<Record> = subjects.into_iter().map(|(_, record)| record).collect();
     records.extend(judged);

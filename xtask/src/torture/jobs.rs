@@ -221,10 +221,16 @@ fn flip() -> Vec<Job> {
             .long(),
         job("f2 guarded", "m.obj", "--cost f2 --feature-angle 40 --max-fold 60"),
         job("area features everywhere", "m.ply", "--cost area --feature-angle 0 --max-fold 0"),
-        job("f1 look-ahead", "m.ply", "--cost f1 --look-ahead 2").claims(cost_goes_down).long(),
-        job("delaunay anneal", "m.ply", "--cost delaunay --anneal-steps 2 --seed 7")
+        job("f1 look-ahead", "m.ply", "--cost f1 --look-ahead 2 --time-limit 60")
             .claims(cost_goes_down)
             .long(),
+        job(
+            "delaunay anneal",
+            "m.ply",
+            "--cost delaunay --anneal-steps 2 --seed 7 --time-limit 60",
+        )
+        .claims(cost_goes_down)
+        .long(),
         job(
             "f2 one flip",
             "m.ply",
@@ -251,7 +257,7 @@ fn simplify() -> Vec<Job> {
     }
     jobs.extend([
         Job::new("simplify", "strict", "-o {out}/m.ply --ratio 0.3").builds("m.ply", faces()),
-        job("extreme", "m.ply", "--ratio 0.1 --preset extreme").long(),
+        job("extreme", "m.ply", "--ratio 0.1 --preset extreme --anneal-time 10").long(),
         job("repeated", "m.obj", "--ratio 0.2").repeated(),
         job("glb", "m.glb", "--ratio 0.3 --attribute-weight 10"),
         job("obj without attributes", "m.obj", "--ratio 0.3 --preset fast --attribute-weight 0"),

@@ -1,13 +1,14 @@
 //! The outcome of a run, and the files that hold all of them.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
+use crate::numbers::Numbers;
 
 /// The outcome of a job on a file.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Record {
     pub(super) file: String,
     /// The size of the file.
@@ -28,9 +29,22 @@ pub(super) struct Record {
     pub(super) message: String,
 }
 
-/// Writes the outcomes as CSV and as JSON.
+/// The names of the fields, in their order.
+const FIELDS: [&str; 10] =
+    ["file", "bytes", "command", "job", "exit", "fault", "seconds", "peak_mib", "faces", "message"];
+
+/// Opens the file of outcomes, which grows as runs end, and gives those of an earlier call.
+pub(super) fn open(folder: &Path, resume: bool) -> Result<(Numbers, Vec<Record>), Failure> {
+    let path = path(folder);
+    if !resume && path.exists() {
+        std::fs::remove_file(&path).map_err(Failure::writing(&path))?;
+    }
+    Numbers::open(path, &FIELDS, |row| row.deserialize(None).ok())
+}
+
+/// Writes the outcomes in order, as CSV and as JSON.
 pub(super) fn write(records: &[Record], folder: &Path) -> Result<(), Failure> {
-    let path = folder.join("runs.csv");
+    let path = path(folder);
     let failed = |error: csv::Error| Failure::writing(&path)(error.into());
     let mut writer = csv::Writer::from_path(&path).map_err(failed)?;
     records.iter().try_for_each(|record| writer.serialize(record)).map_err(failed)?;
@@ -38,4 +52,8 @@ pub(super) fn write(records: &[Record], folder: &Path) -> Result<(), Failure> {
     let path = folder.join("runs.json");
     let text = serde_json::to_string_pretty(records).map_err(Failure::mesh)?;
     std::fs::write(&path, text).map_err(Failure::writing(&path))
+}
+
+fn path(folder: &Path) -> PathBuf {
+    folder.join("runs.csv")
 }
