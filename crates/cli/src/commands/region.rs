@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use out_of_core::{Next, Plan, Work, finish_cell, run as run_rest, write_tiles};
 use serde::Serialize;
-use simplify::{FinishOptions, Options};
 
 use crate::args::is_standard;
 use crate::batch::{Shard, parse_shard};
@@ -199,8 +198,7 @@ fn split_file(options: &Split, session: &Session) -> Result<Outcome, Failure> {
         Some(limits) => {
             session.given.refuse(&OF_FITS, NOT_FITTED)?;
             session.given.refuse(&OF_TARGETS, "the levels say how many faces there are to be")?;
-            let chosen = options.policy.regional_options(limits)?;
-            Options { finish: FinishOptions::default(), ..chosen }
+            options.policy.regional_options(limits)?.for_levels()
         }
     };
     let prove = options.policy.proves().then_some(large::PROVED);

@@ -1,7 +1,6 @@
 //! `curvmesh lod --memory`: levels of a mesh that does not fit, region by region.
 
 use serde::Serialize;
-use simplify::{FinishOptions, Options};
 
 use crate::args::is_standard;
 use crate::carry::{OF_ATTRIBUTES, ONLY_SHAPES};
@@ -34,9 +33,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
         paths.iter().try_for_each(|path| check_target(path, save, &session.given))?;
     }
     let mut finer = large::levels(&steps.levels, &steps.faces);
-    let chosen = policy.regional_options(finer.pop().unwrap_or_default())?;
-    // As in memory: fitting would move levels away from the finer ones.
-    let chosen = Options { finish: FinishOptions::default(), ..chosen };
+    let chosen = policy.regional_options(finer.pop().unwrap_or_default())?.for_levels();
     let memory = large.memory.unwrap_or(u64::MAX);
     let prove = policy.proves().then_some(large::PROVED);
     let settings = large::settings(chosen, finer, memory, &source.loading.repair, prove)?;
