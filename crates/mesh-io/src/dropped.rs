@@ -11,6 +11,8 @@ pub(crate) fn dropped(model: &Model, format: Format, beside: bool) -> Vec<String
     let images = model.images.iter().any(|image| matches!(image.data, ImageData::Bytes(_)));
     let corner_uvs = model.corner_uvs.is_some();
     let seams = corner_uvs && format == Off && model.vertex_uvs().is_none();
+    let gaps = |uvs: &Vec<[f32; 2]>| uvs.iter().any(|uv| !uv.iter().all(|value| value.is_finite()));
+    let gaps = format == Off && !seams && model.corner_uvs.as_ref().is_some_and(gaps);
     let both_normals = model.vertex_normals.is_some() && model.corner_normals.is_some();
     let points = match format {
         Stl => has_unused_vertices(model),
@@ -36,6 +38,7 @@ pub(crate) fn dropped(model: &Model, format: Format, beside: bool) -> Vec<String
         (model.corner_normals.is_some() && holds(&[Ply, Off, Stl]), "corner normals"),
         (corner_uvs && holds(&[Stl]), "texture coordinates"),
         (seams && holds(&[Off]), "texture coordinates (they differ between faces)"),
+        (gaps, "gaps in the texture coordinates (0 there)"),
         (model.face_colors.is_some() && !holds(&[Ply, Off]), "face colours"),
         (!model.face_scalars.is_empty() && !holds(&[Ply]), "numbers per face"),
         (model.face_groups.is_some() && !holds(&[Obj, Stl]), "groups"),

@@ -37,3 +37,9 @@ fn find(positions: &[DVec3], is_so: impl Fn(&f64) -> bool) -> Option<(usize, f64
         Some((vertex, position.to_array().into_iter().find(&is_so)?))
     })
 }
+
+/// Numbers that are there, and another where one is missing, which is not a number: readers of other
+/// programs stumble over those.
+pub(crate) fn finite_or<const N: usize>(values: [f32; N], otherwise: f32) -> [f32; N] {
+    values.map(|value| if value.is_finite() { value } else { otherwise })
+}

@@ -534,3 +534,57 @@ fn a_mesh_is_written_in_one_call_with_or_without_gaps() {
     }
     assert!(mesh.topology().vertex_capacity() > mesh.topology().vertex_count());
 }
+
+/// Two triangles, of which only the first has texture coordinates.
+fn half_textured() -> Model {
+    let points = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [5.0, 0.0, 0.0], [6.0, 0.0, 0.0]];
+    let soup = PolygonSoup::from_triangles(&points, &[[0, 1, 2], [2, 3, 4]]).unwrap();
+    let none = [f32::NAN; 2];
+    let uvs = vec![[0.0, 0.5], [1.0, 0.5], [0.25, 1.0], none, none, none];
+    Model { corner_uvs: Some(uvs), ..Model::from(soup) }
+}
+
+#[test]
+fn corners_without_texture_coordinates_do_not_get_what_is_no_number() {
+    let model = half_textured();
+    for format in [Format::Ply, Format::Off] {
+        let mut bytes = Vec::new();
+        let options = WriteOptions { encoding: Encoding::Text, ..WriteOptions::default() };
+        write_to(&mut bytes, &model, format, &options).unwrap();
+        let text = String::from_utf8(bytes).unwrap().to_lowercase();
+        assert!(!text.contains("nan"), "{text}");
+    }
+    // Lists may be empty.
+    for encoding in [Encoding::Usual, Encoding::BigEndian, Encoding::Text] {
+        let uvs = again(&model, Format::Ply, encoding).corner_uvs.unwrap();
+        assert_eq!(uvs[..3], model.corner_uvs.as_ref().unwrap()[..3]);
+        assert!(uvs[3..].iter().all(|uv| uv[0].is_nan()));
+    }
+}
+
+#[test]
+fn off_tells_of_gaps_in_the_texture_coordinates() {
+    let mut model = half_textured();
+    // No vertex has one in the one face and none in the other.
+    model.soup = PolygonSoup::from_triangles(
+        &[
+            [0.0; 3],
+            [1.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [5.0, 0.0, 0.0],
+            [6.0, 0.0, 0.0],
+            [6.0, 1.0, 0.0],
+        ],
+        &[[0, 1, 2], [3, 4, 5]],
+    )
+    .unwrap();
+    for encoding in [Encoding::Text, Encoding::BigEndian] {
+        let options = WriteOptions { encoding, ..WriteOptions::default() };
+        let mut bytes = Vec::new();
+        let report = write_to(&mut bytes, &model, Format::Off, &options).unwrap();
+        assert!(report.dropped.iter().any(|what| what.contains("gaps")), "{report:?}");
+        let uvs = parse(&bytes).unwrap().corner_uvs.unwrap();
+        assert_eq!(uvs[1], [1.0, 0.5]);
+        assert_eq!(uvs[3..], [[0.0; 2]; 3]);
+    }
+}

@@ -7,6 +7,7 @@ use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::model::Model;
+use crate::single::finite_or;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::io::Write;
@@ -195,7 +196,7 @@ impl<'m> Level<'m> {
             Column::Color => floats(writer, self.color(vertex)),
             Column::Scalar(index) => {
                 let value = model.vertex_scalars[index].values[vertex] as f32;
-                floats(writer, [if value.is_finite() { value } else { 0.0 }])
+                floats(writer, finite_or([value], 0.0))
             }
         })
     }
@@ -203,7 +204,7 @@ impl<'m> Level<'m> {
     /// The colour of a vertex, white where it has none.
     fn color(&self, vertex: usize) -> [f32; 4] {
         let color = self.model.vertex_colors.as_ref().map_or([1.0; 4], |colors| colors[vertex]);
-        color.map(|value| if value.is_finite() { value } else { 1.0 })
+        finite_or(color, 1.0)
     }
 
     pub(super) fn write_indices(&self, writer: &mut dyn Write) -> std::io::Result<()> {

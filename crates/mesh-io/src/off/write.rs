@@ -5,7 +5,7 @@ use crate::decimal::Decimal;
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::model::Model;
-use crate::single::rounding;
+use crate::single::{finite_or, rounding};
 use crate::write_options::WriteReport;
 use std::io::Write;
 
@@ -26,12 +26,12 @@ pub(crate) fn write_text(writer: &mut dyn Write, model: &Model) -> Result<WriteR
         let [x, y, z] = position.to_array().map(Decimal);
         write!(writer, "{x} {y} {z}")?;
         if let Some(normals) = &model.vertex_normals {
-            let [x, y, z] = normals[vertex].map(Decimal);
+            let [x, y, z] = finite_or(normals[vertex], 0.0).map(Decimal);
             write!(writer, " {x} {y} {z}")?;
         }
         colors.write(writer, vertex)?;
         if let Some(uvs) = &uvs {
-            let [u, v] = uvs[vertex].map(Decimal);
+            let [u, v] = finite_or(uvs[vertex], 0.0).map(Decimal);
             write!(writer, " {u} {v}")?;
         }
         writeln!(writer)?;
@@ -96,13 +96,13 @@ pub(crate) fn write_binary(
     for (vertex, position) in soup.positions().iter().enumerate() {
         floats(writer, &position.as_vec3().to_array())?;
         if let Some(normals) = &model.vertex_normals {
-            floats(writer, &normals[vertex])?;
+            floats(writer, &finite_or(normals[vertex], 0.0))?;
         }
         if let Some(colors) = &model.vertex_colors {
-            floats(writer, &colors[vertex])?;
+            floats(writer, &finite_or(colors[vertex], 1.0))?;
         }
         if let Some(uvs) = &uvs {
-            floats(writer, &uvs[vertex])?;
+            floats(writer, &finite_or(uvs[vertex], 0.0))?;
         }
     }
     for (index, face) in soup.faces().enumerate() {

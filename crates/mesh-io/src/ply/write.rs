@@ -7,7 +7,7 @@ use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
 use crate::model::{Model, Scalars};
 use crate::passing::Passing;
-use crate::single::rounding;
+use crate::single::{finite_or, rounding};
 use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
 use glam::DVec3;
 use std::io::Write;
@@ -126,7 +126,9 @@ impl<'m> Colors<'m> {
         match self {
             Self::None => Ok(()),
             Self::Bytes(colors) => colors[index].into_iter().try_for_each(|c| values.u8(c)),
-            Self::Floats(colors) => colors[index].into_iter().try_for_each(|c| values.f32(c)),
+            Self::Floats(colors) => {
+                finite_or(colors[index], 1.0).into_iter().try_for_each(|c| values.f32(c))
+            }
         }
     }
 }
@@ -207,7 +209,7 @@ impl<'m> Plan<'m> {
             values.float(value, self.wide_positions)?;
         }
         if let Some(normals) = &model.vertex_normals {
-            normals[vertex].into_iter().try_for_each(|value| values.f32(value))?;
+            finite_or(normals[vertex], 0.0).into_iter().try_for_each(|value| values.f32(value))?;
         }
         self.vertex_colors.put(vertex, values)?;
         if let Uvs::Vertex(uvs) = &self.uvs {
@@ -225,9 +227,12 @@ impl<'m> Plan<'m> {
         self.count(corners.len(), values)?;
         corners.iter().try_for_each(|&vertex| values.u32(vertex))?;
         if let Uvs::Corner(uvs) = &self.uvs {
-            self.count(2 * corners.len(), values)?;
-            let uvs = uvs[model.soup.corner_range(face)].as_flattened();
-            uvs.iter().try_for_each(|&value| values.f32(value))?;
+            let uvs = &uvs[model.soup.corner_range(face)];
+            // Faces without any have a list without anything.
+            let uvs = if uvs.iter().any(is_there) { uvs } else { &[] };
+            self.count(2 * uvs.len(), values)?;
+            let mut all = uvs.iter().flat_map(|&uv| finite_or(uv, 0.0));
+            all.try_for_each(|value| values.f32(value))?;
         }
         self.face_colors.put(face, values)?;
         for (scalars, &wide) in model.face_scalars.iter().zip(&self.wide_face_scalars) {
@@ -241,8 +246,13 @@ impl<'m> Plan<'m> {
     }
 }
 
+fn is_there(uv: &[f32; 2]) -> bool {
+    uv.iter().all(|value| value.is_finite())
+}
+
 fn plan_uvs(model: &Model) -> Uvs<'_> {
-    match (model.vertex_uvs(), model.corner_uvs.as_deref()) {
+    let of_vertices = model.vertex_uvs().filter(|uvs| uvs.iter().all(is_there));
+    match (of_vertices, model.corner_uvs.as_deref()) {
         (Some(uvs), _) => Uvs::Vertex(uvs),
         (None, Some(uvs)) => Uvs::Corner(uvs),
         (None, None) => Uvs::None,
