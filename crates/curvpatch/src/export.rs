@@ -68,12 +68,20 @@ impl Cover {
     /// they are.
     ///
     /// # Errors
-    /// A tolerance that is not positive or far too small; more vertices than 32 bits can index.
+    /// A tolerance that is not positive or far too small; more vertices than 32 bits can index, or than
+    /// there is memory for, twice over: what is made of them takes about as much again.
     pub fn to_mesh(&self, mesh: &TriMesh, tolerance: f64) -> Result<CoverMesh, TessellationError> {
-        let mut out = CoverMesh::default();
+        let mut size = [3 * self.residual.len(), self.residual.len()];
+        for patch in &self.patches {
+            let [vertices, triangles] = patch.fit.patch.tessellation_size(tolerance)?;
+            size = [size[0] + vertices, size[1] + triangles];
+        }
+        let mut out = CoverMesh::with_capacity(size)?;
+        // Looked at, or the compiler would know that it may be left out.
+        core::hint::black_box(CoverMesh::with_capacity(size)?);
         for (patch, index) in self.patches.iter().zip(0_u32..) {
             let part = patch.fit.patch.tessellate(tolerance)?;
-            let first = out.first_index(part.positions.len())?;
+            let first = out.positions.len() as u32;
             out.colors.resize(out.positions.len() + part.positions.len(), patch_color(index));
             out.positions.extend(part.positions);
             out.normals.extend(part.normals);
@@ -81,7 +89,7 @@ impl Cover {
             out.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
         }
         for &face in &self.residual {
-            let first = out.first_index(3)?;
+            let first = out.positions.len() as u32;
             out.positions.extend(mesh.triangle(face));
             out.normals.extend([mesh.face_normal(face); 3]);
             out.colors.extend([RESIDUAL; 3]);
@@ -118,13 +126,20 @@ impl Cover {
 }
 
 impl CoverMesh {
-    /// The index of the next vertex, when there is room for so many more.
-    fn first_index(&self, more: usize) -> Result<u32, TessellationError> {
-        let vertices = self.positions.len() + more;
-        match u32::try_from(vertices) {
-            Ok(_) => Ok(self.positions.len() as u32),
-            Err(_) => Err(TessellationError::TooManyVertices { vertices }),
+    /// With room for so many vertices and triangles.
+    fn with_capacity([vertices, triangles]: [usize; 2]) -> Result<Self, TessellationError> {
+        if u32::try_from(vertices).is_err() {
+            return Err(TessellationError::TooManyVertices { vertices });
         }
+        let mut new = Self::default();
+        new.positions
+            .try_reserve_exact(vertices)
+            .and_then(|()| new.normals.try_reserve_exact(vertices))
+            .and_then(|()| new.colors.try_reserve_exact(vertices))
+            .and_then(|()| new.triangles.try_reserve_exact(triangles))
+            .and_then(|()| new.patch_of_triangle.try_reserve_exact(triangles))
+            .map_err(|_| TessellationError::TooLittleMemory { triangles })?;
+        Ok(new)
     }
 }
 

@@ -46,6 +46,14 @@ pub enum TessellationError {
         /// How many there would be.
         vertices: usize,
     },
+    /// There is not enough memory for the triangles of a cover.
+    #[error(
+        "there is not enough memory for the {triangles} triangles that the cover takes; use a larger tolerance, or the cover as splats or as a record"
+    )]
+    TooLittleMemory {
+        /// How many there would be.
+        triangles: usize,
+    },
 }
 
 /// The largest number of triangles of one patch.
@@ -58,6 +66,21 @@ impl Patch {
     /// # Errors
     /// A tolerance that is not positive, or so small that millions of triangles would be needed.
     pub fn tessellate(&self, tolerance: f64) -> Result<Tessellation, TessellationError> {
+        let [rings, sectors] = self.cuts(tolerance)?;
+        Ok(self.rings(rings, sectors))
+    }
+
+    /// How many vertices and triangles that makes.
+    pub(crate) fn tessellation_size(
+        &self,
+        tolerance: f64,
+    ) -> Result<[usize; 2], TessellationError> {
+        let [rings, sectors] = self.cuts(tolerance)?.map(|count| count as usize);
+        Ok([1 + rings * sectors, (2 * rings - 1) * sectors])
+    }
+
+    /// The numbers of rings and sectors, where these are not too many.
+    fn cuts(&self, tolerance: f64) -> Result<[u32; 2], TessellationError> {
         if tolerance.is_nan() || tolerance <= 0.0 {
             return Err(TessellationError::BadTolerance { tolerance });
         }
@@ -66,7 +89,7 @@ impl Patch {
         if triangles > f64::from(MAX_TRIANGLES) {
             return Err(TessellationError::TooFine { tolerance, triangles });
         }
-        Ok(self.rings(rings as u32, sectors as u32))
+        Ok([rings as u32, sectors as u32])
     }
 
     /// The numbers of rings and sectors for sagittas below `sagitta`.
