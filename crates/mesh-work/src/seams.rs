@@ -81,25 +81,47 @@ impl Seams {
     /// The corner of the file that each corner of the flipped mesh takes its data from.
     #[must_use]
     pub fn corner_source(&self, topology: &Topology) -> Vec<[u32; 3]> {
-        let source = |h: HalfEdgeId| match self.end_of_sector(topology, h) {
-            Some(end) => self.corner[end],
-            None => self.any_corner[topology.origin(h)],
-        };
-        topology.faces().map(|face| topology.face_half_edges(face).map(source)).collect()
+        let mut sources: HalfEdgeMap<Option<u32>> = topology.half_edge_map(None);
+        let faces = topology.faces().map(|face| topology.face_half_edges(face));
+        faces
+            .map(|sides| {
+                sides.map(|h| {
+                    let (end, source) = self.end_of_sector(topology, &sources, h);
+                    // All on the way are in the same sector: nothing is passed twice.
+                    let mut current = h;
+                    while current != end {
+                        sources[current] = Some(source);
+                        current = topology.next(current.twin());
+                    }
+                    sources[end] = Some(source);
+                    source
+                })
+            })
+            .collect()
     }
 
-    /// Turning clockwise from a corner, the half-edge of the last corner before a seam or the
-    /// boundary, which was there before the flips; `None` where the whole vertex is one sector.
-    fn end_of_sector(&self, topology: &Topology, h: HalfEdgeId) -> Option<HalfEdgeId> {
+    /// Turning clockwise from a corner, the first one whose source is known, or else the last one before
+    /// a seam or the boundary, which was there before the flips; and the source of the sector. Where the
+    /// whole vertex is one sector, any of its corners will do.
+    fn end_of_sector(
+        &self,
+        topology: &Topology,
+        sources: &HalfEdgeMap<Option<u32>>,
+        h: HalfEdgeId,
+    ) -> (HalfEdgeId, u32) {
         let mut current = h;
         loop {
+            if let Some(source) = sources[current] {
+                return (current, source);
+            }
             if self.edges[current.edge()] || topology.is_exterior(current.twin()) {
-                return Some(current);
+                return (current, self.corner[current]);
             }
-            current = topology.next(current.twin());
-            if current == h {
-                return None;
+            let next = topology.next(current.twin());
+            if next == h {
+                return (current, self.any_corner[topology.origin(h)]);
             }
+            current = next;
         }
     }
 }
