@@ -220,6 +220,12 @@ pub fn edge_points(surface: &Surface, spacing: f64, limit: usize) -> Vec<DVec3> 
     (0..points.count()).map(|i| points.point(i)).collect()
 }
 
+/// How many points [`edge_points`] gives.
+#[must_use]
+pub fn count_edge_points(surface: &Surface, spacing: f64, limit: usize) -> usize {
+    EdgePoints::new(surface, spacing, limit).count()
+}
+
 /// The points of [`edge_points`] on a single edge, from its end with the lower number to the other one.
 pub fn points_of_edge(
     ends: [DVec3; 2],

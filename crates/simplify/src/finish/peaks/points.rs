@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, Handle, Remap, RemapOf, TriMesh, VertexId, parallel};
-use mesh_metric::{Surface, SurfaceError, edge_points, sample_surface};
+use mesh_metric::{Surface, SurfaceError, count_edge_points, edge_points, sample_surface};
 
 /// Points of the original, to be asked how far they are from the mesh.
 pub(super) struct Points {
@@ -26,7 +26,9 @@ impl Points {
         let spacing = spacing * (area / count as f64).sqrt();
         let vertices = original.used_vertices().into_iter();
         let mut all: Vec<DVec3> = vertices.map(|v| original.positions()[v as usize]).collect();
-        all.extend(edge_points(original, spacing, MAX_ON_EDGE));
+        let most = (MAX_ON_EDGES_PER_FACE * count).max(LEAST_ON_EDGES);
+        let thinned = count_edge_points(original, spacing, MAX_ON_EDGE).div_ceil(most).max(1);
+        all.extend(edge_points(original, spacing * thinned as f64, MAX_ON_EDGE / thinned));
         let first = all.len();
         all.extend(sample_surface(original, samples, SEED).iter().map(|sample| sample.position));
         Self { all, samples: first }
@@ -40,6 +42,11 @@ const SEED: u64 = 1;
 
 /// The most points on an edge of the original.
 const MAX_ON_EDGE: usize = 100;
+/// The most points on all edges for each triangle. Long thin triangles side by side have far more long
+/// edges than there is to know about them: points are farther apart there.
+const MAX_ON_EDGES_PER_FACE: usize = 4;
+/// So many points on edges may there be however few triangles the original has.
+const LEAST_ON_EDGES: usize = 20_000;
 
 /// How far the averages may rise.
 #[derive(Clone, Copy)]
