@@ -37,7 +37,7 @@ pub(super) struct Ended {
     pub(super) stderr: String,
     /// Processor time, user and system.
     pub(super) processor: Duration,
-    /// The largest resident set in bytes.
+    /// The largest resident set in bytes, as last seen.
     pub(super) peak: u64,
 }
 
@@ -68,10 +68,12 @@ pub(super) fn run(
     let start = Instant::now();
     let mut is_killed = false;
     let mut pause = Duration::from_millis(1);
+    let mut peak = 0;
     let used = loop {
         if let Some(used) = child.try_wait4()? {
             break used;
         }
+        peak = high_water(child.id()).unwrap_or(0).max(peak);
         if start.elapsed() > limits.processor * PATIENCE && !is_killed {
             is_killed = true;
             child.kill()?;
@@ -85,8 +87,16 @@ pub(super) fn run(
         stdout: String::from_utf8_lossy(&std::fs::read(&stdout)?).into_owned(),
         stderr: String::from_utf8_lossy(&std::fs::read(&stderr)?).into_owned(),
         processor,
-        peak: used.rusage.maxrss,
+        peak,
     })
+}
+
+/// The largest resident set of a process so far. What it leaves behind when it ends says no less than the
+/// largest one of the process that has started it.
+fn high_water(process: u32) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? << 10)
 }
 
 fn end(status: std::process::ExitStatus, is_out_of_time: bool) -> End {
