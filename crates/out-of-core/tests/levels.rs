@@ -43,10 +43,12 @@ fn euler(mesh: &TriMesh) -> i64 {
     topology.vertex_count() as i64 - topology.edge_count() as i64 + topology.face_count() as i64
 }
 
+const SAMPLED: CompareOptions =
+    CompareOptions { samples: 100_000, vertices: true, edges: true, seed: 1 };
+
 fn mean(a: &TriMesh, b: &TriMesh) -> f64 {
     let [a, b] = [a, b].map(|mesh| Surface::new(mesh).unwrap());
-    let options = CompareOptions { samples: 100_000, ..CompareOptions::default() };
-    compare(&a, &b, &options).mean()
+    compare(&a, &b, &SAMPLED).mean()
 }
 
 /// With results on both sides of what fits.
@@ -58,10 +60,12 @@ fn given(preset: Preset) -> Settings {
 #[test]
 fn every_level_has_the_number_of_faces_asked_for_and_is_whole() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, mesh) in [("closed", torus(60_000, 6)), ("open", open_torus(60_000, 6))] {
+    let closed = ("closed", torus(60_000, 6), &[Preset::Fast, Preset::Default][..]);
+    let open = ("open", open_torus(60_000, 6), &[Preset::Default][..]);
+    for (name, mesh, presets) in [closed, open] {
         let input = write(&mesh, &folder.path().join(name).with_extension("ply"));
         let faces = mesh.topology().face_count();
-        for preset in [Preset::Fast, Preset::Default] {
+        for &preset in presets {
             let mut given = given(preset);
             given.prove = Some(1e-3);
             let work = folder.path().join(format!("{name}-{preset}"));
@@ -91,7 +95,7 @@ fn every_level_has_the_number_of_faces_asked_for_and_is_whole() {
                 );
                 last = here;
                 let [a, b] = [&mesh, level].map(|mesh| Surface::new(mesh).unwrap());
-                let met = compare(&a, &b, &CompareOptions::default()).hausdorff();
+                let met = compare(&a, &b, &SAMPLED).hausdorff();
                 assert!(met <= proved.unwrap(), "{name} {preset} {count}");
             }
             // As tiles, too.
@@ -107,76 +111,75 @@ fn levels_have_the_same_bits_however_they_come_about() {
     let mesh = torus(60_000, 2);
     let folder = tempfile::tempdir().unwrap();
     let input = write(&mesh, &folder.path().join("in.ply"));
-    for preset in [Preset::Fast, Preset::Default] {
-        let given = given(preset);
-        let place = |name: &str| folder.path().join(format!("{preset}-{name}"));
-        let of = |outcome: &Outcome, work: &Work| -> Vec<_> {
-            results(outcome, work, folder.path()).iter().map(|(mesh, _)| bits(mesh)).collect()
-        };
-        let work = split(&place("whole"), &input, &given).unwrap();
-        let whole = of(&run(&work, &mut |_| true).unwrap(), &work);
-        assert_eq!(whole.len(), 4);
+    // The one that knows more than quadrics.
+    let given = given(Preset::Default);
+    let place = |name: &str| folder.path().join(name);
+    let of = |outcome: &Outcome, work: &Work| -> Vec<_> {
+        results(outcome, work, folder.path()).iter().map(|(mesh, _)| bits(mesh)).collect()
+    };
+    let work = split(&place("whole"), &input, &given).unwrap();
+    let whole = of(&run(&work, &mut |_| true).unwrap(), &work);
+    assert_eq!(whole.len(), 4);
 
-        // With one thread, step by step, in another order.
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        pool.install(|| {
-            let work = split(&place("steps"), &input, &given).unwrap();
-            let mut level = 0;
-            let (mut finished, mut strips) = (Vec::new(), 0);
-            loop {
-                let plan = work.plan(level).unwrap();
-                if plan.results > 0 {
-                    finished.push((level, plan.cells));
-                }
-                match plan.next {
-                    Next::InOnePiece | Next::Cells => break,
-                    Next::Strips { .. } => strips += 1,
-                    Next::Pass { .. } => {
-                        (0..plan.cells).rev().for_each(|cell| drop(work.reduce(level, cell)));
-                    }
-                }
-                let joined = work.cells(level + 1).unwrap();
-                (0..joined).rev().for_each(|cell| drop(work.join(level + 1, cell).unwrap()));
-                level += 1;
+    // With one thread, step by step, in another order.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    pool.install(|| {
+        let work = split(&place("steps"), &input, &given).unwrap();
+        let mut level = 0;
+        let (mut finished, mut strips) = (Vec::new(), 0);
+        loop {
+            let plan = work.plan(level).unwrap();
+            if plan.results > 0 {
+                finished.push((level, plan.cells));
             }
-            assert_eq!((finished.len(), strips), (2, 2));
-            for (level, cells) in finished.into_iter().rev() {
-                let finish = |cell| drop(finish_cell(&work, level, cell, &mut |_| true).unwrap());
-                (0..cells).rev().for_each(finish);
+            match plan.next {
+                Next::InOnePiece | Next::Cells => break,
+                Next::Strips { .. } => strips += 1,
+                Next::Pass { .. } => {
+                    (0..plan.cells).rev().for_each(|cell| drop(work.reduce(level, cell)));
+                }
             }
-            assert!(of(&run(&work, &mut |_| true).unwrap(), &work) == whole, "{preset}");
-        });
+            let joined = work.cells(level + 1).unwrap();
+            (0..joined).rev().for_each(|cell| drop(work.join(level + 1, cell).unwrap()));
+            level += 1;
+        }
+        assert_eq!((finished.len(), strips), (2, 2));
+        for (level, cells) in finished.into_iter().rev() {
+            let finish = |cell| drop(finish_cell(&work, level, cell, &mut |_| true).unwrap());
+            (0..cells).rev().for_each(finish);
+        }
+        assert!(of(&run(&work, &mut |_| true).unwrap(), &work) == whole);
+    });
 
-        // Stopped anywhere, and with a result that was cut short.
-        let mut random = fastrand::Rng::with_seed(7);
-        let mut stops = 0;
-        let outcome = loop {
-            let mut left = random.usize(1..12);
-            let see = &mut |_: Step| {
-                left = left.saturating_sub(1);
-                left > 0 || stops > 20
-            };
-            let done = split(&place("stopped"), &input, &given).and_then(|work| run(&work, see));
-            match done {
-                Ok(done) => break done,
-                Err(Error::Stopped) => stops += 1,
-                Err(error) => panic!("{error}"),
-            }
-            if stops % 4 == 1 {
-                cut_one_short(&place("stopped"), &mut random);
-            }
+    // Stopped anywhere, and with a result that was cut short.
+    let mut random = fastrand::Rng::with_seed(7);
+    let mut stops = 0;
+    let outcome = loop {
+        let mut left = random.usize(1..12);
+        let see = &mut |_: Step| {
+            left = left.saturating_sub(1);
+            left > 0 || stops > 20
         };
-        assert!(stops > 2, "{stops}");
-        let work = Work::open(&place("stopped")).unwrap();
-        assert!(of(&outcome, &work) == whole, "{preset}");
-        // What is done is not done again.
-        let mut steps = 0;
-        let again = run(&work, &mut |_| {
-            steps += 1;
-            true
-        });
-        assert!(steps == 0 && of(&again.unwrap(), &work) == whole, "{steps}");
-    }
+        let done = split(&place("stopped"), &input, &given).and_then(|work| run(&work, see));
+        match done {
+            Ok(done) => break done,
+            Err(Error::Stopped) => stops += 1,
+            Err(error) => panic!("{error}"),
+        }
+        if stops % 4 == 1 {
+            cut_one_short(&place("stopped"), &mut random);
+        }
+    };
+    assert!(stops > 2, "{stops}");
+    let work = Work::open(&place("stopped")).unwrap();
+    assert!(of(&outcome, &work) == whole);
+    // What is done is not done again.
+    let mut steps = 0;
+    let again = run(&work, &mut |_| {
+        steps += 1;
+        true
+    });
+    assert!(steps == 0 && of(&again.unwrap(), &work) == whole, "{steps}");
 }
 
 /// Cuts a finished region short, as when the power failed.
@@ -226,7 +229,7 @@ fn bounds_of_all_levels_hold_for_random_partitions() {
     let folder = tempfile::tempdir().unwrap();
     let mut random = fastrand::Rng::with_seed(61);
     let (mut apart, mut tightest) = (0, 0.0_f64);
-    for round in 0..60_u64 {
+    for round in 0..30_u64 {
         let mesh = torus(random.usize(800..2400), round);
         let input = write(&mesh, &folder.path().join("in.ply"));
         let preset = if round % 3 == 0 { Preset::Default } else { Preset::Fast };
@@ -250,7 +253,7 @@ fn bounds_of_all_levels_hold_for_random_partitions() {
         }
         std::fs::remove_dir_all(&folder_of_run).unwrap();
     }
-    assert!(apart > 20 && tightest > 0.5, "{apart} levels in regions, at best {tightest}");
+    assert!(apart > 10 && tightest > 0.5, "{apart} levels in regions, at best {tightest}");
 }
 
 #[test]
