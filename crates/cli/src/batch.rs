@@ -100,11 +100,7 @@ impl Job {
             session.given.refuse(&["resume"], "without -o there are no results to pass over")?;
         }
         if let Some(single) = self.single(&session.given)? {
-            let aside = match &single.output {
-                Some(output) if is_standard(output) => Some(session.console.beside_mesh()?),
-                _ => None,
-            };
-            let console = aside.as_ref().unwrap_or(&session.console);
+            let console = &*session.console.beside(single.output.as_deref())?;
             work(&single, console)?.print(console)?;
             return Ok(Outcome::of_run());
         }

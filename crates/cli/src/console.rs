@@ -1,14 +1,16 @@
 //! What goes to stdout, and what goes to stderr.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::args::Common;
+use crate::args::{Common, is_standard};
 use crate::failure::{Described, Failure};
 use crate::given::Given;
 use crate::text::{printable_json, printable_lines};
@@ -17,7 +19,7 @@ use crate::text::{printable_json, printable_lines};
 const TOOL: &str = "curvmesh";
 
 /// Where messages and results go.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Console {
     json: bool,
     quiet: bool,
@@ -76,19 +78,18 @@ impl Console {
         }
     }
 
-    /// The same, with stdout kept for a mesh: results for people go to stderr.
-    pub(crate) fn beside_mesh(&self) -> Result<Self, Failure> {
+    /// The same; where the mesh goes to stdout, that is kept for it, and results for people go to stderr.
+    pub(crate) fn beside(&self, output: Option<&Path>) -> Result<Cow<'_, Self>, Failure> {
+        if !output.is_some_and(is_standard) {
+            return Ok(Cow::Borrowed(self));
+        }
         if self.json {
             let message = "both the mesh and the report of --json would go to the standard \
                            output; write one of them to a file";
             return Err(Failure::usage(message));
         }
-        Ok(Self { command: self.command.clone(), holds_mesh: true, ..Self::default() }
-            .with_quiet(self.quiet))
-    }
-
-    fn with_quiet(self, quiet: bool) -> Self {
-        Self { quiet, ..self }
+        let command = self.command.clone();
+        Ok(Cow::Owned(Self { command, holds_mesh: true, quiet: self.quiet, ..Self::default() }))
     }
 
     /// Whether results are JSON objects.

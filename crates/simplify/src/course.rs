@@ -17,8 +17,8 @@ use crate::options::Options;
 use crate::regions::run::{self as regions, collapse_in_regions, collapse_sheet};
 use crate::regions::{Fragment, Rules, Sheet};
 
-/// A metric that regions do not know has at most so many of the faces to begin with, or all of them: below
-/// that, the time that is saved is worth a second start.
+/// The largest part of the faces at which another metric takes over: with more of them left, the second
+/// start takes the time that the regions save.
 const MOST_OF_ALL: f64 = 0.6;
 
 /// At how many faces a metric takes over that regions do not know, if it is not to do it all.

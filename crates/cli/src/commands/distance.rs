@@ -130,11 +130,7 @@ pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Fail
     if options.streaming.is_needed(&[&options.first, &options.second], &options.loading)? {
         return passing(options, &session.console);
     }
-    let aside = match &options.output {
-        Some(output) if is_standard(output) => Some(session.console.beside_mesh()?),
-        _ => None,
-    };
-    let console = aside.as_ref().unwrap_or(&session.console);
+    let console = &*session.console.beside(options.output.as_deref())?;
     let mut seconds = Seconds::default();
     let read = |path: &Path| {
         let model = options.loading.content(path, console)?;

@@ -10,7 +10,7 @@ use mesh_render::{
 use mesh_work::{Loaded, Painting};
 use serde::Serialize;
 
-use crate::args::{is_standard, parse_angle, parse_not_negative};
+use crate::args::{parse_angle, parse_not_negative};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::failure::Failure;
 use crate::given::Given;
@@ -111,11 +111,7 @@ struct Results {
 
 pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failure> {
     options.check_given(&session.given)?;
-    let aside = match is_standard(&options.output) {
-        true => Some(session.console.beside_mesh()?),
-        false => None,
-    };
-    let console = aside.as_ref().unwrap_or(&session.console);
+    let console = &*session.console.beside(Some(&options.output))?;
     let mut seconds = Seconds::default();
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;

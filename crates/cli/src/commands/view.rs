@@ -90,11 +90,7 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     if options.inputs.iter().filter(|input| is_standard(input)).count() > 1 {
         return Err(Failure::usage("the standard input `-` can be one of the files only"));
     }
-    let aside = match is_standard(&options.output) {
-        true => Some(session.console.beside_mesh()?),
-        false => None,
-    };
-    let console = aside.as_ref().unwrap_or(&session.console);
+    let console = &*session.console.beside(Some(&options.output))?;
     let mut seconds = Seconds::default();
     let exhibits: Result<Vec<_>, Failure> = Seconds::time(&mut seconds.load, || {
         options.inputs.iter().map(|input| options.exhibit(input, console)).collect()

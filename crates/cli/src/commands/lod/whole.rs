@@ -49,11 +49,7 @@ struct Level {
 pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> {
     options.check_given(&session.given)?;
     let place = Place::new(options, &session.given)?;
-    let aside = match is_standard(&options.output) {
-        true => Some(session.console.beside_mesh()?),
-        false => None,
-    };
-    let console = aside.as_ref().unwrap_or(&session.console);
+    let console = &*session.console.beside(Some(&options.output))?;
     let mut seconds = Seconds::default();
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
