@@ -93,16 +93,19 @@ impl Piece {
     }
 }
 
-/// The corners, turned so that the longest side is that from the first to the second.
+/// The corners, with the longest side from the first to the second, and from the tip where there is one.
+/// Two sides of a needle are about as long as each other, and which of them is longer changes with the
+/// slightest move; its pieces have to stay where they are.
 fn along_longest(&[a, b, c]: &[DVec3; 3]) -> [DVec3; 3] {
     let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| p.distance_squared(q));
-    if ab >= bc && ab >= ca {
-        [a, b, c]
+    let ([p, q, r], [qr, rp]) = if ab >= bc && ab >= ca {
+        ([a, b, c], [bc, ca])
     } else if bc >= ca {
-        [b, c, a]
+        ([b, c, a], [ca, ab])
     } else {
-        [c, a, b]
-    }
+        ([c, a, b], [ab, bc])
+    };
+    if qr > 4.0 * rp { [q, p, r] } else { [p, q, r] }
 }
 
 /// The smallest and the largest coordinates.
@@ -190,6 +193,31 @@ mod tests {
             let point = (a + 1.5 * b + 1.5 * c) / 4.0;
             let [before, after] = [around_whole(point), around(point)];
             assert!(10 * after < before, "{before} {after}");
+        }
+    }
+
+    #[test]
+    fn pieces_stay_where_they_are_when_the_other_long_side_becomes_the_longest() {
+        let mut random = SplitMix64::new(2);
+        for round in 0..1000 {
+            let tip = random_point(&mut random) - DVec3::X;
+            let [a, b] = [(); 2].map(|()| DVec3::X + 1e-3 * random_point(&mut random));
+            let mut corners = [tip, a, b];
+            corners.rotate_left(round % 3);
+            // The two long sides change places.
+            let mirrored = corners.map(|corner| match corner {
+                corner if corner == a => b,
+                corner if corner == b => a,
+                tip => tip,
+            });
+            for number in 0..16 {
+                let piece = Piece { number, of: 16 };
+                let [before, after] = [&corners, &mirrored].map(|corners| {
+                    let [low, high] = piece.bounds(corners);
+                    0.5 * (low + high)
+                });
+                assert!(before.distance(after) < 0.01, "{round} {number}: {before} {after}");
+            }
         }
     }
 
