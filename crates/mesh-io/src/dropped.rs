@@ -2,6 +2,7 @@
 
 use crate::format::Format;
 use crate::model::{Alpha, ImageData, Material, Model};
+use crate::single::are_finite;
 
 /// In words; `beside` when material libraries and pictures go into files of their own.
 pub(crate) fn dropped(model: &Model, format: Format, beside: bool) -> Vec<String> {
@@ -11,8 +12,7 @@ pub(crate) fn dropped(model: &Model, format: Format, beside: bool) -> Vec<String
     let images = model.images.iter().any(|image| matches!(image.data, ImageData::Bytes(_)));
     let corner_uvs = model.corner_uvs.is_some();
     let seams = corner_uvs && format == Off && model.vertex_uvs().is_none();
-    let gaps = |uvs: &Vec<[f32; 2]>| uvs.iter().any(|uv| !uv.iter().all(|value| value.is_finite()));
-    let gaps = format == Off && !seams && model.corner_uvs.as_ref().is_some_and(gaps);
+    let gaps = !seams && has_gaps(model, format);
     let both_normals = model.vertex_normals.is_some() && model.corner_normals.is_some();
     let points = match format {
         Stl => has_unused_vertices(model),
@@ -51,6 +51,21 @@ pub(crate) fn dropped(model: &Model, format: Format, beside: bool) -> Vec<String
     .filter(|(lost, _)| *lost)
     .map(|(_, what)| what.to_owned())
     .collect()
+}
+
+/// Whether corners without texture coordinates get some for want of another way to say it.
+fn has_gaps(model: &Model, format: Format) -> bool {
+    let Some(uvs) = &model.corner_uvs else { return false };
+    let lacks = |uv: &[f32; 2]| !are_finite(uv);
+    match format {
+        Format::Off | Format::Gltf | Format::Glb => uvs.iter().any(lacks),
+        // A whole face can be without them.
+        Format::Ply => (0..model.soup.face_count()).any(|face| {
+            let uvs = &uvs[model.soup.corner_range(face)];
+            uvs.iter().any(lacks) && uvs.iter().any(are_finite)
+        }),
+        Format::Obj | Format::Stl => false,
+    }
 }
 
 fn has_unused_vertices(model: &Model) -> bool {

@@ -43,3 +43,8 @@ fn find(positions: &[DVec3], is_so: impl Fn(&f64) -> bool) -> Option<(usize, f64
 pub(crate) fn finite_or<const N: usize>(values: [f32; N], otherwise: f32) -> [f32; N] {
     values.map(|value| if value.is_finite() { value } else { otherwise })
 }
+
+/// Whether all of these numbers are there.
+pub(crate) fn are_finite<const N: usize>(values: &[f32; N]) -> bool {
+    values.iter().all(|value| value.is_finite())
+}

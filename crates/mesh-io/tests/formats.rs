@@ -588,3 +588,21 @@ fn off_tells_of_gaps_in_the_texture_coordinates() {
         assert_eq!(uvs[3..], [[0.0; 2]; 3]);
     }
 }
+
+#[test]
+fn gaps_in_the_texture_coordinates_of_a_face_are_told() {
+    let whole_faces = half_textured();
+    let mut corners = half_textured();
+    corners.corner_uvs.as_mut().unwrap()[1] = [f32::NAN; 2];
+    for format in [Format::Ply, Format::Glb, Format::Obj] {
+        for (model, told) in [
+            (&whole_faces, format == Format::Glb),
+            (&corners, matches!(format, Format::Ply | Format::Glb)),
+        ] {
+            let report = write_to(&mut Vec::new(), model, format, &WriteOptions::default());
+            let report = report.unwrap();
+            let tells = report.dropped.iter().any(|what| what.contains("gaps"));
+            assert_eq!(tells, told, "{format:?}: {report:?}");
+        }
+    }
+}

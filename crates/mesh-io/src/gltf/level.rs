@@ -7,7 +7,7 @@ use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::model::Model;
-use crate::single::finite_or;
+use crate::single::{are_finite, finite_or};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::io::Write;
@@ -189,7 +189,7 @@ impl<'m> Level<'m> {
             }
             Column::Uv => {
                 let uv = model.corner_uvs.as_ref().zip(corner).map(|(uvs, corner)| uvs[corner]);
-                let uv = uv.filter(|uv| uv.iter().all(|value| value.is_finite()));
+                let uv = uv.filter(are_finite);
                 floats(writer, uv.map_or([0.0; 2], |[u, v]| [u, 1.0 - v]))
             }
             Column::ByteColor => writer.write_all(&to_bytes(&self.color(vertex))),

@@ -7,7 +7,7 @@ use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
 use crate::model::{Model, Scalars};
 use crate::passing::Passing;
-use crate::single::{finite_or, rounding};
+use crate::single::{are_finite, finite_or, rounding};
 use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
 use glam::DVec3;
 use std::io::Write;
@@ -229,7 +229,7 @@ impl<'m> Plan<'m> {
         if let Uvs::Corner(uvs) = &self.uvs {
             let uvs = &uvs[model.soup.corner_range(face)];
             // Faces without any have a list without anything.
-            let uvs = if uvs.iter().any(is_there) { uvs } else { &[] };
+            let uvs = if uvs.iter().any(are_finite) { uvs } else { &[] };
             self.count(2 * uvs.len(), values)?;
             let mut all = uvs.iter().flat_map(|&uv| finite_or(uv, 0.0));
             all.try_for_each(|value| values.f32(value))?;
@@ -246,12 +246,8 @@ impl<'m> Plan<'m> {
     }
 }
 
-fn is_there(uv: &[f32; 2]) -> bool {
-    uv.iter().all(|value| value.is_finite())
-}
-
 fn plan_uvs(model: &Model) -> Uvs<'_> {
-    let of_vertices = model.vertex_uvs().filter(|uvs| uvs.iter().all(is_there));
+    let of_vertices = model.vertex_uvs().filter(|uvs| uvs.iter().all(are_finite));
     match (of_vertices, model.corner_uvs.as_deref()) {
         (Some(uvs), _) => Uvs::Vertex(uvs),
         (None, Some(uvs)) => Uvs::Corner(uvs),
