@@ -81,9 +81,6 @@ const MESHES: [&str; 10] = [
 pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let out = std::path::absolute(&options.out).map_err(Failure::writing(&options.out))?;
-    let environment = Environment::prepare(&out)?;
-    let tools = tools(options, &environment)?;
-    let base = base(options, &tools)?;
     let targets = targets(options);
     for name in &options.meshes {
         let path = options.models.join(name);
@@ -91,6 +88,10 @@ pub(crate) fn run(options: &Peers) -> Result<(), Failure> {
             return Err(Failure::Usage(format!("there is no mesh {}", path.display())));
         }
     }
+    let wanted = wanted(options)?;
+    let environment = Environment::prepare(&out)?;
+    let tools = with_others(there(wanted, options, &environment), options)?;
+    let base = base(options, &tools)?;
     let runs = options.meshes.len() * targets.len() * tools.len();
     let bar = progress_bar(runs);
     let mut rows = Vec::new();
@@ -140,24 +141,27 @@ fn targets(options: &Peers) -> Vec<Target> {
     }
 }
 
-/// The tools that were asked for, or all that are there and can do it.
-fn tools(options: &Peers, environment: &Environment) -> Result<Vec<Tool>, Failure> {
+/// The tools that were asked for, or all that usually take part.
+fn wanted(options: &Peers) -> Result<Vec<Tool>, Failure> {
     let known = Tool::all();
-    let bounds_errors = !options.max_errors.is_empty();
-    let mut tools = if options.tools.is_empty() {
+    if options.tools.is_empty() {
+        let bounds_errors = !options.max_errors.is_empty();
         let takes_part = |tool: &Tool| tool.is_usual() && tool.can_do(bounds_errors);
-        known.into_iter().filter(takes_part).collect()
-    } else {
-        let parse = |name: &String| {
-            known.iter().find(|tool| tool.to_string() == *name).cloned().ok_or_else(|| {
-                let names: Vec<String> = known.iter().map(ToString::to_string).collect();
-                Failure::Usage(format!("there is no tool {name}; there are {}", names.join(", ")))
-            })
-        };
-        options.tools.iter().map(parse).collect::<Result<Vec<_>, _>>()?
+        return Ok(known.into_iter().filter(takes_part).collect());
+    }
+    let parse = |name: &String| {
+        known.iter().find(|tool| tool.to_string() == *name).cloned().ok_or_else(|| {
+            let names: Vec<String> = known.iter().map(ToString::to_string).collect();
+            Failure::Usage(format!("there is no tool {name}; there are {}", names.join(", ")))
+        })
     };
+    options.tools.iter().map(parse).collect()
+}
+
+/// Those of the tools that are there and can do it; of the others it is told why they do not take part.
+fn there(mut tools: Vec<Tool>, options: &Peers, environment: &Environment) -> Vec<Tool> {
     tools.retain(|tool| {
-        let lacks = if tool.can_do(bounds_errors) {
+        let lacks = if tool.can_do(!options.max_errors.is_empty()) {
             environment.lacks(tool)
         } else {
             Some("it has no such target".into())
@@ -167,6 +171,11 @@ fn tools(options: &Peers, environment: &Environment) -> Result<Vec<Tool>, Failur
         }
         lacks.is_none()
     });
+    tools
+}
+
+/// The tools, and those of ours among them once more by the other programs.
+fn with_others(mut tools: Vec<Tool>, options: &Peers) -> Result<Vec<Tool>, Failure> {
     for other in &options.other {
         let Some((name, program)) = other.split_once('=') else {
             return Err(Failure::Usage(format!("{other} is not NAME=PROGRAM")));
