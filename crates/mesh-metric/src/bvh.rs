@@ -239,13 +239,48 @@ impl Bvh {
         best
     }
 
-    /// For each point the closest one of all triangles, if that is closer than a distance.
+    /// For each point the closest one of all triangles, if that is closer than a distance. Where most are
+    /// not, it takes little time for points of which eight that follow each other are close together.
     pub(crate) fn nearer_than_each(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<Nearest>> {
+        let count = points.len().min(than.len());
+        let mut found = vec![None; count];
+        // Loops, for what is in a closure is compiled for the plainest processor.
         dispatch!(self.simd, simd => {
             let mut tasks = Tasks::new(self.heights.len());
-            let pairs = points.iter().zip(than);
-            pairs.map(|(&point, &than)| self.nearer_than(simd, point, than, &mut tasks)).collect()
-        })
+            for start in (0..count).step_by(LANES) {
+                let eight = start..count.min(start + LANES);
+                let box_of_eight = bounds_of(points[eight.clone()].iter().copied());
+                let farthest = than[eight.clone()].iter().copied().fold(0.0, f64::max);
+                if self.has_leaf_within(simd, box_of_eight, farthest, &mut tasks) {
+                    for i in eight {
+                        found[i] = self.nearer_than(simd, points[i], than[i], &mut tasks);
+                    }
+                }
+            }
+        });
+        found
+    }
+
+    /// Whether the box of a leaf is closer to a box than a distance.
+    #[inline(always)]
+    fn has_leaf_within<S: Simd>(
+        &self,
+        simd: S,
+        [min, max]: [DVec3; 2],
+        distance: f64,
+        tasks: &mut Tasks,
+    ) -> bool {
+        let bounds = [Wide::splat(simd, min), Wide::splat(simd, max)];
+        let enough = distance * distance;
+        tasks.restart(self.heights.len());
+        while let Some(task) = tasks.pop() {
+            if task.height == 0 {
+                return true;
+            }
+            let squares = squared_gaps(bounds, self.node(task).wide(simd));
+            tasks.push_children(task, squares, enough);
+        }
+        false
     }
 
     #[inline(always)]

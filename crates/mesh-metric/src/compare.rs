@@ -213,17 +213,16 @@ fn measure(
 }
 
 /// Points inside the edges of a surface, equally spaced on each and at most `spacing` apart, so that
-/// shorter edges have none; on no edge more than `limit`.
+/// shorter edges have none; on no edge more than `limit`. Where these would be more than `most` in all,
+/// they are so many times farther apart, and fewer on the longest edges, that they are not.
 #[must_use]
-pub fn edge_points(surface: &Surface, spacing: f64, limit: usize) -> Vec<DVec3> {
-    let points = EdgePoints::new(surface, spacing, limit);
+pub fn edge_points(surface: &Surface, spacing: f64, limit: usize, most: usize) -> Vec<DVec3> {
+    let mut points = EdgePoints::new(surface, spacing, limit);
+    let times = points.count().div_ceil(most.max(1));
+    if times > 1 {
+        points.space(spacing * times as f64, limit / times);
+    }
     (0..points.count()).map(|i| points.point(i)).collect()
-}
-
-/// How many points [`edge_points`] gives.
-#[must_use]
-pub fn count_edge_points(surface: &Surface, spacing: f64, limit: usize) -> usize {
-    EdgePoints::new(surface, spacing, limit).count()
 }
 
 /// The points of [`edge_points`] on a single edge, from its end with the lower number to the other one.
@@ -234,6 +233,10 @@ pub fn points_of_edge(
 ) -> impl Iterator<Item = DVec3> + use<> {
     let count = points_within(ends, spacing, limit);
     (0..count).map(move |i| point_within(ends, i, count))
+}
+
+fn ends_of(surface: &Surface, edge: [u32; 2]) -> [DVec3; 2] {
+    edge.map(|v| surface.positions()[v as usize])
 }
 
 /// How many points lie inside an edge.
@@ -256,21 +259,24 @@ struct EdgePoints<'a> {
 impl<'a> EdgePoints<'a> {
     /// Points at most `spacing` apart, but not more than `limit` on one edge.
     fn new(surface: &'a Surface, spacing: f64, limit: usize) -> Self {
-        let count = |edge: &[u32; 2]| {
-            points_within(edge.map(|v| surface.positions()[v as usize]), spacing, limit)
-        };
+        let count = |&edge: &[u32; 2]| points_within(ends_of(surface, edge), spacing, limit);
         let sides = surface.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let ordered = sides.map(|[a, b]| [a.min(b), a.max(b)]);
         let mut edges: Vec<[u32; 2]> = ordered.filter(|side| count(side) > 0).collect();
         edges.sort_unstable();
         edges.dedup();
+        let mut points = Self { surface, edges, ends: Vec::new() };
+        points.space(spacing, limit);
+        points
+    }
+
+    fn space(&mut self, spacing: f64, limit: usize) {
         let mut total = 0;
-        let ends = edges.iter().map(|edge| {
-            total += count(edge);
+        let ends = self.edges.iter().map(|&edge| {
+            total += points_within(ends_of(self.surface, edge), spacing, limit);
             total
         });
-        let ends = ends.collect();
-        Self { surface, edges, ends }
+        self.ends = ends.collect();
     }
 
     fn count(&self) -> usize {
@@ -280,7 +286,10 @@ impl<'a> EdgePoints<'a> {
     fn point(&self, index: usize) -> DVec3 {
         let edge = self.ends.partition_point(|&end| end <= index);
         let start = if edge == 0 { 0 } else { self.ends[edge - 1] };
-        let ends = self.edges[edge].map(|v| self.surface.positions()[v as usize]);
-        point_within(ends, index - start, self.ends[edge] - start)
+        point_within(
+            ends_of(self.surface, self.edges[edge]),
+            index - start,
+            self.ends[edge] - start,
+        )
     }
 }

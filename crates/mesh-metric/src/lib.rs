@@ -16,8 +16,8 @@ mod wide;
 
 pub use closest::{closest_on_triangle, weights_of_closest};
 pub use compare::{
-    CompareOptions, Comparison, OneSided, Worst, compare, compare_until, count_edge_points,
-    edge_points, points_of_edge, vertex_distances,
+    CompareOptions, Comparison, OneSided, Worst, compare, compare_until, edge_points,
+    points_of_edge, vertex_distances,
 };
 pub use hausdorff::{
     CertifiedBounds, CertifyOptions, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,

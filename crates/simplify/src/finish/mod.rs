@@ -15,10 +15,12 @@
 //! Uses the rooms `collapse`, to get rid of faces again, and `attributes`; and `mesh-metric` for
 //! closest points. It proves nothing about distances: that is for `limit`, above.
 //!
-//! From the bottom: `curve`, `face_lists`, `norm` and `observer`; `fit`; `density`; `layout`, `texture_fit` and `collapse_back`; `nested`;
+//! From the bottom: `blocks`, `curve`, `face_lists`, `norm` and `observer`; `fit`; `density`; `layout`,
+//! `texture_fit` and `collapse_back`; `nested`;
 //! `anneal` and `peaks`; `finishing`, which does one after the other.
 
 pub(crate) mod anneal;
+mod blocks;
 pub(crate) mod collapse_back;
 pub(crate) mod curve;
 pub(crate) mod density;

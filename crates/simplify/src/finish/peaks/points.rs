@@ -5,7 +5,9 @@
 
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, Handle, Remap, RemapOf, TriMesh, VertexId, parallel};
-use mesh_metric::{Surface, SurfaceError, count_edge_points, edge_points, sample_surface};
+use mesh_metric::{Surface, SurfaceError, edge_points, sample_surface};
+
+use crate::finish::blocks::for_blocks_in_turn;
 
 /// Points of the original, to be asked how far they are from the mesh.
 pub(super) struct Points {
@@ -17,19 +19,20 @@ pub(super) struct Points {
 
 impl Points {
     /// `spacing` is in roots of the mean area of the triangles; samples are as many as suit a mesh of
-    /// `faces` faces, but not more than one for each triangle.
+    /// `faces` faces, but not more than one for every other triangle.
     pub(super) fn new(original: &Surface, spacing: f64, faces: usize) -> Self {
         let count = original.triangle_count();
-        let samples = (SAMPLES_PER_FACE * faces).min(count.max(LEAST_SAMPLES));
+        let samples = (SAMPLES_PER_FACE * faces).min((count / 2).max(LEAST_SAMPLES));
         let area = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
         let area = parallel::sum(count, |t| area(original.triangle(t)));
         let spacing = spacing * (area / count as f64).sqrt();
-        let vertices = original.used_vertices().into_iter();
-        let mut all: Vec<DVec3> = vertices.map(|v| original.positions()[v as usize]).collect();
         let most = (MAX_ON_EDGES_PER_FACE * count).max(LEAST_ON_EDGES);
-        let thinned = count_edge_points(original, spacing, MAX_ON_EDGE).div_ceil(most).max(1);
-        all.extend(edge_points(original, spacing * thinned as f64, MAX_ON_EDGE / thinned));
-        let first = all.len();
+        let on_edges = edge_points(original, spacing, MAX_ON_EDGE, most);
+        let vertices = original.used_vertices();
+        let first = vertices.len() + on_edges.len();
+        let mut all = Vec::with_capacity(first + samples);
+        all.extend(vertices.into_iter().map(|v| original.positions()[v as usize]));
+        all.extend(on_edges);
         all.extend(sample_surface(original, samples, SEED).iter().map(|sample| sample.position));
         Self { all, samples: first }
     }
@@ -293,9 +296,13 @@ fn in_blocks<T: Send>(
     count: usize,
     values: impl Fn(core::ops::Range<usize>) -> Vec<T> + Sync,
 ) -> Vec<T> {
-    let block = |b: usize| values(b * BLOCK..count.min((b + 1) * BLOCK));
-    let blocks = parallel::collect_with(count.div_ceil(BLOCK), || (), |(), b| block(b));
-    blocks.into_iter().flatten().collect()
+    let mut all = Vec::with_capacity(count);
+    for_blocks_in_turn(
+        count.div_ceil(BLOCK),
+        |block| values(block * BLOCK..count.min((block + 1) * BLOCK)),
+        |block| all.extend(block),
+    );
+    all
 }
 
 #[cfg(test)]
@@ -317,7 +324,7 @@ mod tests {
         for times in [0.3, 0.9, 3.0] {
             let triangles = mesh.topology().face_count() as f64;
             let spacing = times * (4.0 / triangles).sqrt();
-            let on_edges = edge_points(&surface, spacing, 100).len();
+            let on_edges = edge_points(&surface, spacing, 100, usize::MAX).len();
             assert_eq!(on_edges == 0, times == 3.0);
             let points = Points::new(&surface, times, 20);
             assert_eq!(points.samples, mesh.topology().vertex_count() + on_edges);
