@@ -311,6 +311,7 @@ impl TriMesh {
             old += 1;
             remap.new_handle(VertexId::new(old - 1)).is_some()
         });
+        self.positions.shrink_to_fit();
         remap
     }
 

@@ -107,7 +107,12 @@ impl Options {
             fit: FitOptions { rounds: 24, ..peaks.fit },
             ..peaks
         };
-        let long_fit = FitOptions { rounds: 8, samples_per_face: 30, ..FitOptions::default() };
+        let long_fit = FitOptions {
+            rounds: 8,
+            samples_per_face: 30,
+            samples_per_triangle: 6,
+            ..FitOptions::default()
+        };
         let quality = FinishOptions { fit: Some(long_fit), anneal: None, peaks: Some(low_peaks) };
         // Errors are the same on average; the largest on a small mesh is a matter of single edges.
         let careful = CollapseOptions { takeover: Some(24.0), ..CollapseOptions::default() };

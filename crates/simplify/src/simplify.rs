@@ -145,7 +145,7 @@ fn observer<'a>(
 /// What comes after the collapses, which have left `level`; the guards are as they were before.
 fn finish(
     mesh: &TriMesh,
-    mut level: Level,
+    level: Level,
     mut run: Run,
     guards: &Guards,
     options: &Options,
@@ -157,7 +157,9 @@ fn finish(
     let has_faces = mesh.topology().face_count() > 0;
     let target = collapse.limits.face_target(mesh.topology().face_count());
     let mut error = None;
-    let finished = if has_faces && (wants_finish || limit.check.is_some()) {
+    let untouched =
+        |level: Level| (Finished::untouched(level.mesh, FitConstraints::default()), level.became);
+    let (finished, became) = if has_faces && (wants_finish || limit.check.is_some()) {
         let original = Surface::new(mesh)?;
         let steps = if wants_finish { steps(options, target) } else { Steps::default() };
         let texture = texture(mesh, options);
@@ -179,6 +181,8 @@ fn finish(
                 limit,
                 squeeze: squeeze(options, target),
             };
+            // The search makes levels of its own.
+            drop(level);
             let found = if observer.is_stopped() { None } else { search.run(&mut observer)? };
             if let Some(found) = found {
                 if found.collapses < run.log.len() || !found.error.is_within(limit) {
@@ -186,26 +190,23 @@ fn finish(
                     let faces = found.finished.mesh.topology().face_count();
                     run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
                 }
-                (level, error) = (found.level, Some(found.error));
-                Some(found.finished)
+                error = Some(found.error);
+                (found.finished, found.became)
             } else {
                 run.truncate(0);
                 let marks = Marks::new(mesh, &collapse.constraints, Guards::default());
-                level = Level::new(mesh, &marks, &run.log, 0)?;
-                None
+                untouched(Level::new(mesh, &marks, &run.log, 0)?)
             }
         } else {
-            let finished = finishing.finish(&level, &mut observer)?;
+            let (finished, became) = finishing.finish(level, &mut observer)?;
             if let Some(measuring) = measuring {
                 error = measuring.measure(&finished.mesh, &mut observer)?;
             }
-            Some(finished)
+            (finished, became)
         }
     } else {
-        None
+        untouched(level)
     };
-    let Level { mesh: left, became, .. } = level;
-    let finished = finished.unwrap_or_else(|| Finished::untouched(left, FitConstraints::default()));
     if observer.is_stopped() {
         run.stop = StopReason::Cancelled;
     }

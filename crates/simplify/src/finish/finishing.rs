@@ -5,7 +5,7 @@ use std::sync::Arc;
 use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
-use crate::collapse::constraint::{Boundary, Constraints};
+use crate::collapse::constraint::{Boundary, Constraints, Marks};
 use crate::collapse::level::Level;
 use crate::error::SimplifyError;
 use crate::finish::anneal::{AnnealOptions, AnnealReport, anneal_observed};
@@ -101,21 +101,24 @@ impl<'a> Finishing<'a> {
         Self { original, curves, steps, texture }
     }
 
-    /// A level as it is.
-    pub(crate) fn leave(&self, level: &Level) -> Finished {
-        Finished::untouched(level.mesh.clone(), self.constraints(level))
+    /// A level as it is, and what the vertices of the original are in it.
+    pub(crate) fn leave(&self, level: Level) -> (Finished, VertexMap<Option<VertexId>>) {
+        let constraints = self.constraints(level.marks);
+        (Finished::untouched(level.mesh, constraints), level.became)
     }
 
-    /// Fits, anneals and takes down peaks, as far as that is wanted and the observer lets it.
+    /// Fits, anneals and takes down peaks, as far as that is wanted and the observer lets it. Also tells
+    /// what the vertices of the original are in the level.
     pub(crate) fn finish(
         &self,
-        level: &Level,
+        level: Level,
         observer: &mut Observer<'_>,
-    ) -> Result<Finished, SimplifyError> {
-        let mut constraints = self.constraints(level);
+    ) -> Result<(Finished, VertexMap<Option<VertexId>>), SimplifyError> {
+        let Level { mesh, marks, became } = level;
+        let mut constraints = self.constraints(marks);
         let unchanged = constraints.clone();
-        let texture = self.texture.as_ref().map(|texture| texture.check(&level.became));
-        let mut done = Finished::untouched(level.mesh.clone(), FitConstraints::default());
+        let texture = self.texture.as_ref().map(|texture| texture.check(&became));
+        let mut done = Finished::untouched(mesh, FitConstraints::default());
         if let Some(options) = &self.steps.fit {
             done.fit = Some(match &texture {
                 Some(check) => {
@@ -150,13 +153,11 @@ impl<'a> Finishing<'a> {
             }
         }
         done.constraints = constraints;
-        Ok(done)
+        Ok((done, became))
     }
 
-    fn constraints(&self, level: &Level) -> FitConstraints {
+    fn constraints(&self, Marks { locked, features, guards }: Marks) -> FitConstraints {
         let [boundary_curve, feature_curve] = self.curves.clone();
-        let (fixed, features) = (level.marks.locked.clone(), level.marks.features.clone());
-        let guards = level.marks.guards.clone();
-        FitConstraints { fixed, features, boundary_curve, feature_curve, guards }
+        FitConstraints { fixed: locked, features, boundary_curve, feature_curve, guards }
     }
 }

@@ -1,7 +1,7 @@
 //! The coarsest level of a run that is within a distance of the original once it is finished.
 
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
 use crate::collapse::constraint::Marks;
@@ -30,10 +30,11 @@ pub(crate) struct Search<'a> {
     pub(crate) squeeze: Option<CollapseBack<'a>>,
 }
 
-/// What a search found: a level, what was made of it, and how far that is from the original.
+/// What a search found: a level, by what the vertices of the original are in it, what was made of it,
+/// and how far that is from the original.
 pub(crate) struct Found {
     pub(crate) collapses: usize,
-    pub(crate) level: Level,
+    pub(crate) became: VertexMap<Option<VertexId>>,
     pub(crate) finished: Finished,
     pub(crate) error: AchievedError,
 }
@@ -92,13 +93,13 @@ impl Search<'_> {
             return Ok(None);
         }
         let level = self.level(collapses)?;
-        let finished = if self.squeeze.is_some() && collapses < self.log.len() {
-            self.finishing.leave(&level)
+        let (finished, became) = if self.squeeze.is_some() && collapses < self.log.len() {
+            self.finishing.leave(level)
         } else {
-            self.finishing.finish(&level, observer)?
+            self.finishing.finish(level, observer)?
         };
         let error = self.measuring.measure(&finished.mesh, observer)?;
-        Ok(error.map(|error| Found { collapses, level, finished, error }))
+        Ok(error.map(|error| Found { collapses, became, finished, error }))
     }
 
     fn squeezed(

@@ -4,8 +4,8 @@ use glam::DVec3;
 use mesh_core::{FaceId, TriMesh, parallel};
 use mesh_metric::Surface;
 
+use crate::finish::blocks::for_blocks_in_turn;
 use crate::finish::fit::element::{Element, Tally, Weighting};
-use crate::finish::fit::pairs::for_blocks_in_turn;
 use crate::finish::fit::spread::{Spot, Spread};
 use crate::finish::fit::system::System;
 use crate::finish::fit::targets::Target;
@@ -52,7 +52,7 @@ impl Equations<'_> {
                 let start = block * BLOCK;
                 let places = start..self.order.len().min(start + BLOCK);
                 let mut elements = [Element::default(); BLOCK];
-                let spots: Vec<Spot> = spread.spots(spread.on(places.clone())).collect();
+                let spots: Vec<Spot> = spread.spots(corners, spread.on(places.clone())).collect();
                 let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();
                 let closest = self.original.closest_to_neighbours(&points);
                 for (spot, closest) in spots.iter().zip(closest) {
@@ -88,15 +88,17 @@ impl Equations<'_> {
     }
 
     /// The largest squared distance of a sample from the original.
-    fn farthest(&self, spread: &Spread<'_, impl Fn(u32) -> [DVec3; 3] + Sync>) -> f64 {
+    fn farthest(&self, spread: &Spread<'_>) -> f64 {
         const POINTS: usize = 1024;
+        let corners = |index: u32| self.mesh.triangle(self.faces[index as usize]);
         let count = spread.len();
         let of_blocks = parallel::collect_with(
             count.div_ceil(POINTS),
             || (),
             |(), block| {
                 let range = block * POINTS..count.min((block + 1) * POINTS);
-                let points: Vec<DVec3> = spread.spots(range).map(|spot| spot.point).collect();
+                let points: Vec<DVec3> =
+                    spread.spots(corners, range).map(|spot| spot.point).collect();
                 let closest = self.original.closest_to_neighbours(&points);
                 closest.iter().map(|closest| closest.offset.length_squared()).fold(0.0, f64::max)
             },

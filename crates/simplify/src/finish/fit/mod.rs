@@ -61,6 +61,9 @@ pub struct FitOptions {
     pub rounds: usize,
     /// Samples per face of the mesh, in each direction.
     pub samples_per_face: usize,
+    /// The most samples in each direction per triangle of the original, on average: where the mesh has
+    /// not many faces fewer, more tell little.
+    pub samples_per_triangle: usize,
     /// What is made small. Where edges are flipped, they are flipped for the same.
     pub norm: FitNorm,
     /// How strongly samples are drawn to their partners along the surface, relative to across it. It
@@ -86,6 +89,7 @@ impl Default for FitOptions {
         Self {
             rounds: 2,
             samples_per_face: 20,
+            samples_per_triangle: 3,
             norm: FitNorm::L2,
             pull: 4e-4,
             tail: 0.0,
@@ -154,12 +158,12 @@ pub(crate) fn fit_observed(
     options: &FitOptions,
     observer: &mut Observer<'_>,
 ) -> Result<FitReport, SimplifyError> {
-    let density = share_of_one(options.samples_per_face);
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
-    let count = sample_count(options, faces.len());
-    let most = MOST_TARGETS.saturating_mul(original.triangle_count());
-    let targets = Targets::new(original, count.min(most), options.seed);
-    let of_targets = density * count as f64 / count.min(most).max(1) as f64;
+    let wanted = sample_count(options, faces.len());
+    let most = options.samples_per_triangle.saturating_mul(original.triangle_count());
+    let count = wanted.min(most);
+    let density = share_of_one(options.samples_per_face) * wanted as f64 / count.max(1) as f64;
+    let targets = Targets::new(original, count, options.seed);
     let mut report = FitReport { norm: options.norm, ..FitReport::default() };
     let lines = Lines::new(mesh, original, constraints);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
@@ -172,7 +176,10 @@ pub(crate) fn fit_observed(
             surface.follow(mesh)?;
         }
         // The first of several rounds is a rough one, unless few points have to speak for many triangles.
-        let is_rough = round == 0 && options.rounds > 1 && count > original.triangle_count();
+        let is_rough = round == 0
+            && options.rounds > 1
+            && count > original.triangle_count()
+            && count == wanted;
         let every = if is_rough { 2 } else { 1 };
         let mut paired = Pairs::new(mesh, &surface, &targets, every);
         let power = options.norm.power(round);
@@ -200,7 +207,7 @@ pub(crate) fn fit_observed(
         let largest = paired.largest();
         let weighting = Weighting { pull, tail, largest, power, typical };
         let tally = equations.add_to(&mut system, weighting, |face, act| {
-            paired.for_each_of(original, face, of_targets, act);
+            paired.for_each_of(face, density, act);
         });
         report.rms_last = tally.rms();
         if round == 0 {
@@ -279,9 +286,6 @@ pub(crate) fn share_of_one(points_per_face: usize) -> f64 {
 const ROUGHLY: f64 = 1e-2;
 /// Those round the peaks are few, and count to the end.
 const CLOSELY: f64 = 1e-4;
-
-/// The most points of the original, on each of its triangles.
-const MOST_TARGETS: usize = 6;
 
 /// How much the normals of the faces differ at the edges: the mean of sin²(θ / 2) over the angles θ
 /// between the two normals, by the areas of the faces. On a smooth surface that is about the mean square

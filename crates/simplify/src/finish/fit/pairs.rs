@@ -1,16 +1,17 @@
 //! Points of the original and the faces of the mesh that they draw.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh, parallel};
+use mesh_core::{FaceId, TriMesh};
 use mesh_metric::{Surface, closest_on_triangle};
 
+use crate::finish::blocks::for_blocks_in_turn;
 use crate::finish::face_lists::FaceLists;
 use crate::finish::fit::targets::{Target, Targets};
 use crate::finish::norm::Power;
 
 /// Points by the face that is closest to them: every so many-th of the targets, and some more.
 pub(super) struct Pairs<'a> {
-    targets: &'a Targets,
+    targets: &'a Targets<'a>,
     every: usize,
     /// Points beyond the targets.
     more: Vec<Target>,
@@ -27,17 +28,17 @@ impl<'a> Pairs<'a> {
     pub(super) fn new(
         mesh: &TriMesh,
         surface: &Surface,
-        targets: &'a Targets,
+        targets: &'a Targets<'a>,
         every: usize,
     ) -> Self {
-        let count = targets.points.len().div_ceil(every);
+        let count = targets.len().div_ceil(every);
         let mut lists = FaceLists::new(mesh.topology().face_capacity());
         let mut squares = Vec::with_capacity(count);
         for_blocks_in_turn(
             count.div_ceil(BLOCK),
             |block| {
                 let indices = block * BLOCK..count.min((block + 1) * BLOCK);
-                let points: Vec<DVec3> = indices.map(|i| targets.points[every * i]).collect();
+                let points: Vec<DVec3> = indices.map(|i| targets.point(every * i)).collect();
                 let closest = surface.closest_to_neighbours(&points).into_iter();
                 closest.map(|c| (c.face, c.offset.length_squared())).collect::<Vec<_>>()
             },
@@ -64,7 +65,7 @@ impl<'a> Pairs<'a> {
     fn point(&self, index: usize) -> DVec3 {
         let own = self.squares.len() - self.more.len();
         match index.checked_sub(own) {
-            None => self.targets.points[self.every * index],
+            None => self.targets.point(self.every * index),
             Some(beyond) => self.more[beyond].point,
         }
     }
@@ -77,18 +78,12 @@ impl<'a> Pairs<'a> {
 
     /// The targets that are closest to a face; `density` is the share of one that stands for the mean
     /// area of all.
-    pub(super) fn for_each_of(
-        &self,
-        original: &Surface,
-        face: FaceId,
-        density: f64,
-        mut act: impl FnMut(&Target),
-    ) {
+    pub(super) fn for_each_of(&self, face: FaceId, density: f64, mut act: impl FnMut(&Target)) {
         let own = self.squares.len() - self.more.len();
         let density = density * self.every as f64;
         for index in self.lists.of_face(face).map(|index| index as usize) {
             match index.checked_sub(own) {
-                None => act(&self.targets.target(original, self.every * index, density)),
+                None => act(&self.targets.target(self.every * index, density)),
                 Some(beyond) => act(&self.more[beyond]),
             }
         }
@@ -140,22 +135,5 @@ impl<'a> Pairs<'a> {
             self.lists.push(faces[usize::from(d1 < d0)], index);
             self.squares[index as usize] = d0.min(d1);
         }
-    }
-}
-
-/// Blocks that are made at the same time before their results are taken.
-const AT_ONCE: usize = 64;
-
-/// Makes blocks on all cores and takes them in order, a few at a time: memory is that of a few, and
-/// the result that of one thread.
-pub(super) fn for_blocks_in_turn<T: Send>(
-    blocks: usize,
-    make: impl Fn(usize) -> T + Sync,
-    mut take: impl FnMut(T),
-) {
-    for first in (0..blocks).step_by(AT_ONCE) {
-        let count = AT_ONCE.min(blocks - first);
-        let made = parallel::collect_with(count, || (), |(), block| make(first + block));
-        made.into_iter().for_each(&mut take);
     }
 }

@@ -10,11 +10,10 @@ use glam::DVec3;
 use mesh_core::parallel;
 use mesh_core::shapes::SplitMix64;
 
-/// Points on triangles.
-pub(crate) struct Spread<'a, Corners> {
+/// How points are spread over triangles; where the corners of these are is told anew each time.
+pub(crate) struct Spread<'a> {
     /// Indices of triangles, neighbours in space.
     order: &'a [u32],
-    corners: Corners,
     /// The number of points up to and including each of them.
     ends: Vec<u32>,
     /// The area that a point stands for on average.
@@ -38,13 +37,36 @@ pub(crate) struct Spot {
     pub(crate) share: f64,
 }
 
+/// A triangle and its points.
+pub(crate) struct Spots {
+    place: usize,
+    pub(crate) triangle: u32,
+    corners: [DVec3; 3],
+    numbers: Range<usize>,
+    /// The area that each stands for, relative to the mean.
+    pub(crate) share: f64,
+    shift: f64,
+}
+
 /// The fractional part of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-impl<'a, Corners: Fn(u32) -> [DVec3; 3] + Sync> Spread<'a, Corners> {
+/// Three points that give the mean of any quadratic function over a triangle: the weights of the
+/// corners in the one, each in turn nearest to a corner (Strang and Fix 1973, table 4.1).
+const THREE: [f64; 3] = [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0];
+
+/// Six that do so for cubic functions, by all orders of these weights (ibid.).
+const SIX: [f64; 3] = [0.659_027_622_374_092, 0.231_933_368_553_031, 0.109_039_009_072_877];
+
+impl<'a> Spread<'a> {
     /// About `count` points. Where there are fewer triangles, each has one at least; where there
     /// are more, some have none.
-    pub(crate) fn new(order: &'a [u32], corners: Corners, count: usize, seed: u64) -> Self {
+    pub(crate) fn new(
+        order: &'a [u32],
+        corners: impl Fn(u32) -> [DVec3; 3] + Sync,
+        count: usize,
+        seed: u64,
+    ) -> Self {
         let areas = parallel::collect(order.len(), |i| area(&corners(order[i])));
         let total: f64 = areas.iter().sum();
         let on_each = order.len() <= count;
@@ -61,7 +83,7 @@ impl<'a, Corners: Fn(u32) -> [DVec3; 3] + Sync> Spread<'a, Corners> {
             end.min(u64::from(u32::MAX)) as u32
         });
         let ends = ends.collect();
-        Self { order, corners, ends, step, on_each, shift }
+        Self { order, ends, step, on_each, shift }
     }
 
     /// How many points there are.
@@ -78,38 +100,77 @@ impl<'a, Corners: Fn(u32) -> [DVec3; 3] + Sync> Spread<'a, Corners> {
         until(places.start)..until(places.end)
     }
 
+    /// The place of the triangle that each point is on.
+    pub(crate) fn places(&self) -> Vec<u32> {
+        let mut places = Vec::with_capacity(self.len());
+        for (place, &end) in self.ends.iter().enumerate() {
+            places.resize(end as usize, place as u32);
+        }
+        places
+    }
+
     /// Points by their numbers, in order.
-    pub(crate) fn spots(&self, range: Range<usize>) -> impl Iterator<Item = Spot> + '_ {
+    pub(crate) fn spots<'s>(
+        &'s self,
+        corners: impl Fn(u32) -> [DVec3; 3] + 's,
+        range: Range<usize>,
+    ) -> impl Iterator<Item = Spot> + 's {
         let first = self.ends.partition_point(|&end| end as usize <= range.start);
         (first..self.order.len())
-            .map_while(move |place| {
-                let on = self.on(place..place + 1);
-                (on.start < range.end).then_some((place, on))
-            })
-            .flat_map(move |(place, on)| {
-                let triangle = self.order[place];
-                let corners = (self.corners)(triangle);
-                let part = 1.0 / on.len().max(1) as f64;
-                let share = if self.on_each { part * area(&corners) / self.step } else { 1.0 };
-                let numbers = on.start.max(range.start)..on.end.min(range.end);
-                numbers.map(move |number| {
-                    let weights = match on.len() {
-                        1 => DVec3::splat(1.0 / 3.0),
-                        _ => self.weights(number, ((number - on.start) as f64 + 0.5) * part),
-                    };
-                    let [a, b, c] = corners;
-                    let point = a + (b - a) * weights.y + (c - a) * weights.z;
-                    Spot { place, triangle, point, weights, share }
-                })
+            .map(move |place| self.spots_on(&corners, place))
+            .take_while(move |spots| spots.numbers.start < range.end)
+            .flat_map(move |spots| {
+                let numbers =
+                    spots.numbers.start.max(range.start)..spots.numbers.end.min(range.end);
+                numbers.map(move |number| spots.spot(number))
             })
     }
 
-    /// The weights of the corners for the point that is so far along its triangle.
-    fn weights(&self, number: usize, along: f64) -> DVec3 {
-        let root = along.sqrt();
-        // Steps of the golden section spread consecutive points evenly in the other direction.
-        let across = (self.shift + number as f64 * GOLDEN).fract();
-        DVec3::new(1.0 - root, root * (1.0 - across), root * across)
+    /// The triangle in a place, and its points.
+    pub(crate) fn spots_on(&self, corners: impl Fn(u32) -> [DVec3; 3], place: usize) -> Spots {
+        let numbers = self.on(place..place + 1);
+        let triangle = self.order[place];
+        let corners = corners(triangle);
+        let part = 1.0 / numbers.len().max(1) as f64;
+        let share = if self.on_each { part * area(&corners) / self.step } else { 1.0 };
+        Spots { place, triangle, corners, numbers, share, shift: self.shift }
+    }
+}
+
+impl Spots {
+    fn spot(&self, number: usize) -> Spot {
+        let Self { place, triangle, corners: [a, b, c], share, .. } = *self;
+        let weights = self.weights(number);
+        let point = a + (b - a) * weights.y + (c - a) * weights.z;
+        Spot { place, triangle, point, weights, share }
+    }
+
+    /// The weights of the corners.
+    fn weights(&self, number: usize) -> DVec3 {
+        let (index, count) = (number - self.numbers.start, self.numbers.len());
+        match count {
+            1 => DVec3::splat(1.0 / 3.0),
+            3 => turned(THREE, index),
+            6 => {
+                let [p, q, r] = SIX;
+                turned(if index < 3 { [p, q, r] } else { [p, r, q] }, index % 3)
+            }
+            _ => {
+                let root = ((index as f64 + 0.5) / count as f64).sqrt();
+                // Steps of the golden section spread consecutive points evenly in the other direction.
+                let across = (self.shift + number as f64 * GOLDEN).fract();
+                DVec3::new(1.0 - root, root * (1.0 - across), root * across)
+            }
+        }
+    }
+}
+
+/// Weights of the corners, each given to one that is so many farther on.
+fn turned([p, q, r]: [f64; 3], by: usize) -> DVec3 {
+    match by {
+        0 => DVec3::new(p, q, r),
+        1 => DVec3::new(r, p, q),
+        _ => DVec3::new(q, r, p),
     }
 }
 
@@ -133,7 +194,7 @@ mod tests {
         let total: f64 = order.iter().map(|&t| area(&strip(t))).sum();
         for count in [7, 100, 1000] {
             let spread = Spread::new(&order, strip, count, 3);
-            let sum: f64 = spread.spots(0..spread.len()).map(|spot| spot.share).sum();
+            let sum: f64 = spread.spots(strip, 0..spread.len()).map(|spot| spot.share).sum();
             let wanted = spread.step * sum;
             // Without a point on each triangle the total is rounded to whole points.
             let rounding = if count < 100 { spread.step } else { 1e-9 };
@@ -146,11 +207,16 @@ mod tests {
     fn points_are_on_their_triangles_and_numbered_through() {
         let order = [3, 0, 2];
         let spread = Spread::new(&order, strip, 40, 1);
-        let all: Vec<Spot> = spread.spots(0..spread.len()).collect();
+        let all: Vec<Spot> = spread.spots(strip, 0..spread.len()).collect();
         assert_eq!(all.len(), spread.len());
-        let part: Vec<Spot> = spread.spots(5..17).collect();
+        let part: Vec<Spot> = spread.spots(strip, 5..17).collect();
         for (spot, same) in all[5..17].iter().zip(&part) {
             assert_eq!((spot.triangle, spot.point), (same.triangle, same.point));
+        }
+        for (number, (spot, &place)) in all.iter().zip(&spread.places()).enumerate() {
+            let on = spread.spots_on(strip, place as usize);
+            assert!(on.numbers.contains(&number));
+            assert_eq!((spot.place, spot.triangle, spot.share), (on.place, on.triangle, on.share));
         }
         assert_eq!(part.len(), 12);
         for spot in &all {
@@ -162,6 +228,24 @@ mod tests {
         }
         let second = spread.on(1..2);
         assert!(all[second].iter().all(|spot| spot.triangle == 0));
+    }
+
+    #[test]
+    fn three_points_are_right_for_quadratic_functions_and_six_for_cubic_ones() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+        // The integral of x^i y^j over the triangle is i! j! / (i + j + 2)!, its area a half.
+        let factorial = |n: i32| (1..=n).map(f64::from).product::<f64>();
+        for (count, degree) in [(1, 1), (3, 2), (6, 3)] {
+            let spread = Spread::new(&[0], |_| corners, count, 5);
+            for (i, j) in (0..=degree).flat_map(|i| (0..=degree - i).map(move |j| (i, j))) {
+                let values = spread
+                    .spots(|_| corners, 0..count)
+                    .map(|spot| spot.share * spot.point.x.powi(i) * spot.point.y.powi(j));
+                let mean = values.sum::<f64>() / count as f64;
+                let exact = 2.0 * factorial(i) * factorial(j) / factorial(i + j + 2);
+                assert!((mean - exact).abs() < 1e-14, "{count}: x^{i} y^{j}: {mean}, not {exact}");
+            }
+        }
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Points of the original that the mesh is drawn to.
 
 use glam::DVec3;
-use mesh_core::parallel;
 use mesh_metric::Surface;
 
+use crate::finish::blocks::for_blocks_in_turn;
 use crate::finish::fit::spread::Spread;
 
 /// A point of the original that the mesh is drawn to.
@@ -24,51 +24,48 @@ impl Target {
 }
 
 /// Points of the original, neighbours close to each other.
-pub(super) struct Targets {
-    pub(super) points: Vec<DVec3>,
-    /// The triangle of each.
-    triangles: Vec<u32>,
-    /// The area that each stands for, relative to the mean.
-    shares: Vec<f32>,
+pub(super) struct Targets<'a> {
+    original: &'a Surface,
+    spread: Spread<'a>,
+    points: Vec<DVec3>,
+    /// The place of the triangle of each.
+    places: Vec<u32>,
 }
 
 /// Points that are made by one thread at a time.
-const BLOCK: usize = 4096;
+const BLOCK: usize = 512;
 
-impl Targets {
-    /// About `count` points, uniform by area.
-    pub(super) fn new(original: &Surface, count: usize, seed: u64) -> Self {
+impl<'a> Targets<'a> {
+    /// About `count` points, by area.
+    pub(super) fn new(original: &'a Surface, count: usize, seed: u64) -> Self {
         let corners = |t: u32| original.triangle(t as usize);
         let spread = Spread::new(original.in_space(), corners, count, seed);
-        let count = spread.len();
-        let mut all = Self {
-            points: Vec::with_capacity(count),
-            triangles: Vec::with_capacity(count),
-            shares: Vec::with_capacity(count),
-        };
-        // A few blocks at a time, so that nothing is there twice.
-        for batch in (0..count).step_by(64 * BLOCK) {
-            let end = count.min(batch + 64 * BLOCK);
-            let blocks = (end - batch).div_ceil(BLOCK);
-            let made = parallel::collect_with(
-                blocks,
-                || (),
-                |(), block| {
-                    let start = batch + block * BLOCK;
-                    spread.spots(start..end.min(start + BLOCK)).collect::<Vec<_>>()
-                },
-            );
-            for spot in made.iter().flatten() {
-                all.points.push(spot.point);
-                all.triangles.push(spot.triangle);
-                all.shares.push(spot.share as f32);
-            }
-        }
-        all
+        let mut points = Vec::with_capacity(spread.len());
+        for_blocks_in_turn(
+            spread.len().div_ceil(BLOCK),
+            |block| {
+                let range = block * BLOCK..spread.len().min((block + 1) * BLOCK);
+                spread.spots(corners, range).map(|spot| spot.point).collect::<Vec<_>>()
+            },
+            |made| points.extend(made),
+        );
+        let places = spread.places();
+        Self { original, spread, points, places }
     }
 
-    pub(super) fn target(&self, original: &Surface, index: usize, density: f64) -> Target {
-        let share = density * f64::from(self.shares[index]);
-        Target::on_triangle(original, self.triangles[index], self.points[index], share)
+    pub(super) fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    pub(super) fn point(&self, index: usize) -> DVec3 {
+        self.points[index]
+    }
+
+    /// A point as a target; `density` is the share of one that stands for the mean area of all.
+    pub(super) fn target(&self, index: usize, density: f64) -> Target {
+        let on = self
+            .spread
+            .spots_on(|t| self.original.triangle(t as usize), self.places[index] as usize);
+        Target::on_triangle(self.original, on.triangle, self.points[index], density * on.share)
     }
 }

@@ -106,8 +106,8 @@ impl Peaks<'_> {
         let whole: f64 = topology.faces().map(|f| area(&mesh.triangle(f))).sum();
         let density = options.samples_per_face as f64 * topology.face_count() as f64 / whole;
         let count = (part * density).ceil() as usize;
-        let spots = Spread::new(&order, corners, count, options.seed);
-        let spots: Vec<Spot> = spots.spots(0..spots.len()).collect();
+        let spread = Spread::new(&order, corners, count, options.seed);
+        let spots: Vec<Spot> = spread.spots(corners, 0..spread.len()).collect();
         let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();
         let share = share_of_one(options.samples_per_face);
         let mut all: Vec<(FaceId, Target)> = Vec::new();
