@@ -270,6 +270,7 @@ impl<'a> EdgePoints<'a> {
         points
     }
 
+    /// Puts the points so far apart; short edges may have none left.
     fn space(&mut self, spacing: f64, limit: usize) {
         let mut total = 0;
         let ends = self.edges.iter().map(|&edge| {
@@ -286,10 +287,7 @@ impl<'a> EdgePoints<'a> {
     fn point(&self, index: usize) -> DVec3 {
         let edge = self.ends.partition_point(|&end| end <= index);
         let start = if edge == 0 { 0 } else { self.ends[edge - 1] };
-        point_within(
-            ends_of(self.surface, self.edges[edge]),
-            index - start,
-            self.ends[edge] - start,
-        )
+        let ends = ends_of(self.surface, self.edges[edge]);
+        point_within(ends, index - start, self.ends[edge] - start)
     }
 }

@@ -224,7 +224,8 @@ impl Surface {
     }
 
     /// For each point the closest one of the surface, if that is closer than the distance given with it;
-    /// all the quicker the smaller these are. There must be as many distances as points.
+    /// all the quicker the smaller these are and the closer points are to those before them. There must
+    /// be as many distances as points.
     #[must_use]
     pub fn closer_points(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<ClosestPoint>> {
         let blocks = in_blocks(points.len().min(than.len()), |range| {
