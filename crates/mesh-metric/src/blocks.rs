@@ -22,3 +22,17 @@ pub(crate) fn in_blocks<T: Send>(count: usize, value: impl Fn(Range<usize>) -> T
     #[cfg(not(feature = "rayon"))]
     return blocks.map(block).collect();
 }
+
+/// A value for each index below `count`, made block by block.
+pub(crate) fn values_in_blocks<T: Send>(
+    count: usize,
+    values: impl Fn(Range<usize>) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let mut blocks = in_blocks(count, values);
+    if blocks.len() == 1 {
+        return blocks.pop().unwrap_or_default();
+    }
+    let mut all = Vec::with_capacity(count);
+    blocks.into_iter().for_each(|block| all.extend(block));
+    all
+}

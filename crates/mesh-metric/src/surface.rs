@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh_core::{BoundingBox, FaceId, Handle, TriMesh};
 
-use crate::blocks::in_blocks;
+use crate::blocks::values_in_blocks;
 use crate::bvh::{Bvh, Nearest};
 
 /// Triangles, in any arrangement, with a bounding volume hierarchy for closest-point queries.
@@ -194,14 +194,14 @@ impl Surface {
         points: &[DVec3],
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Option<Vec<f64>> {
-        let blocks = in_blocks(points.len(), |range| {
+        let distances = values_in_blocks(points.len(), |range| {
             if stops() {
                 return Vec::new();
             }
             let nearest = self.nearest_to_each(&points[range]).into_iter();
             nearest.map(|nearest| nearest.squared.sqrt()).collect::<Vec<_>>()
         });
-        (!stops()).then(|| blocks.concat())
+        (!stops()).then_some(distances)
     }
 
     /// The closest points of many points; where several are equally close, any of them. Quicker
@@ -215,12 +215,11 @@ impl Surface {
     /// follow each other are close together.
     #[must_use]
     pub fn closest_to_neighbours(&self, points: &[DVec3]) -> Vec<ClosestPoint> {
-        let blocks = in_blocks(points.len(), |range| {
+        values_in_blocks(points.len(), |range| {
             let points = &points[range];
             let nearest = self.bvh.nearest_to_neighbours(points).into_iter();
             points.iter().zip(nearest).map(|(&p, n)| self.answer(p, n)).collect::<Vec<_>>()
-        });
-        blocks.concat()
+        })
     }
 
     /// For each point the closest one of the surface, if that is closer than the distance given with it;
@@ -228,12 +227,11 @@ impl Surface {
     /// be as many distances as points.
     #[must_use]
     pub fn closer_points(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<ClosestPoint>> {
-        let blocks = in_blocks(points.len().min(than.len()), |range| {
+        values_in_blocks(points.len().min(than.len()), |range| {
             let (points, than) = (&points[range.clone()], &than[range]);
             let nearer = self.bvh.nearer_than_each(points, than).into_iter();
             points.iter().zip(nearer).map(|(&p, n)| Some(self.answer(p, n?))).collect::<Vec<_>>()
-        });
-        blocks.concat()
+        })
     }
 
     /// The indices of the triangles, in an order in which neighbours are close to each other.
@@ -272,12 +270,11 @@ impl Surface {
         points: &[DVec3],
         value: impl Fn(DVec3, Nearest) -> T + Sync,
     ) -> Vec<T> {
-        let blocks = in_blocks(points.len(), |range| {
+        values_in_blocks(points.len(), |range| {
             let points = &points[range];
             let nearest = self.nearest_to_each(points).into_iter();
             points.iter().zip(nearest).map(|(&p, nearest)| value(p, nearest)).collect::<Vec<_>>()
-        });
-        blocks.concat()
+        })
     }
 
     pub(crate) fn nearest(&self, point: DVec3, guess: u32) -> Nearest {
