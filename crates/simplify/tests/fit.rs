@@ -103,3 +103,23 @@ fn the_last_seed_is_as_good_as_any() {
     assert_eq!(result.mesh.topology().face_count(), 60);
     assert_eq!(result.fit.unwrap().rounds, 3);
 }
+
+/// Samples per face are asked for in vain where the original has not so much to tell.
+#[test]
+fn samples_are_limited_by_the_triangles_of_the_original() {
+    let original = disk();
+    let surface = Surface::new(&original).unwrap();
+    let rms = |samples_per_face, samples_per_triangle| {
+        let fit = FitOptions { samples_per_face, samples_per_triangle, ..FitOptions::default() };
+        let mut options = Options::default().to_faces(1000);
+        (options.finish.fit, options.finish.peaks) = (Some(fit), None);
+        let result = simplify(&original, &options).unwrap();
+        let fitted = Surface::new(&result.mesh).unwrap();
+        compare(&surface, &fitted, &CompareOptions::default()).rms()
+    };
+    let limited = rms(40, 3);
+    // The same points, which count as much in sum.
+    assert!((rms(400, 3) / limited - 1.0).abs() < 1e-6);
+    let many = rms(40, 100);
+    assert!(many != limited && limited < 1.03 * many, "{limited}, with all samples {many}");
+}
