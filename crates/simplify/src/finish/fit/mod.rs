@@ -175,7 +175,8 @@ pub(crate) fn fit_observed(
         if round > 0 {
             surface.follow(mesh)?;
         }
-        // The first of several rounds is a rough one, unless few points have to speak for many triangles.
+        // The first of several rounds is a rough one, unless few points have to speak for many triangles,
+        // or these have limited them: half of the points of a quadrature are none.
         let is_rough = round == 0
             && options.rounds > 1
             && count > original.triangle_count()
