@@ -56,7 +56,7 @@ impl HeightBracket {
             inverse_arcs: (arcs * arcs).recip(),
             turns,
             translation: patch.translation(),
-            growth: above(&G, REST_OF_G, turns.max_element()),
+            growth: above(&G, REST_OF_G, turns).max_element(),
         })
     }
 
@@ -73,16 +73,14 @@ impl HeightBracket {
         let size = bend.abs().element_sum() + local.z.abs() + self.translation.abs();
         for narrowing in 0..=NARROWINGS {
             // f at both ends, for both arms.
-            let least = (self.turns * low).to_array().map(|s| below(&F, s));
-            let most = (self.turns * high).to_array().map(|s| above(&F, REST_OF_F, s));
-            let arm = |i: usize| {
-                let [a, b] = [bend[i] * least[i], bend[i] * most[i]];
-                [a.min(b), a.max(b)]
-            };
-            let [first, second] = [arm(0), arm(1)];
+            let ends = [
+                bend * below(&F, self.turns * low),
+                bend * above(&F, REST_OF_F, self.turns * high),
+            ];
+            let [least, most] = [ends[0].min(ends[1]), ends[0].max(ends[1])];
             let slack = ROUNDING * size;
-            let lowest = height + first[0] + second[0] - slack;
-            let highest = height + first[1] + second[1] + slack;
+            let lowest = height + least.element_sum() - slack;
+            let highest = height + most.element_sum() + slack;
             if -distance <= lowest && highest <= distance {
                 return Some(true);
             }
@@ -90,25 +88,24 @@ impl HeightBracket {
                 return Some(false);
             }
             if narrowing < NARROWINGS {
-                let g = (self.turns * low).to_array().map(|s| below(&G, s));
-                low = weights.dot(DVec2::from_array(g)).min(1.0);
-                let g = (self.turns * high).to_array().map(|s| above(&G, REST_OF_G, s));
-                high = weights.dot(DVec2::from_array(g)).min(1.0);
+                low = weights.dot(below(&G, self.turns * low)).min(1.0);
+                high = weights.dot(above(&G, REST_OF_G, self.turns * high)).min(1.0);
             }
         }
         None
     }
 }
 
-/// A polynomial with these coefficients.
+/// A polynomial with these coefficients, of two numbers.
 #[inline]
-fn below(coefficients: &[f64; 6], at: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * at + coefficient)
+fn below(coefficients: &[f64; 6], at: DVec2) -> DVec2 {
+    above(coefficients, 0.0, at)
 }
 
+/// The same with one more coefficient.
 #[inline]
-fn above(coefficients: &[f64; 6], rest: f64, at: f64) -> f64 {
-    coefficients.iter().rev().fold(rest, |sum, coefficient| sum * at + coefficient)
+fn above([c0, c1, c2, c3, c4, c5]: &[f64; 6], c6: f64, at: DVec2) -> DVec2 {
+    (((((c6 * at + *c5) * at + *c4) * at + *c3) * at + *c2) * at + *c1) * at + *c0
 }
 
 #[cfg(test)]
@@ -124,8 +121,9 @@ mod tests {
             let (sin, cos) = square.sqrt().sin_cos();
             let (g, f) = (square / (sin * sin), 1.0 / (1.0 + cos));
             let tiny = 1e-14;
-            assert!(below(&G, square) <= g + tiny && g <= above(&G, REST_OF_G, square) + tiny);
-            assert!(below(&F, square) <= f + tiny && f <= above(&F, REST_OF_F, square) + tiny);
+            let at = DVec2::splat(square);
+            assert!(below(&G, at).x <= g + tiny && g <= above(&G, REST_OF_G, at).y + tiny);
+            assert!(below(&F, at).y <= f + tiny && f <= above(&F, REST_OF_F, at).x + tiny);
         }
     }
 

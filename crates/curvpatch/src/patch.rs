@@ -212,7 +212,8 @@ impl Patch {
     /// An offset from P in the coordinates of the frame.
     #[inline]
     pub(crate) fn turn_to_local(&self, offset: DVec3) -> DVec3 {
-        DVec3::from_array(self.frame.map(|axis| axis.dot(offset)))
+        let [e1, e2, e3] = self.frame;
+        DVec3::new(e1.dot(offset), e2.dot(offset), e3.dot(offset))
     }
 
     /// The point of space with these coordinates in the frame.

@@ -80,9 +80,10 @@ impl TestPoint {
 
 /// Measures patches against a mesh. Holds memory for it, so make one and use it often.
 ///
-/// Distances are taken from the *region* of a patch: the faces that can be reached from its base
-/// face without turning away from its normal and that come within its reach. A fold of the surface
-/// that happens to pass by does not count.
+/// Heights and distances are those of the *region* of a patch: the faces that can be reached from its
+/// base face over others that do not turn away from its normal and have a point over or under its
+/// footprint; for distances also those that can be reached from there and come within its reach. A fold
+/// of the surface that happens to pass by does not count.
 #[derive(Clone, Debug)]
 pub struct PatchProbe<'a> {
     mesh: &'a TriMesh,
@@ -90,6 +91,8 @@ pub struct PatchProbe<'a> {
     region: Region,
     pending: Vec<TestPoint>,
     turns: Turns,
+    /// The directions that [`PatchProbe::scout`] looks in.
+    scouts: Turns,
     /// Vertices that were out of tolerance of patches at the same point, the last one last.
     witnesses: Vec<DVec3>,
     /// Some of the vertices of the largest region that was grown for patches at the same point.
@@ -105,6 +108,7 @@ impl<'a> PatchProbe<'a> {
             region: Region::new(mesh),
             pending: Vec::new(),
             turns: Turns::default(),
+            scouts: Turns::new(SCOUTS),
             witnesses: Vec::new(),
             sample: Vec::new(),
         }
@@ -116,7 +120,8 @@ impl<'a> PatchProbe<'a> {
         let angles = [0.0, 1.0, 2.0, 3.0].map(|j| j * FRAC_PI_6);
         let mut points = angles.map(|phi| TestPoint::new(fit.patch.point(1.0, phi)));
         let [l1, l2] = fit.patch.arcs();
-        self.grow_whole(fit, 0.5 * l1.max(l2));
+        self.grow_whole(fit);
+        self.region.widen(&fit.patch, 1.5 * l1.max(l2));
         self.measure(&mut points);
         points.map(|point| point.distance)
     }
@@ -134,7 +139,8 @@ impl<'a> PatchProbe<'a> {
             .full_test(&fit.patch)
             .map(|local| TestPoint::new(fit.patch.to_world(local)))
             .collect();
-        let heights = self.grow_whole(fit, 2.0 * tolerance);
+        let heights = self.grow_whole(fit);
+        self.region.widen(&fit.patch, reach(&fit.patch, tolerance));
         self.measure(&mut points);
         let points = points.iter().map(|point| point.error(overhang)).fold(0.0, f64::max);
         PatchErrors { points, heights }
@@ -143,8 +149,7 @@ impl<'a> PatchProbe<'a> {
     /// The faces under a patch, whatever their distance from it: those of its region that have all
     /// vertices in its footprint.
     pub fn faces_under(&mut self, fit: &PatchFit) -> Vec<FaceId> {
-        let [l1, l2] = fit.patch.arcs();
-        self.grow_whole(fit, 0.5 * l1.max(l2));
+        self.grow_whole(fit);
         let in_footprint = |corner: &DVec3| {
             let local = fit.patch.to_local(*corner);
             fit.patch.contains(local.x, local.y)
@@ -175,15 +180,13 @@ impl<'a> PatchProbe<'a> {
         let Self { mesh, turns, .. } = self;
         let patch = &fit.patch;
         let heights = Heights::new(patch, limits.tolerance);
-        let reach = reach(patch, 2.0 * limits.tolerance);
         turns.set(limits.angles);
         let mut verdict = Verdict::Likely;
         for local in turns.ring(patch, 1.0) {
             let mut in_region = true;
             let mut is_bad = false;
-            let under = follow(mesh, fit, local, |walk| {
-                in_region &= walk.crossing().length_squared() <= reach * reach
-                    && mesh.face_cross(walk.face()).dot(patch.frame()[2]) > 0.0;
+            let under = follow(mesh, fit, local, |walk, is_upward| {
+                in_region &= is_upward;
                 is_bad = in_region && heights.place_of(walk.apex()) == Place::Beyond;
                 !is_bad
             });
@@ -207,6 +210,29 @@ impl<'a> PatchProbe<'a> {
             return Verdict::Fails;
         }
         verdict
+    }
+
+    /// Whether a vertex along one of many sections is out of tolerance of a patch, which takes less than
+    /// growing a large region to there.
+    pub(crate) fn scout(&mut self, fit: &PatchFit, limits: &Limits) -> bool {
+        if limits.ends_only {
+            return false;
+        }
+        let heights = Heights::new(&fit.patch, limits.tolerance);
+        let witness = self.scouts.ring(&fit.patch, 1.0).find_map(|local| {
+            let mut witness = None;
+            follow(self.mesh, fit, local, |walk, is_upward| {
+                if is_upward && heights.place_of(walk.apex()) == Place::Beyond {
+                    witness = Some(fit.patch.origin() + walk.apex());
+                }
+                is_upward && witness.is_none()
+            });
+            witness
+        });
+        if let Some(witness) = witness {
+            self.testify(witness);
+        }
+        witness.is_some()
     }
 
     /// Notes a vertex that is out of tolerance of a patch.
@@ -237,7 +263,7 @@ impl<'a> PatchProbe<'a> {
             return false;
         }
         self.look_under_test_points(fit, limits);
-        self.settle(limits)
+        self.settle(fit, limits)
     }
 
     /// The faces whose vertices all lie in the footprint of the patch that was accepted last and
@@ -256,7 +282,7 @@ impl<'a> PatchProbe<'a> {
         let test = |local: DVec3| {
             let at = patch.to_world(local);
             let mut point = TestPoint::new(at);
-            if let Under::Face(face) | Under::Beyond(face) = follow(mesh, fit, local, |_| true)
+            if let Under::Face(face) | Under::Beyond(face) = follow(mesh, fit, local, |_, _| true)
                 && region.contains(face)
             {
                 // Only what is nearer needs a look, and this face itself.
@@ -275,22 +301,32 @@ impl<'a> PatchProbe<'a> {
     }
 
     /// Whether all pending points are within tolerance of the region, or beyond the boundary where
-    /// that is allowed.
-    fn settle(&mut self, limits: &Limits) -> bool {
-        let mut pending = core::mem::take(&mut self.pending);
-        for (face, corners) in self.region.triangles() {
-            if pending.is_empty() {
+    /// that is allowed. Only where no face over or under the footprint is near enough does the region
+    /// have to be widened.
+    fn settle(&mut self, fit: &PatchFit, limits: &Limits) -> bool {
+        let measured = self.region.len();
+        self.drop_settled(measured, limits);
+        if self.pending.is_empty() {
+            return true;
+        }
+        self.region.widen(&fit.patch, reach(&fit.patch, limits.tolerance));
+        self.drop_settled(self.region.len() - measured, limits);
+        self.pending.iter().all(|point| point.error(limits.overhang) <= limits.tolerance)
+    }
+
+    /// Measures the pending points from so many faces of the region, the last ones, and drops those that
+    /// are within tolerance.
+    fn drop_settled(&mut self, faces: usize, limits: &Limits) {
+        for (face, corners) in self.region.triangles().take(faces) {
+            if self.pending.is_empty() {
                 break;
             }
             let measured = MeasuredFace::new(self.mesh, face, corners);
-            pending.retain_mut(|point| {
+            self.pending.retain_mut(|point| {
                 measured.measure(point);
                 point.distance > limits.tolerance
             });
         }
-        let kept = pending.iter().all(|point| point.error(limits.overhang) <= limits.tolerance);
-        self.pending = pending;
-        kept
     }
 
     /// Grows the region and picks the vertices of the footprint; breaks at the first one that is
@@ -298,29 +334,28 @@ impl<'a> PatchProbe<'a> {
     fn grow_within(&mut self, fit: &PatchFit, limits: &Limits) -> ControlFlow<DVec3> {
         let patch = &fit.patch;
         let heights = Heights::new(patch, limits.tolerance);
-        let reach = reach(patch, 2.0 * limits.tolerance);
         let Self { region, sample, .. } = self;
         let mut met = 0;
-        region.grow(fit.point.face(), patch, reach, |at| {
+        region.grow(fit.point.face(), patch, |local| {
             met += 1;
             // Regions at one point begin with nearly the same vertices.
             if met / SAMPLED > sample.len() {
-                sample.push(at);
+                sample.push(patch.to_world(local));
             }
-            match heights.place(at) {
+            match heights.place_of_local(local) {
                 Place::Within => ControlFlow::Continue(true),
-                Place::Beyond if !limits.ends_only => ControlFlow::Break(at),
+                Place::Beyond if !limits.ends_only => ControlFlow::Break(()),
                 Place::Beyond | Place::Outside => ControlFlow::Continue(false),
             }
         })
     }
 
     /// Grows the region and returns the largest height error.
-    fn grow_whole(&mut self, fit: &PatchFit, margin: f64) -> f64 {
+    fn grow_whole(&mut self, fit: &PatchFit) -> f64 {
         let patch = &fit.patch;
         let mut heights = 0.0_f64;
-        let _ = self.region.grow(fit.point.face(), patch, reach(patch, margin), |at| {
-            heights = heights.max(height_error(patch, patch.to_local(at)).unwrap_or(0.0));
+        let _ = self.region.grow(fit.point.face(), patch, |local| {
+            heights = heights.max(height_error(patch, local).unwrap_or(0.0));
             ControlFlow::Continue(false)
         });
         heights
@@ -379,16 +414,23 @@ impl<'a> MeasuredFace<'a> {
     }
 }
 
+/// In how many directions a large patch is looked over before its region is grown.
+const SCOUTS: u32 = 64;
+
 /// How many vertices that patches have failed by are asked again.
 const WITNESSES: usize = 8;
 
 /// One in so many vertices of a region is asked again by a first look.
 const SAMPLED: usize = 16;
 
-/// How far the region of a patch goes.
-fn reach(patch: &Patch, margin: f64) -> f64 {
+/// How far a section may come back in a fold, as a share of its length.
+const DEEPEST_FOLD: f64 = 0.1;
+
+/// How far the widened region of a patch goes: test points are not farther out than the arcs are long,
+/// and beyond twice the tolerance from there is another part of the surface.
+fn reach(patch: &Patch, tolerance: f64) -> f64 {
     let [l1, l2] = patch.arcs();
-    l1.max(l2) + margin
+    l1.max(l2) + 2.0 * tolerance
 }
 
 /// Where a point is, as seen from a patch.
@@ -422,7 +464,12 @@ impl<'p> Heights<'p> {
     /// The place of a point that is given relative to the origin of the patch.
     #[inline]
     fn place_of(&self, offset: DVec3) -> Place {
-        let local = self.patch.turn_to_local(offset);
+        self.place_of_local(self.patch.turn_to_local(offset))
+    }
+
+    /// The place of a point that is given in the frame of the patch.
+    #[inline]
+    fn place_of_local(&self, local: DVec3) -> Place {
         if !self.patch.contains(local.x, local.y) {
             return Place::Outside;
         }
@@ -444,11 +491,16 @@ fn height_error(patch: &Patch, local: DVec3) -> Option<f64> {
 struct Turns(Vec<[f64; 2]>);
 
 impl Turns {
+    /// So many.
+    fn new(angles: u32) -> Self {
+        let angle = |j: u32| TAU * f64::from(j) / f64::from(angles);
+        Self((0..angles).map(|j| angle(j).sin_cos().into()).collect())
+    }
+
     /// Makes them so many.
     fn set(&mut self, angles: u32) {
         if self.0.len() != angles as usize {
-            let angle = |j: u32| TAU * f64::from(j) / f64::from(angles);
-            self.0 = (0..angles).map(|j| angle(j).sin_cos().into()).collect();
+            *self = Self::new(angles);
         }
     }
 
@@ -479,14 +531,15 @@ enum Under {
     Unknown,
 }
 
-/// Follows the section to what is straight under a point of the patch. The walker is shown in every
-/// face but the first, as long as `visit` wants to see more.
+/// Follows the section to what is straight under a point of the patch. In every face but the first,
+/// `visit` is shown the walker and whether the face looks to the side of the patch's normal, as long as
+/// it wants to see more.
 #[inline]
 fn follow<'a>(
     mesh: &'a TriMesh,
     fit: &PatchFit,
     local: DVec3,
-    mut visit: impl FnMut(&SectionWalk<'a>) -> bool,
+    mut visit: impl FnMut(&SectionWalk<'a>, bool) -> bool,
 ) -> Under {
     let [e1, e2, e3] = fit.patch.frame();
     let distance = local.truncate().length();
@@ -494,23 +547,22 @@ fn follow<'a>(
     let plane = SectionPlane::new(fit.patch.origin(), e3, tangent);
     let walks = SectionWalk::both_ways(mesh, fit.point.face(), &plane);
     let Some([mut walk, _]) = walks else { return Under::Unknown };
-    let mut last = 0.0;
-    loop {
-        let ahead = walk.crossing().dot(tangent);
-        if ahead >= distance {
-            return Under::Face(walk.face());
+    let mut ahead = walk.crossing().dot(tangent);
+    while ahead < distance {
+        match walk.step() {
+            Ok(()) => {}
+            Err(WalkEnd::Boundary) => return Under::Beyond(walk.face()),
+            Err(WalkEnd::Wrapped) => return Under::Unknown,
         }
-        // Where the section turns back, the mesh folds over and nothing is straight under.
-        if ahead < last {
+        let entered = ahead;
+        ahead = walk.crossing().dot(tangent);
+        // Sections run forward through faces that look to the side of the normal. Where one comes back
+        // for more than a small fold, nothing may be straight under.
+        if !visit(&walk, ahead >= entered) || ahead < entered - DEEPEST_FOLD * distance {
             return Under::Unknown;
         }
-        last = ahead;
-        match walk.step() {
-            Ok(()) if visit(&walk) => {}
-            Err(WalkEnd::Boundary) => return Under::Beyond(walk.face()),
-            Ok(()) | Err(WalkEnd::Wrapped) => return Under::Unknown,
-        }
     }
+    Under::Face(walk.face())
 }
 
 /// The ends of both principal arcs, where SN10 measures the error that a size is chosen by.

@@ -1,10 +1,10 @@
 //! The faces under a patch: those that can be reached from its base face, look to the same side,
-//! and are near enough.
+//! and lie over or under its footprint; and those around them that are near enough.
 
 use core::ops::ControlFlow;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use mesh_core::{FaceId, TriMesh};
 
 use crate::closest::closest_point;
@@ -44,6 +44,11 @@ impl Marks {
         new
     }
 
+    #[inline]
+    pub(crate) fn is_met(&self, index: usize) -> bool {
+        self.stamps[index] >= self.round
+    }
+
     /// Marks an element as picked.
     #[inline]
     pub(crate) fn pick(&mut self, index: usize) {
@@ -67,6 +72,8 @@ pub(crate) struct Region {
     face_marks: Marks,
     /// Vertices of the region; those that the visitor wants are picked.
     vertex_marks: Marks,
+    /// Where the vertices of the region are in the frame of the patch.
+    locals: Vec<DVec3>,
 }
 
 impl Region {
@@ -76,6 +83,7 @@ impl Region {
             faces: Vec::new(),
             face_marks: Marks::new(terrain.links.len()),
             vertex_marks: Marks::new(terrain.positions.len()),
+            locals: vec![DVec3::ZERO; terrain.positions.len()],
             terrain: Arc::new(terrain),
         }
     }
@@ -112,66 +120,132 @@ impl Region {
     }
 
     /// Collects the faces that are reached from `base` over edges and faces whose normals make an
-    /// angle below 90° with the patch's and that come closer than `reach` to its origin. Shows
-    /// every vertex of the region to `pick` when it is first met, picks it if that says so, and stops
-    /// when that breaks.
+    /// angle below 90° with the patch's and that have a point over or under its footprint. Shows
+    /// every vertex of the region, in the frame of the patch, to `pick` when it is first met, and picks
+    /// it if that says so; ends at a vertex for which that breaks, which is returned as it is in space.
     pub(crate) fn grow(
         &mut self,
         base: FaceId,
         patch: &Patch,
-        reach: f64,
-        mut pick: impl FnMut(DVec3) -> ControlFlow<DVec3, bool>,
+        mut pick: impl FnMut(DVec3) -> ControlFlow<(), bool>,
     ) -> ControlFlow<DVec3> {
-        let Self { terrain, faces, face_marks, vertex_marks } = self;
-        let Terrain { links, positions, place_of_face, .. } = &**terrain;
-        faces.clear();
-        face_marks.clear();
-        vertex_marks.clear();
-        let mut visit = |vertex: u32| {
-            let index = vertex as usize;
-            if vertex_marks.insert(index) && pick(positions[index])? {
-                vertex_marks.pick(index);
-            }
-            ControlFlow::Continue(())
-        };
-        let normal = patch.frame()[2];
-        let belongs = |corners: [u32; 3]| {
-            let corners = corners.map(|corner| positions[corner as usize]);
-            let [a, b, c] = corners;
-            (b - a).cross(c - a).dot(normal) > 0.0 && is_within(patch.origin(), corners, reach)
-        };
-        let base = place_of_face[base.index()];
-        face_marks.pick(base as usize);
-        faces.push(base);
-        for corner in links[base as usize].corners {
-            visit(corner)?;
+        self.faces.clear();
+        self.face_marks.clear();
+        self.vertex_marks.clear();
+        let base = self.terrain.place_of_face[base.index()];
+        for corner in self.terrain.links[base as usize].corners {
+            self.visit(patch, corner, &mut pick)?;
         }
+        self.face_marks.pick(base as usize);
+        self.faces.push(base);
+        let scale = DVec2::from_array(patch.semi_axes()).recip();
+        self.spread(
+            patch,
+            |[a, b, c]| {
+                is_over_disc([a.truncate() * scale, b.truncate() * scale, c.truncate() * scale])
+            },
+            pick,
+        )
+    }
+
+    /// Adds the faces that are reached from the region in the same way and come closer than `reach` to
+    /// the origin of the patch.
+    pub(crate) fn widen(&mut self, patch: &Patch, reach: f64) {
+        let picks_nothing = |_| ControlFlow::Continue(false);
+        let _ = self.spread(patch, |corners| is_near_origin(corners, reach), picks_nothing);
+    }
+
+    /// Adds the faces that are reached from those of the region and of which `belongs` is true for the
+    /// corners, in the frame of the patch.
+    fn spread(
+        &mut self,
+        patch: &Patch,
+        belongs: impl Fn([DVec3; 3]) -> bool,
+        mut pick: impl FnMut(DVec3) -> ControlFlow<(), bool>,
+    ) -> ControlFlow<DVec3> {
         let mut next = 0;
-        while let Some(&face) = faces.get(next) {
+        while let Some(&face) = self.faces.get(next) {
             next += 1;
-            let FaceLinks { corners, beyond } = links[face as usize];
+            let FaceLinks { corners, beyond } = self.terrain.links[face as usize];
+            let [a, b, c] = corners;
+            let known = [self.locals[a as usize], self.locals[b as usize], self.locals[c as usize]];
             for (side, neighbour) in beyond.into_iter().enumerate() {
-                if neighbour == NONE || !face_marks.insert(neighbour as usize) {
+                if neighbour == NONE || self.face_marks.is_picked(neighbour as usize) {
                     continue;
                 }
-                let others = links[neighbour as usize].corners;
-                if !belongs(others) {
-                    continue;
-                }
-                face_marks.pick(neighbour as usize);
-                faces.push(neighbour);
                 // The corner that is not on the common side.
-                let [p, q] = [corners[side], corners[(side + 1) % 3]];
-                visit(others.into_iter().fold(p ^ q, |rest, corner| rest ^ corner))?;
+                let others = self.terrain.links[neighbour as usize].corners;
+                let [from, to] = [side, (side + 1) % 3];
+                let apex = others[0] ^ others[1] ^ others[2] ^ corners[from] ^ corners[to];
+                let at = self.local(patch, apex);
+                let around = [known[to], known[from], at];
+                if !(is_upward(around) && belongs(around)) {
+                    continue;
+                }
+                self.face_marks.pick(neighbour as usize);
+                self.faces.push(neighbour);
+                self.visit(patch, apex, &mut pick)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Where a vertex is in the frame of the patch.
+    #[inline]
+    fn local(&self, patch: &Patch, vertex: u32) -> DVec3 {
+        let index = vertex as usize;
+        if self.vertex_marks.is_met(index) {
+            self.locals[index]
+        } else {
+            patch.to_local(self.terrain.positions[index])
+        }
+    }
+
+    /// Shows a vertex to `pick` if that has not seen it.
+    #[inline]
+    fn visit(
+        &mut self,
+        patch: &Patch,
+        vertex: u32,
+        pick: &mut impl FnMut(DVec3) -> ControlFlow<(), bool>,
+    ) -> ControlFlow<DVec3> {
+        let index = vertex as usize;
+        if !self.vertex_marks.insert(index) {
+            return ControlFlow::Continue(());
+        }
+        let at = patch.to_local(self.terrain.positions[index]);
+        self.locals[index] = at;
+        match pick(at) {
+            ControlFlow::Continue(true) => self.vertex_marks.pick(index),
+            ControlFlow::Continue(false) => {}
+            ControlFlow::Break(()) => {
+                return ControlFlow::Break(self.terrain.positions[index]);
             }
         }
         ControlFlow::Continue(())
     }
 }
 
-/// Whether a triangle has a point within this distance.
-fn is_within(point: DVec3, corners: [DVec3; 3], distance: f64) -> bool {
+/// Whether a triangle in the frame of a patch looks to the side of its normal.
+#[inline]
+fn is_upward([a, b, c]: [DVec3; 3]) -> bool {
+    (b - a).truncate().perp_dot((c - a).truncate()) > 0.0
+}
+
+/// Whether a triangle of the plane has a point of the unit disc, or is as close to it as rounding.
+#[inline]
+fn is_over_disc([a, b, c]: [DVec2; 3]) -> bool {
+    const SQUARE: f64 = 1.0 + 1e-9;
+    if a.length_squared().min(b.length_squared()).min(c.length_squared()) <= SQUARE {
+        return true;
+    }
+    let corners = [a.extend(0.0), b.extend(0.0), c.extend(0.0)];
+    closest_point(DVec3::ZERO, corners).0.length_squared() <= SQUARE
+}
+
+/// Whether a triangle has a point within this distance of the origin.
+fn is_near_origin(corners: [DVec3; 3], distance: f64) -> bool {
     let square = distance * distance;
-    corners.iter().any(|corner| corner.distance_squared(point) <= square)
-        || closest_point(point, corners).0.distance_squared(point) <= square
+    corners.iter().any(|corner| corner.length_squared() <= square)
+        || closest_point(DVec3::ZERO, corners).0.length_squared() <= square
 }

@@ -269,7 +269,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             let tried = self.try_rung(point, shape, smallest, rung);
             failures = if tried.is_err() { failures + 1 } else { 0 };
             let is_end = matches!(tried, Err(StopReason::MaxRadius))
-                || failures >= 2 && self.radius_of(smallest, rung) >= 3.0 * smallest;
+                || failures >= 2 && self.radius_of(smallest, rung) >= self.least_end(smallest);
             rungs.push(Some(tried));
             if is_end {
                 break;
@@ -288,6 +288,13 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             }
         }
         Err(self.unfit(smallest, stop))
+    }
+
+    /// The radius that the ladder goes up to whatever fails: beyond the first ring, and to where patches
+    /// are large enough to be out of tolerance. Smaller ones fail by the roughness of the mesh, which says
+    /// nothing of larger ones.
+    fn least_end(&self, smallest: f64) -> f64 {
+        (3.0 * smallest).max(4.0 * self.options.tolerance)
     }
 
     /// The radius of a rung of the ladder.
@@ -382,7 +389,9 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
 
     /// Looks at all of a patch; an error when it is not admissible.
     fn look_at(&mut self, fit: &PatchFit) -> Result<(), StopReason> {
-        let is_accepted = self.probe.accepts(fit, &self.limits());
+        let limits = self.limits();
+        let is_accepted =
+            !(self.is_large && self.probe.scout(fit, &limits)) && self.probe.accepts(fit, &limits);
         self.is_large |= self.probe.region_size() >= LARGE;
         self.accepted = is_accepted.then_some(*fit);
         if is_accepted { Ok(()) } else { Err(StopReason::Tolerance) }
