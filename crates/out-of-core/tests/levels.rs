@@ -44,7 +44,7 @@ fn euler(mesh: &TriMesh) -> i64 {
 }
 
 const SAMPLED: CompareOptions =
-    CompareOptions { samples: 100_000, vertices: true, edges: true, seed: 1 };
+    CompareOptions { samples: 40_000, vertices: true, edges: true, seed: 1 };
 
 fn mean(a: &TriMesh, b: &TriMesh) -> f64 {
     let [a, b] = [a, b].map(|mesh| Surface::new(mesh).unwrap());
