@@ -157,6 +157,8 @@ pub struct PatchSizer<'e, 'a> {
     sections: Sections<'a>,
     /// Whether patches have become so large that a first look is quicker than a full test.
     is_large: bool,
+    /// Faces of a region by the square of its patch's radius, the most so far.
+    density: f64,
     /// The patch that the probe looked at last, if it is admissible.
     accepted: Option<PatchFit>,
     /// The faces of the patch that was confirmed last.
@@ -183,6 +185,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             rungs: Vec::new(),
             sections: Sections::default(),
             is_large: false,
+            density: 0.0,
             accepted: None,
             faces: Vec::new(),
         })
@@ -261,6 +264,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
     fn climb(&mut self, point: SurfacePoint, shape: Shape) -> Result<SizedPatch, Unfit> {
         let smallest = self.smallest_radius(point)?;
         self.is_large = false;
+        self.density = 0.0;
         // None where one is passed over.
         let mut rungs: Vec<Option<Result<Tried, StopReason>>> = Vec::new();
         let mut failures = 0;
@@ -390,9 +394,13 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
     /// Looks at all of a patch; an error when it is not admissible.
     fn look_at(&mut self, fit: &PatchFit) -> Result<(), StopReason> {
         let limits = self.limits();
+        let square = fit.curvature.radius * fit.curvature.radius;
+        let is_vast = self.density * square >= VAST;
         let is_accepted =
-            !(self.is_large && self.probe.scout(fit, &limits)) && self.probe.accepts(fit, &limits);
-        self.is_large |= self.probe.region_size() >= LARGE;
+            !(is_vast && self.probe.scout(fit, &limits)) && self.probe.accepts(fit, &limits);
+        let faces = self.probe.region_size();
+        self.is_large |= faces >= LARGE;
+        self.density = self.density.max(faces as f64 / square);
         self.accepted = is_accepted.then_some(*fit);
         if is_accepted { Ok(()) } else { Err(StopReason::Tolerance) }
     }
@@ -472,6 +480,9 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
 
 /// So many faces under a patch take longer to look at than a few sections over them.
 const LARGE: usize = 128;
+
+/// To grow a region of so many faces takes longer than to follow many sections over it.
+const VAST: f64 = 4096.0;
 
 /// After so many patches that were likely to be admissible and are not, no others are looked for.
 const PATIENCE: usize = 4;
