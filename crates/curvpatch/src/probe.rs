@@ -548,6 +548,7 @@ fn follow<'a>(
     let walks = SectionWalk::both_ways(mesh, fit.point.face(), &plane);
     let Some([mut walk, _]) = walks else { return Under::Unknown };
     let mut ahead = walk.crossing().dot(tangent);
+    let mut farthest = ahead;
     while ahead < distance {
         match walk.step() {
             Ok(()) => {}
@@ -556,9 +557,10 @@ fn follow<'a>(
         }
         let entered = ahead;
         ahead = walk.crossing().dot(tangent);
+        farthest = farthest.max(ahead);
         // Sections run forward through faces that look to the side of the normal. Where one comes back
         // for more than a small fold, nothing may be straight under.
-        if !visit(&walk, ahead >= entered) || ahead < entered - DEEPEST_FOLD * distance {
+        if !visit(&walk, ahead >= entered) || ahead < farthest - DEEPEST_FOLD * distance {
             return Under::Unknown;
         }
     }
