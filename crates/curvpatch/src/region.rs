@@ -33,15 +33,10 @@ impl Marks {
         }
     }
 
-    /// Marks an element as met and says whether it was new.
+    /// Marks a new element as met.
     #[inline]
-    pub(crate) fn insert(&mut self, index: usize) -> bool {
-        let stamp = &mut self.stamps[index];
-        let new = *stamp < self.round;
-        if new {
-            *stamp = self.round;
-        }
-        new
+    pub(crate) fn meet(&mut self, index: usize) {
+        self.stamps[index] = self.round;
     }
 
     #[inline]
@@ -68,7 +63,7 @@ pub(crate) struct Region {
     terrain: Arc<Terrain>,
     /// Places in the terrain.
     faces: Vec<u32>,
-    /// Faces that were looked at; those of the region are picked.
+    /// Its faces are picked.
     face_marks: Marks,
     /// Vertices of the region; those that the visitor wants are picked.
     vertex_marks: Marks,
@@ -134,7 +129,8 @@ impl Region {
         self.vertex_marks.clear();
         let base = self.terrain.place_of_face[base.index()];
         for corner in self.terrain.links[base as usize].corners {
-            self.visit(patch, corner, &mut pick)?;
+            let at = patch.to_local(self.terrain.positions[corner as usize]);
+            self.meet(corner, at, &mut pick)?;
         }
         self.face_marks.pick(base as usize);
         self.faces.push(base);
@@ -177,50 +173,41 @@ impl Region {
                 let others = self.terrain.links[neighbour as usize].corners;
                 let [from, to] = [side, (side + 1) % 3];
                 let apex = others[0] ^ others[1] ^ others[2] ^ corners[from] ^ corners[to];
-                let at = self.local(patch, apex);
+                let is_new = !self.vertex_marks.is_met(apex as usize);
+                let at = if is_new {
+                    patch.to_local(self.terrain.positions[apex as usize])
+                } else {
+                    self.locals[apex as usize]
+                };
                 let around = [known[to], known[from], at];
                 if !(is_upward(around) && belongs(around)) {
                     continue;
                 }
                 self.face_marks.pick(neighbour as usize);
                 self.faces.push(neighbour);
-                self.visit(patch, apex, &mut pick)?;
+                if is_new {
+                    self.meet(apex, at, &mut pick)?;
+                }
             }
         }
         ControlFlow::Continue(())
     }
 
-    /// Where a vertex is in the frame of the patch.
+    /// Notes where a new vertex is in the frame of the patch, and shows it to `pick`.
     #[inline]
-    fn local(&self, patch: &Patch, vertex: u32) -> DVec3 {
-        let index = vertex as usize;
-        if self.vertex_marks.is_met(index) {
-            self.locals[index]
-        } else {
-            patch.to_local(self.terrain.positions[index])
-        }
-    }
-
-    /// Shows a vertex to `pick` if that has not seen it.
-    #[inline]
-    fn visit(
+    fn meet(
         &mut self,
-        patch: &Patch,
         vertex: u32,
+        at: DVec3,
         pick: &mut impl FnMut(DVec3) -> ControlFlow<(), bool>,
     ) -> ControlFlow<DVec3> {
         let index = vertex as usize;
-        if !self.vertex_marks.insert(index) {
-            return ControlFlow::Continue(());
-        }
-        let at = patch.to_local(self.terrain.positions[index]);
+        self.vertex_marks.meet(index);
         self.locals[index] = at;
         match pick(at) {
             ControlFlow::Continue(true) => self.vertex_marks.pick(index),
             ControlFlow::Continue(false) => {}
-            ControlFlow::Break(()) => {
-                return ControlFlow::Break(self.terrain.positions[index]);
-            }
+            ControlFlow::Break(()) => return ControlFlow::Break(self.terrain.positions[index]),
         }
         ControlFlow::Continue(())
     }

@@ -396,8 +396,11 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         let limits = self.limits();
         let square = fit.curvature.radius * fit.curvature.radius;
         let is_vast = self.density * square >= VAST;
-        let is_accepted =
-            !(is_vast && self.probe.scout(fit, &limits)) && self.probe.accepts(fit, &limits);
+        if is_vast && self.probe.scout(fit, &limits) {
+            self.accepted = None;
+            return Err(StopReason::Tolerance);
+        }
+        let is_accepted = self.probe.accepts(fit, &limits);
         let faces = self.probe.region_size();
         self.is_large |= faces >= LARGE;
         self.density = self.density.max(faces as f64 / square);

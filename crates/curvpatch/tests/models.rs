@@ -74,18 +74,23 @@ fn the_cow_is_covered_within_tolerance() {
     }
 }
 
+/// Covers a model within a share of its diagonal, by fewer patches than that and with fewer faces left.
+fn is_covered(name: &str, share: f64, patches: usize, residual: usize) {
+    let Some(mesh) = model(name) else { return };
+    let tolerance = share * mesh.bounding_box().unwrap().diagonal();
+    let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
+    let cover = cover(&estimator, &CoverOptions::new(tolerance)).unwrap();
+    assert!(cover.patches.len() < patches, "{name}: {}", cover.patches.len());
+    assert!(cover.residual.len() < residual, "{name}: {}", cover.residual.len());
+    assert!(cover.max_error() <= tolerance, "{name}");
+}
+
 /// What can be reached only around a patch, as the other side of a fold, is none of its business, and a
 /// ladder of radii is not left where discs are still as small as the roughness of the mesh. With both of
 /// these mistakes there were 354 patches, and 234 faces under none.
 #[test]
 fn folds_beside_a_patch_and_roughness_below_the_tolerance_do_not_make_it_small() {
-    let Some(mesh) = model("cow.obj") else { return };
-    let tolerance = 0.01 * mesh.bounding_box().unwrap().diagonal();
-    let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
-    let cover = cover(&estimator, &CoverOptions::new(tolerance)).unwrap();
-    assert!(cover.patches.len() < 320, "{}", cover.patches.len());
-    assert!(cover.residual.len() < 200, "{}", cover.residual.len());
-    assert!(cover.max_error() <= tolerance);
+    is_covered("cow.obj", 0.01, 320, 200);
 }
 
 /// Scans, holes, ugly triangles: whatever the mesh, discs are finite or say what is wrong.
@@ -106,11 +111,5 @@ fn discs_of_real_meshes_are_finite() {
 
 #[test]
 fn a_scan_of_a_quarter_million_faces_is_covered() {
-    let Some(mesh) = model("igea.obj") else { return };
-    let tolerance = 0.005 * mesh.bounding_box().unwrap().diagonal();
-    let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
-    let cover = cover(&estimator, &CoverOptions::new(tolerance)).unwrap();
-    assert!(cover.patches.len() < 400, "{}", cover.patches.len());
-    assert!(cover.residual.len() < 100, "{}", cover.residual.len());
-    assert!(cover.max_error() <= tolerance);
+    is_covered("igea.obj", 0.005, 400, 100);
 }
