@@ -9,11 +9,13 @@ use mesh_core::{TriMesh, VertexMap};
 use crate::collapse::constraint::Marks;
 use crate::collapse::level::Level;
 use crate::collapse::log::{CollapseLog, LogEntry};
+use crate::collapse::quadric::Quadric;
 use crate::collapse::run::{Progress, Run};
 use crate::collapse::stop::{Limits, StopReason};
 use crate::error::SimplifyError;
-use crate::named::{Regional, collapse, collapse_rest, regional, regional_at};
+use crate::named::{Regional, collapse, collapse_on, regional, regional_at};
 use crate::options::Options;
+use crate::regions::driven::{Drive, collapse_driven};
 use crate::regions::run::{self as regions, collapse_in_regions, collapse_sheet};
 use crate::regions::{Fragment, Rules, Sheet};
 
@@ -56,9 +58,14 @@ pub(crate) fn collapse_to_level(
             };
             go_on(first, options, left, faces, observe)
         }
-        _ => {
+        found => {
             let mut working = mesh.clone();
-            let run = collapse(&mut working, options, observe);
+            let run = match found {
+                Some(_) if options.collapse.takeover.is_some() => {
+                    drive_in_regions(&mut working, Vec::new(), options, limits, observe)
+                }
+                _ => collapse(&mut working, options, observe),
+            };
             (Level::at_end(working, &run), run)
         }
     }
@@ -129,10 +136,8 @@ fn go_on(
     if matches!(run.stop, StopReason::Time | StopReason::Cancelled) {
         return (Level { mesh, marks: Marks::default(), became }, run);
     }
-    let mut options = options.clone();
-    options.collapse.limits = limits;
     let done = run.collapses;
-    let rest = collapse_rest(&mut mesh, quadrics, &options, &mut |now| {
+    let rest = drive_in_regions(&mut mesh, quadrics, options, &limits, &mut |now| {
         observe(&Progress { faces_before, collapses: done + now.collapses, ..*now })
     });
     let level = Level::at_end(mesh, &rest);
@@ -152,4 +157,22 @@ fn go_on(
     let run =
         Run { stop: rest.stop, collapses: done + rest.collapses, max_cost: rest.max_cost, ..run };
     (Level { became: VertexMap::from_vec(became), ..level }, run)
+}
+
+/// Collapses edges by the driver, in regions as far as possible. `quadrics` are what the vertices remember of a
+/// run before; nothing where there was none.
+fn drive_in_regions(
+    mesh: &mut TriMesh,
+    quadrics: Vec<Quadric>,
+    options: &Options,
+    limits: &Limits,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Run {
+    let drive: &Drive<'_> = &|mesh, quadrics, start, limits, observe| {
+        let mut options = options.clone();
+        options.collapse.limits = *limits;
+        collapse_on(mesh, quadrics, start, &options, observe)
+    };
+    let constraints = &options.collapse.constraints;
+    collapse_driven(mesh, quadrics, constraints, limits, drive, observe)
 }

@@ -9,12 +9,12 @@ use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::cost::{
     Cost, CurvatureFactor, CurvatureNorm, GarlandHeckbert, Hybrid, Memoryless, Norm, Surcharge,
 };
-use crate::collapse::driver::collapse_edges_followed;
-use crate::collapse::guard::Guards;
+use crate::collapse::driver::collapse_edges_from;
 use crate::collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 use crate::collapse::policies::{Policies, Update};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::run::{Progress, Run};
+use crate::collapse::start::Start;
 use crate::collapse::stop::Limits;
 use crate::options::{Metric, Options, PlacementRule};
 use crate::regions::Rules;
@@ -68,18 +68,15 @@ pub(crate) fn regional_at(size: f64, options: &Options) -> Option<Regional> {
     can.then_some(Regional { rules, is_start })
 }
 
-/// Runs the driver on what a run in regions has left, with what its vertices remember, if that is known.
-pub(crate) fn collapse_rest(
+/// Runs the driver on what a run in regions has left, or on a part of it, with what its vertices remember.
+pub(crate) fn collapse_on(
     mesh: &mut TriMesh,
     quadrics: Vec<Quadric>,
+    start: Start,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
-    let cost = match quadrics.is_empty() {
-        true => Hybrid::default(),
-        false => Hybrid::default().remembering(quadrics),
-    };
-    with_cost(cost, mesh, options, observe)
+    with_cost(Hybrid::default().remembering(quadrics), mesh, start, options, observe)
 }
 
 /// Runs the driver with the policies that the options name.
@@ -88,13 +85,18 @@ pub(crate) fn collapse(
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
+    let start = Start::default();
     match options.collapse.metric {
-        Metric::Classic => with_cost(GarlandHeckbert::new(), mesh, options, observe),
-        Metric::Marginal => with_cost(GarlandHeckbert::marginal(), mesh, options, observe),
-        Metric::Memoryless => with_cost(Memoryless, mesh, options, observe),
-        Metric::Hybrid => with_cost(Hybrid::default(), mesh, options, observe),
-        Metric::CurvatureL1 => with_cost(CurvatureNorm::new(Norm::L1), mesh, options, observe),
-        Metric::CurvatureL2 => with_cost(CurvatureNorm::new(Norm::L2), mesh, options, observe),
+        Metric::Classic => with_cost(GarlandHeckbert::new(), mesh, start, options, observe),
+        Metric::Marginal => with_cost(GarlandHeckbert::marginal(), mesh, start, options, observe),
+        Metric::Memoryless => with_cost(Memoryless, mesh, start, options, observe),
+        Metric::Hybrid => with_cost(Hybrid::default(), mesh, start, options, observe),
+        Metric::CurvatureL1 => {
+            with_cost(CurvatureNorm::new(Norm::L1), mesh, start, options, observe)
+        }
+        Metric::CurvatureL2 => {
+            with_cost(CurvatureNorm::new(Norm::L2), mesh, start, options, observe)
+        }
     }
 }
 
@@ -130,19 +132,20 @@ impl PlacementRule {
 fn with_cost(
     cost: impl Cost,
     mesh: &mut TriMesh,
+    start: Start,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
     match options.collapse.placement {
         PlacementRule::OptimalVolume => {
-            with_both(cost, Optimal { keep_volume: true }, mesh, options, observe)
+            with_both(cost, Optimal { keep_volume: true }, mesh, start, options, observe)
         }
         PlacementRule::Optimal => {
-            with_both(cost, Optimal { keep_volume: false }, mesh, options, observe)
+            with_both(cost, Optimal { keep_volume: false }, mesh, start, options, observe)
         }
-        PlacementRule::Endpoint => with_both(cost, BestEndpoint, mesh, options, observe),
-        PlacementRule::Midpoint => with_both(cost, Midpoint, mesh, options, observe),
-        PlacementRule::Butterfly => with_both(cost, ButterflyPoint, mesh, options, observe),
+        PlacementRule::Endpoint => with_both(cost, BestEndpoint, mesh, start, options, observe),
+        PlacementRule::Midpoint => with_both(cost, Midpoint, mesh, start, options, observe),
+        PlacementRule::Butterfly => with_both(cost, ButterflyPoint, mesh, start, options, observe),
     }
 }
 
@@ -150,6 +153,7 @@ fn with_both(
     cost: impl Cost,
     placement: impl Placement,
     mesh: &mut TriMesh,
+    start: Start,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
@@ -159,15 +163,14 @@ fn with_both(
     }
     let (guards, update) = (options.collapse.guards(), options.collapse.update);
     let policies = Policies { cost, surcharges, placement, guards, update };
-    collapse_with(mesh, policies, Guards::default(), options, observe)
+    collapse_with(mesh, policies, start, options, observe)
 }
 
-/// Runs the driver with these policies, whatever the options name, and guards that follow the mesh
-/// already.
+/// Runs the driver with these policies, whatever the options name.
 pub(crate) fn collapse_with(
     mesh: &mut TriMesh,
     mut policies: Policies<impl Cost, impl Placement>,
-    followers: Guards,
+    start: Start,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
@@ -176,5 +179,5 @@ pub(crate) fn collapse_with(
         policies.surcharges.push(Box::new(deviation));
     }
     let (constraints, limits) = (&options.collapse.constraints, &options.collapse.limits);
-    collapse_edges_followed(mesh, policies, followers, constraints, limits, observe)
+    collapse_edges_from(mesh, policies, start, constraints, limits, observe)
 }

@@ -46,7 +46,7 @@ pub struct CollapseOptions {
     pub update: Update,
     /// With [`Update::Regions`] and [`Metric::Hybrid`]: at how many times the wanted faces this metric
     /// takes over from accumulated quadrics, which are several times as quick, where that is at most 60 %
-    /// of all faces. `None` for the metric from the beginning, at least 1 otherwise.
+    /// of all faces. `None` for the metric from the beginning, on one core; at least 1 otherwise.
     pub takeover: Option<f64>,
     /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60
     /// bytes for each.

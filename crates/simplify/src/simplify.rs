@@ -16,6 +16,7 @@ use crate::collapse::policies::Policies;
 use crate::collapse::policy::Policy;
 use crate::collapse::refusal::Refusals;
 use crate::collapse::run::{Progress, Run};
+use crate::collapse::start::Start;
 use crate::collapse::stop::StopReason;
 use crate::course::collapse_to_level;
 use crate::error::SimplifyError;
@@ -129,7 +130,7 @@ pub fn simplify_with(
     let mut working = mesh.clone();
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
-    let run = collapse_with(&mut working, policies, followers, options, see);
+    let run = collapse_with(&mut working, policies, Start::followed_by(followers), options, see);
     finish(mesh, Level::at_end(working, &run), run, &guards, options, observer)
 }
 

@@ -67,14 +67,17 @@ fn assert_whole(mesh: &TriMesh, result: &Simplified, faces: usize) {
 fn threads_do_not_change_a_bit() {
     let meshes = [torus(400), hills(220)];
     for mesh in &meshes {
-        for preset in [Preset::Draft, Preset::Fast, Preset::Default] {
-            let options = quick(preset).to_faces(2500);
+        // With so many faces left, all of it is a matter of the driver.
+        let much = (Preset::Default, 30_000);
+        let little = [Preset::Draft, Preset::Fast, Preset::Default].map(|preset| (preset, 2500));
+        for (preset, faces) in little.into_iter().chain([much]) {
+            let options = quick(preset).to_faces(faces);
             let run = |threads: usize| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 pool.install(|| simplify(mesh, &options).unwrap())
             };
             let one = run(1);
-            assert_whole(mesh, &one, 2500);
+            assert_whole(mesh, &one, faces);
             for threads in [2, 3, 8] {
                 let other = run(threads);
                 assert!(bits(&one.mesh) == bits(&other.mesh), "{preset} {threads}");
@@ -91,9 +94,12 @@ fn threads_do_not_change_a_bit() {
 #[test]
 fn the_record_replays_to_the_same_bits_and_to_levels() {
     for mesh in [torus(340), hills(200)] {
-        for (preset, faces) in
-            [(Preset::Draft, 3000), (Preset::Fast, 20_000), (Preset::Default, 1200)]
-        {
+        for (preset, faces) in [
+            (Preset::Draft, 3000),
+            (Preset::Fast, 20_000),
+            (Preset::Default, 1200),
+            (Preset::Default, 12_000),
+        ] {
             let result = simplify(&mesh, &quick(preset).to_faces(faces)).unwrap();
             assert_eq!(result.log.len(), result.collapses);
             let (level, became) = result.log.level(&mesh, result.log.len()).unwrap();
@@ -179,14 +185,17 @@ fn regions_cost_no_accuracy() {
             let draft = mean_error(&mesh, &draft.mesh);
             assert!(draft < 1.5 * lazy, "{faces}: {draft} {lazy}");
         }
-        // The presets with the hybrid metric, where they begin in regions.
-        let error = |update: Update| {
-            let mut options = quick(Preset::Default).to_faces(mesh.topology().face_count() / 49);
-            options.collapse.update = update;
-            mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
-        };
-        let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
-        assert!(regions < most * lazy, "default: {regions} {lazy}");
+        // The presets with the hybrid metric: after quadrics in regions, and where the driver does it all.
+        for (part, most) in [(49, most), (5, 1.03)] {
+            let error = |update: Update| {
+                let faces = mesh.topology().face_count() / part;
+                let mut options = quick(Preset::Default).to_faces(faces);
+                options.collapse.update = update;
+                mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
+            };
+            let (regions, lazy) = (error(Update::Regions), error(Update::Lazy));
+            assert!(regions < most * lazy, "default, 1 in {part}: {regions} {lazy}");
+        }
     }
 }
 

@@ -17,13 +17,13 @@ use mesh_core::{EdgeId, TriMesh};
 
 use crate::collapse::constraint::Constraints;
 use crate::collapse::cost::Cost;
-use crate::collapse::guard::Guards;
 use crate::collapse::placement::Placement;
 use crate::collapse::policies::{Policies, Update};
 use crate::collapse::run::{Progress, Run};
 use crate::collapse::schedule::heap::Heap;
 use crate::collapse::schedule::queue::Entry;
 use crate::collapse::schedule::rounds::{Round, Rounds, Visit};
+use crate::collapse::start::Start;
 use crate::collapse::step::{Stepper, Turn};
 use crate::collapse::stop::{Limits, StopReason};
 use crate::collapse::watch::Watch;
@@ -41,21 +41,21 @@ pub fn collapse_edges<C: Cost, P: Placement>(
     limits: &Limits,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
-    collapse_edges_followed(mesh, policies, Guards::default(), constraints, limits, observe)
+    collapse_edges_from(mesh, policies, Start::default(), constraints, limits, observe)
 }
 
-/// The same with further guards, which follow this mesh already. The run returns them as they are
-/// then.
-pub(crate) fn collapse_edges_followed<C: Cost, P: Placement>(
+/// The same for a run that does not begin with nothing. It returns the guards that followed the mesh as they
+/// are then.
+pub(crate) fn collapse_edges_from<C: Cost, P: Placement>(
     mesh: &mut TriMesh,
     policies: Policies<C, P>,
-    followers: Guards,
+    start: Start,
     constraints: &Constraints,
     limits: &Limits,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
     let update = policies.update;
-    let mut stepper = Stepper::new(mesh, policies, followers, constraints);
+    let mut stepper = Stepper::new(mesh, policies, start, constraints);
     let entries = stepper.entries();
     let mut watch = Watch::new(limits, stepper.mesh().topology().face_count(), observe);
     let stop = match update {
@@ -86,7 +86,7 @@ fn run_in_rounds<C: Cost, P: Placement>(
             return StopReason::NothingLeft;
         }
         if round.least > watch.cost() {
-            if checked == Some(stepper.collapses()) {
+            if stepper.is_part() || checked == Some(stepper.collapses()) {
                 return StopReason::Cost;
             }
             // These are the costs of the time when the edges came, and some may have fallen since.
@@ -137,7 +137,7 @@ fn run_in_order<C: Cost, P: Placement>(
             return StopReason::NothingLeft;
         };
         if key > watch.cost() {
-            if checked == Some(stepper.collapses()) {
+            if stepper.is_part() || checked == Some(stepper.collapses()) {
                 return StopReason::Cost;
             }
             // Some costs may have fallen beyond the reach that is looked at after each collapse.

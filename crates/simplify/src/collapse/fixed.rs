@@ -18,12 +18,25 @@ pub(crate) struct Fixed {
 }
 
 impl Fixed {
-    /// The guards follow the mesh already.
-    pub(crate) fn new(mesh: &TriMesh, constraints: &Constraints, guards: Guards) -> Self {
+    /// The guards follow the mesh already. The quadrics of border edges are those of the mesh as it is unless
+    /// others are given.
+    pub(crate) fn new(
+        mesh: &TriMesh,
+        constraints: &Constraints,
+        guards: Guards,
+        borders: Option<Vec<Quadric>>,
+    ) -> Self {
         let marks = Marks::new(mesh, constraints, guards);
         let mut fixed = Self { marks, borders: Vec::new() };
-        fixed.borders = fixed.border_quadrics(mesh, constraints.boundary != Boundary::Free);
+        let with_boundary = constraints.boundary != Boundary::Free;
+        fixed.borders = borders.unwrap_or_else(|| fixed.border_quadrics(mesh, with_boundary));
         fixed
+    }
+
+    /// By vertex: the quadrics of the border edges that it has been merged with, about its position; nothing
+    /// where no vertex has any.
+    pub(crate) fn borders(&self) -> &[Quadric] {
+        &self.borders
     }
 
     /// The guards that followed the mesh before the run.

@@ -18,7 +18,7 @@
 //! curvature costs.
 //!
 //! From the bottom: `symmetric`, `quadric`, `patch`; `constraint`, `refusal`, `stop`; `log`, `run`,
-//! `level`; the traits of `cost`, `placement` and `guard`, and those who implement them; `fixed`,
+//! `level`; the traits of `cost`, `placement` and `guard`, and those who implement them; `start`, `fixed`,
 //! `evaluate`, `schedule`, `watch`, `valence`; `step`, which is one edge's turn; `driver`, which gives edges
 //! their turns.
 
@@ -27,7 +27,7 @@ mod contact;
 pub(crate) mod cost;
 pub(crate) mod driver;
 mod evaluate;
-mod fixed;
+pub(crate) mod fixed;
 pub(crate) mod guard;
 pub(crate) mod intersection;
 pub(crate) mod level;
@@ -40,6 +40,7 @@ pub(crate) mod quadric;
 pub(crate) mod refusal;
 pub(crate) mod run;
 pub(crate) mod schedule;
+pub(crate) mod start;
 mod step;
 pub(crate) mod stop;
 pub(crate) mod symmetric;

@@ -44,8 +44,9 @@ pub enum Update {
     ///
     /// Regions know accumulated quadrics ([`GarlandHeckbert`](crate::GarlandHeckbert)), optimal
     /// placement, [`NormalGuard`](crate::NormalGuard) and [`ShapeGuard`](crate::ShapeGuard). With the
-    /// [`Hybrid`](crate::Hybrid) metric, with or without a curvature factor, they do the first part, as
-    /// [`CollapseOptions::takeover`](crate::CollapseOptions::takeover) says; the rest is `Lazy`. Where
+    /// [`Hybrid`](crate::Hybrid) metric, with or without a curvature factor, these quadrics do the first part, as
+    /// [`CollapseOptions::takeover`](crate::CollapseOptions::takeover) says; the rest is `Lazy`, in each of
+    /// such regions by itself for as long as there are enough faces. Where
     /// anything else is asked for, all of it is: other metrics and placements, attributes, locked vertices and
     /// boundaries, features, other guards, policies of one's own, a largest error, and limits other than
     /// faces and time.

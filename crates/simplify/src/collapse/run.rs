@@ -100,7 +100,7 @@ impl Run {
         }
     }
 
-    pub(super) fn push(&mut self, entry: LogEntry) {
+    pub(crate) fn push(&mut self, entry: LogEntry) {
         self.collapses += 1;
         self.log.push(entry);
         self.max_cost = self.max_cost.max(entry.cost);

@@ -7,7 +7,6 @@ use crate::collapse::constraint::Constraints;
 use crate::collapse::cost::{Cost, Reach};
 use crate::collapse::evaluate::{Assessment, assess, cost_at, early_bound};
 use crate::collapse::fixed::Fixed;
-use crate::collapse::guard::Guards;
 use crate::collapse::log::LogEntry;
 use crate::collapse::patch::{Collapse, EdgePatch, PatchFace, Place};
 use crate::collapse::placement::Placement;
@@ -17,6 +16,7 @@ use crate::collapse::refusal::Refusal;
 use crate::collapse::run::Run;
 use crate::collapse::schedule::Schedule;
 use crate::collapse::schedule::queue::Entry;
+use crate::collapse::start::Start;
 use crate::collapse::stop::StopReason;
 use crate::collapse::valence::Valences;
 use crate::collapse::watch::Watch;
@@ -26,6 +26,8 @@ pub(super) struct Stepper<'a, C, P> {
     mesh: &'a mut TriMesh,
     policies: Policies<C, P>,
     fixed: Fixed,
+    /// By vertex: whether edges at it may collapse; all may when there is none.
+    is_free: Option<Vec<bool>>,
     /// The edges that were refused, and wait for nothing but a change round them.
     is_refused: Vec<bool>,
     /// The number of refused edges at each vertex, or more.
@@ -54,10 +56,11 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     pub(super) fn new(
         mesh: &'a mut TriMesh,
         mut policies: Policies<C, P>,
-        followers: Guards,
+        start: Start,
         constraints: &Constraints,
     ) -> Self {
-        let fixed = Fixed::new(mesh, constraints, followers);
+        let Start { followers, borders, is_free } = start;
+        let fixed = Fixed::new(mesh, constraints, followers, borders);
         policies.cost.prepare(mesh);
         policies.placement.prepare(mesh);
         policies.surcharges.iter_mut().for_each(|surcharge| surcharge.prepare(mesh));
@@ -75,6 +78,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             mesh,
             policies,
             fixed,
+            is_free,
             gathers,
             is_refused,
             refused_at,
@@ -108,13 +112,26 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         self.result.log.len()
     }
 
-    /// All edges that are not refused, with their costs or the quickest bounds of these.
+    /// Whether the mesh is a part of a larger one.
+    pub(super) fn is_part(&self) -> bool {
+        self.is_free.is_some()
+    }
+
+    /// Whether an edge may collapse as far as the rest of a larger mesh is concerned.
+    fn is_free(&self, edge: EdgeId) -> bool {
+        self.is_free.as_ref().is_none_or(|is_free| {
+            self.mesh.topology().edge_vertices(edge).iter().all(|v| is_free[v.index()])
+        })
+    }
+
+    /// All edges that may collapse and are not refused, with their costs or the quickest bounds of these.
     pub(super) fn entries(&mut self) -> Vec<Entry> {
         let mut entries = Vec::with_capacity(self.mesh.topology().edge_count());
         for index in 0..self.mesh.topology().edge_capacity() {
             let edge = EdgeId::new(index as u32);
             if self.mesh.topology().contains_edge(edge)
                 && !self.is_refused[index]
+                && self.is_free(edge)
                 && let Some(cost) = self.key(edge)
             {
                 entries.push(Entry { cost, edge });

@@ -1,20 +1,32 @@
 //! Work that is done block by block on all cores, a few blocks at a time.
 
+use core::ops::Range;
+
 use mesh_core::parallel;
 
 /// Blocks that are made at the same time before their results are taken.
 const AT_ONCE: usize = 64;
 
-/// Makes blocks on all cores and takes them in order, a few at a time: memory is that of a few, and
-/// the result that of one thread.
+/// Makes blocks of so many consecutive indices, from 0 to `count`, on all cores, and takes them in order while
+/// others are made: memory is that of a few, and the result that of one thread.
 pub(crate) fn for_blocks_in_turn<T: Send>(
-    blocks: usize,
-    make: impl Fn(usize) -> T + Sync,
-    mut take: impl FnMut(T),
+    count: usize,
+    size: usize,
+    make: impl Fn(Range<usize>) -> T + Sync,
+    mut take: impl FnMut(T) + Send,
 ) {
-    for first in (0..blocks).step_by(AT_ONCE) {
-        let count = AT_ONCE.min(blocks - first);
-        let made = parallel::collect_with(count, || (), |(), block| make(first + block));
-        made.into_iter().for_each(&mut take);
+    let blocks = count.div_ceil(size);
+    let make_from = |first: usize| {
+        parallel::collect_each(AT_ONCE.min(blocks - first), |block| {
+            let start = (first + block) * size;
+            make(start..count.min(start + size))
+        })
+    };
+    let mut made = make_from(0);
+    for first in (AT_ONCE..blocks).step_by(AT_ONCE) {
+        let (mut following, ready) = (Vec::new(), core::mem::take(&mut made));
+        parallel::both(|| following = make_from(first), || ready.into_iter().for_each(&mut take));
+        made = following;
     }
+    made.into_iter().for_each(take);
 }

@@ -4,12 +4,13 @@ use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::cost::Memoryless;
-use crate::collapse::driver::collapse_edges_followed;
+use crate::collapse::driver::collapse_edges_from;
 use crate::collapse::guard::{ComponentGuard, IntersectionGuard, NormalGuard, ShapeGuard};
 use crate::collapse::placement::{Optimal, Placement};
 use crate::collapse::policies::Policies;
 use crate::collapse::policy::Policy;
 use crate::collapse::run::Phase;
+use crate::collapse::start::Start;
 use crate::collapse::stop::Limits;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::observer::Observer;
@@ -73,8 +74,8 @@ pub(crate) fn collapse_back_placed(
     };
     let limits = Limits { faces: Some(to.faces), ..Limits::default() };
     let observe = &mut |now: &_| observer.observe_in(phase, now);
-    let followers = constraints.guards.clone();
-    let run = collapse_edges_followed(mesh, policies, followers, &fixed, &limits, observe);
+    let start = Start::followed_by(constraints.guards.clone());
+    let run = collapse_edges_from(mesh, policies, start, &fixed, &limits, observe);
     let became = run.log.representatives(mesh, run.log.len());
     let remap = mesh.compact();
     let vertex_map = became.as_slice().iter().map(|&v| remap.new_handle(v)).collect();

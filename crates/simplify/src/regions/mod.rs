@@ -45,10 +45,12 @@
 //! ```
 //!
 //! From the bottom: `corners`, `lanes`, `waiting`, `rules`; `vertex`; `offers`, `patch`; `tile`, `ceiling`; `sheet`; `partition`; `region`;
-//! `pass`; `run`.
+//! `pass`; `run`. Beside these, `excerpt` and `driven`: regions for the driver.
 
 mod ceiling;
 mod corners;
+pub(crate) mod driven;
+mod excerpt;
 mod lanes;
 mod offers;
 mod partition;

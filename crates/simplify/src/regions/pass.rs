@@ -110,17 +110,26 @@ impl Sheet<'_> {
     }
 }
 
-/// Puts the collapses of regions of one pass into one order: by the largest cost so far of each.
-pub(super) fn merge_steps(regions: &[Done], log: &mut Vec<LogEntry>, faces_before: &mut u32) {
-    let mut order: Vec<(f64, u32, u32)> = Vec::new();
-    for (region, done) in regions.iter().enumerate() {
+/// The order of the collapses of several regions, as region and place in it: by the largest cost so far in the
+/// region, which comes first.
+pub(super) fn by_cost_so_far(
+    regions: impl Iterator<Item = impl Iterator<Item = f64>>,
+) -> Vec<(f64, u32, u32)> {
+    let mut order = Vec::new();
+    for (region, costs) in regions.enumerate() {
         let mut largest = 0.0_f64;
-        for (i, step) in done.steps.iter().enumerate() {
-            largest = largest.max(step.cost);
+        for (i, cost) in costs.enumerate() {
+            largest = largest.max(cost);
             order.push((largest, region as u32, i as u32));
         }
     }
     order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    order
+}
+
+/// Puts the collapses of regions of one pass into one order.
+pub(super) fn merge_steps(regions: &[Done], log: &mut Vec<LogEntry>, faces_before: &mut u32) {
+    let order = by_cost_so_far(regions.iter().map(|done| done.steps.iter().map(|step| step.cost)));
     log.reserve(order.len());
     for (_, region, i) in order {
         let Step { removed, kept, half_edge, faces, position, cost } =

@@ -117,6 +117,15 @@ impl AccumulatedQuadrics {
         Self(quadrics)
     }
 
+    pub(crate) fn into_vec(self) -> Vec<Quadric> {
+        self.0
+    }
+
+    /// By vertex.
+    pub(crate) fn as_slice(&self) -> &[Quadric] {
+        &self.0
+    }
+
     /// The sum of the quadrics of both ends, about the midpoint of the edge.
     #[inline]
     pub(crate) fn of_edge(&self, patch: &EdgePatch<'_>) -> Quadric {

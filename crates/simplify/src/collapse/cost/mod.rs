@@ -10,7 +10,7 @@ mod curvature_change;
 mod curvature_factor;
 #[cfg(feature = "curvature")]
 mod curvature_norm;
-mod garland_heckbert;
+pub(crate) mod garland_heckbert;
 mod hybrid;
 mod memoryless;
 pub(crate) mod surcharge;

@@ -47,10 +47,10 @@ impl Equations<'_> {
         };
         let mut tally = Tally::default();
         for_blocks_in_turn(
-            self.order.len().div_ceil(BLOCK),
-            |block| {
-                let start = block * BLOCK;
-                let places = start..self.order.len().min(start + BLOCK);
+            self.order.len(),
+            BLOCK,
+            |places| {
+                let start = places.start;
                 let mut elements = [Element::default(); BLOCK];
                 let spots: Vec<Spot> = spread.spots(corners, spread.on(places.clone())).collect();
                 let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();

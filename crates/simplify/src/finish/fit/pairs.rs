@@ -35,9 +35,9 @@ impl<'a> Pairs<'a> {
         let mut lists = FaceLists::new(mesh.topology().face_capacity());
         let mut squares = Vec::with_capacity(count);
         for_blocks_in_turn(
-            count.div_ceil(BLOCK),
-            |block| {
-                let indices = block * BLOCK..count.min((block + 1) * BLOCK);
+            count,
+            BLOCK,
+            |indices| {
                 let points: Vec<DVec3> = indices.map(|i| targets.point(every * i)).collect();
                 let closest = surface.closest_to_neighbours(&points).into_iter();
                 closest.map(|c| (c.face, c.offset.length_squared())).collect::<Vec<_>>()
@@ -96,9 +96,9 @@ impl<'a> Pairs<'a> {
         let at = |i: usize| original.positions()[vertices[i] as usize];
         let bar = 0.5 * self.largest().sqrt();
         for_blocks_in_turn(
-            vertices.len().div_ceil(BLOCK),
-            |block| {
-                let indices = block * BLOCK..vertices.len().min((block + 1) * BLOCK);
+            vertices.len(),
+            BLOCK,
+            |indices| {
                 let points: Vec<DVec3> = indices.map(at).collect();
                 let closest = surface.closest_points(&points);
                 let pairs = points.into_iter().zip(closest);

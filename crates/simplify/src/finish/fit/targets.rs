@@ -42,11 +42,9 @@ impl<'a> Targets<'a> {
         let spread = Spread::new(original.in_space(), corners, count, seed);
         let mut points = Vec::with_capacity(spread.len());
         for_blocks_in_turn(
-            spread.len().div_ceil(BLOCK),
-            |block| {
-                let range = block * BLOCK..spread.len().min((block + 1) * BLOCK);
-                spread.spots(corners, range).map(|spot| spot.point).collect::<Vec<_>>()
-            },
+            spread.len(),
+            BLOCK,
+            |range| spread.spots(corners, range).map(|spot| spot.point).collect::<Vec<_>>(),
             |made| points.extend(made),
         );
         let places = spread.places();

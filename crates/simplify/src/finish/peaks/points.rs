@@ -297,11 +297,7 @@ fn in_blocks<T: Send>(
     values: impl Fn(core::ops::Range<usize>) -> Vec<T> + Sync,
 ) -> Vec<T> {
     let mut all = Vec::with_capacity(count);
-    for_blocks_in_turn(
-        count.div_ceil(BLOCK),
-        |block| values(block * BLOCK..count.min((block + 1) * BLOCK)),
-        |block| all.extend(block),
-    );
+    for_blocks_in_turn(count, BLOCK, values, |block| all.extend(block));
     all
 }
 

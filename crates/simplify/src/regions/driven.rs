@@ -1,0 +1,293 @@
+//! Collapses by the driver in regions: for metrics that tiles do not know.
+//!
+//! Each region is collapsed as a mesh of its own, and then all that was done is done to the mesh once more,
+//! in the order of costs. That takes a fiftieth of the time, and cuts a pass off at just the wanted number.
+
+use core::ops::ControlFlow;
+use std::time::Instant;
+
+use mesh_core::{TriMesh, parallel};
+
+use crate::collapse::constraint::Constraints;
+use crate::collapse::cost::garland_heckbert::AccumulatedQuadrics;
+use crate::collapse::fixed::Fixed;
+use crate::collapse::guard::Guards;
+use crate::collapse::log::LogEntry;
+use crate::collapse::patch::Collapse;
+use crate::collapse::quadric::Quadric;
+use crate::collapse::refusal::Refusals;
+use crate::collapse::run::{Phase, Progress, Run};
+use crate::collapse::start::Start;
+use crate::collapse::stop::{Limits, StopReason};
+use crate::regions::excerpt::Excerpt;
+use crate::regions::partition::Partition;
+use crate::regions::pass::by_cost_so_far;
+use crate::regions::sheet::Sheet;
+
+/// A run of the driver: with the quadrics of the vertices, what else it begins with, and limits.
+pub(crate) type Drive<'a> = dyn Fn(
+        &mut TriMesh,
+        Vec<Quadric>,
+        Start,
+        &Limits,
+        &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Run
+    + Sync
+    + 'a;
+
+/// The fewest faces of a mesh that are worth being cut into regions: in one of fewer, rims stand out, and the
+/// driver has most of it in its cache anyway.
+const FEWEST: usize = 75_000;
+/// The same after the first pass.
+const FEWEST_AGAIN: usize = 30_000;
+/// A pass leaves no fewer than one in so many faces; by then, rims stand out.
+const PASS: usize = 4;
+/// So many times the faces that are wanted are collapsed in one piece.
+const LAST: f64 = 1.25;
+/// Regions of which one is collapsed beforehand, to tell which cost leaves as many faces as the pass is
+/// to leave, but no fewer than two.
+const FORECAST: usize = 16;
+/// How far these are collapsed: to this part of what the pass is to leave.
+const BEYOND: f64 = 0.6;
+/// Regions that are at work between two questions whether to go on.
+const WAVE: usize = 32;
+
+/// What a region has become.
+struct Reduced {
+    /// The collapses, in numbers of the mesh, but for those of faces.
+    entries: Vec<LogEntry>,
+    /// The numbers of faces before and after.
+    faces: [usize; 2],
+    refusals: Refusals,
+}
+
+impl Reduced {
+    fn costs(&self) -> impl Iterator<Item = f64> + '_ {
+        self.entries.iter().map(|entry| entry.cost)
+    }
+
+    /// Forgets all from the first collapse on that costs more.
+    fn cut_off(&mut self, cost: f64) {
+        let end = self.costs().position(|of_edge| of_edge > cost);
+        if let Some(end) = end {
+            self.faces[1] = self.entries[end].faces_before as usize;
+            self.entries.truncate(end);
+        }
+    }
+
+    /// How many faces went with a collapse.
+    fn faces_gone(&self, collapse: usize) -> usize {
+        let after = self.entries.get(collapse + 1).map(|next| next.faces_before as usize);
+        self.entries[collapse].faces_before as usize - after.unwrap_or(self.faces[1])
+    }
+}
+
+/// The state of a run.
+struct Passes<'a> {
+    mesh: &'a mut TriMesh,
+    quadrics: AccumulatedQuadrics,
+    fixed: Fixed,
+    run: Run,
+}
+
+/// Collapses edges of a mesh by the driver, as far as possible in regions. `quadrics` are what the vertices
+/// remember of a run before; nothing where there was none.
+pub(crate) fn collapse_driven(
+    mesh: &mut TriMesh,
+    quadrics: Vec<Quadric>,
+    constraints: &Constraints,
+    limits: &Limits,
+    drive: &Drive<'_>,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Run {
+    let start = Instant::now();
+    let faces_before = mesh.topology().face_count();
+    let face_target = limits.face_target(faces_before);
+    let quadrics = match quadrics.is_empty() {
+        true => AccumulatedQuadrics::new(mesh),
+        false => AccumulatedQuadrics::from_vec(quadrics),
+    };
+    let fixed = Fixed::new(mesh, constraints, Guards::default(), None);
+    let mut passes = Passes { mesh, quadrics, fixed, run: Run::new() };
+    let last = (LAST * face_target as f64) as usize;
+    for number in 0.. {
+        let faces = passes.mesh.topology().face_count();
+        let aim = last.max(faces / PASS);
+        let fewest = if number == 0 { FEWEST } else { FEWEST_AGAIN };
+        if faces < fewest || 10 * aim > 9 * faces {
+            break;
+        }
+        let stop = passes.pass(number, aim, drive, &mut |faces, collapses| {
+            let phase = Phase::Collapse;
+            let now = Progress { phase, faces_before, faces, face_target, collapses };
+            let is_late = limits.time.is_some_and(|time| start.elapsed() >= time);
+            let late = is_late.then_some(StopReason::Time);
+            late.or_else(|| observe(&now).is_break().then_some(StopReason::Cancelled))
+        });
+        if let Some(stop) = stop {
+            return Run { stop, ..passes.run };
+        }
+        if 20 * passes.mesh.topology().face_count() > 19 * faces {
+            break;
+        }
+    }
+    let time = limits.time.map(|time| time.saturating_sub(start.elapsed()));
+    let limits = Limits { faces: Some(face_target), ratio: None, time, ..*limits };
+    let done = passes.run.collapses;
+    passes.in_one_piece(&limits, drive, &mut |now| {
+        observe(&Progress { faces_before, collapses: done + now.collapses, ..*now })
+    })
+}
+
+impl Passes<'_> {
+    /// Collapses all regions until about `aim` faces are left. `reached` hears of the numbers of faces and
+    /// of collapses now and then, and may say that it is enough.
+    fn pass(
+        &mut self,
+        number: usize,
+        aim: usize,
+        drive: &Drive<'_>,
+        reached: &mut dyn FnMut(usize, usize) -> Option<StopReason>,
+    ) -> Option<StopReason> {
+        let faces = self.mesh.topology().face_count();
+        let share = aim as f64 / faces as f64;
+        let partition = Sheet::new(self.mesh).partition(number);
+        let regions = partition.regions();
+        let asked = regions.div_ceil(FORECAST).max(regions.min(2));
+        // Those that are asked lie evenly in the order, and none at its ends.
+        let is_asked = |region: usize| {
+            let before = |region: usize| (2 * region * asked + regions) / (2 * regions);
+            before(region + 1) > before(region)
+        };
+        let (first, others): (Vec<usize>, Vec<usize>) = (0..regions).partition(|&i| is_asked(i));
+        let mut ceiling = None;
+        let (mut reduced, mut collapses) = (Vec::with_capacity(regions), 0);
+        for wave in first.chunks(WAVE).chain(others.chunks(WAVE)) {
+            let left = faces.saturating_sub(2 * collapses).max(aim);
+            if let Some(stop) = reached(left, self.run.collapses + collapses) {
+                self.carry_out(&reduced, aim);
+                return Some(stop);
+            }
+            if ceiling.is_none() && reduced.len() >= first.len() {
+                ceiling = Some(cost_leaving(share, &reduced));
+            }
+            let goal = |faces: usize| match ceiling {
+                Some(cost) => Limits { cost: Some(cost), ..Limits::default() },
+                None => {
+                    let faces = (BEYOND * share * faces as f64) as usize;
+                    Limits { faces: Some(faces), ..Limits::default() }
+                }
+            };
+            let done = parallel::collect_each(wave.len(), |i| {
+                self.reduce(&partition, wave[i], &goal, drive)
+            });
+            collapses += done.iter().map(|region| region.entries.len()).sum::<usize>();
+            reduced.extend(done);
+        }
+        reduced.iter_mut().for_each(|region| region.cut_off(ceiling.unwrap_or(f64::INFINITY)));
+        self.carry_out(&reduced, aim);
+        None
+    }
+
+    /// Collapses a region by itself.
+    fn reduce(
+        &self,
+        partition: &Partition,
+        region: usize,
+        goal: &dyn Fn(usize) -> Limits,
+        drive: &Drive<'_>,
+    ) -> Reduced {
+        let mut excerpt = Excerpt::new(self.mesh, partition, region);
+        let faces = excerpt.mesh.topology().face_count();
+        let quadrics = excerpt.quadrics(self.quadrics.as_slice());
+        let start = Start {
+            borders: Some(excerpt.quadrics(self.fixed.borders())),
+            is_free: Some(core::mem::take(&mut excerpt.is_free)),
+            ..Start::default()
+        };
+        let go_on = &mut |_: &Progress| ControlFlow::Continue(());
+        let run = drive(&mut excerpt.mesh, quadrics, start, &goal(faces), go_on);
+        Reduced {
+            entries: run.log.entries().iter().map(|entry| excerpt.of_mesh(entry)).collect(),
+            faces: [faces, excerpt.mesh.topology().face_count()],
+            refusals: run.refusals,
+        }
+    }
+
+    /// Does to the mesh what was done to its regions, the cheapest first, until few enough faces are left.
+    fn carry_out(&mut self, regions: &[Reduced], aim: usize) {
+        let mut faces = self.mesh.topology().face_count();
+        let mut counts = vec![0; regions.len()];
+        for (_, region, i) in by_cost_so_far(regions.iter().map(Reduced::costs)) {
+            if faces <= aim {
+                break;
+            }
+            let reduced = &regions[region as usize];
+            self.run.push(LogEntry { faces_before: faces as u32, ..reduced.entries[i as usize] });
+            faces -= reduced.faces_gone(i as usize);
+            counts[region as usize] = i as usize + 1;
+        }
+        // The order does not matter to the mesh, and neighbours are in the cache.
+        for (region, count) in regions.iter().zip(counts) {
+            region.entries[..count].iter().for_each(|entry| self.follow(entry));
+            self.run.refusals.add(&region.refusals);
+        }
+    }
+
+    /// Does to the mesh what was done to a part of it.
+    fn follow(&mut self, entry: &LogEntry) {
+        let LogEntry { half_edge, removed, kept, position, .. } = *entry;
+        #[expect(clippy::expect_used, reason = "the part had all that decides over it")]
+        let legal = self.mesh.topology().check_collapse(half_edge).expect("a legal collapse");
+        let collapse = Collapse {
+            removed,
+            kept,
+            removed_from: self.mesh.position(removed),
+            kept_from: self.mesh.position(kept),
+            position,
+        };
+        let collapsed = self.mesh.collapse(legal, position);
+        self.quadrics.merge(&collapse);
+        self.fixed.collapsed(self.mesh, &collapse, collapsed.merged_edges);
+    }
+
+    /// Collapses what is left, to the end.
+    fn in_one_piece(
+        mut self,
+        limits: &Limits,
+        drive: &Drive<'_>,
+        observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Run {
+        if self.run.collapses == 0 {
+            let quadrics = self.quadrics.into_vec();
+            return drive(self.mesh, quadrics, Start::default(), limits, observe);
+        }
+        let partition = Partition::whole(&Sheet::new(self.mesh));
+        let mut excerpt = Excerpt::new(self.mesh, &partition, 0);
+        let quadrics = excerpt.quadrics(self.quadrics.as_slice());
+        let borders = Some(excerpt.quadrics(self.fixed.borders()));
+        let start = Start { borders, ..Start::default() };
+        let run = drive(&mut excerpt.mesh, quadrics, start, limits, observe);
+        for entry in run.log.entries() {
+            let entry = excerpt.of_mesh(entry);
+            self.follow(&entry);
+            self.run.push(entry);
+        }
+        self.run.refusals.add(&run.refusals);
+        Run { stop: run.stop, ..self.run }
+    }
+}
+
+/// The cost up to which regions are collapsed to leave this share of all faces, as some of them tell.
+fn cost_leaving(share: f64, regions: &[Reduced]) -> f64 {
+    let faces: usize = regions.iter().map(|region| region.faces[0]).sum();
+    let mut left = ((1.0 - share) * faces as f64) as usize;
+    for (cost, region, i) in by_cost_so_far(regions.iter().map(Reduced::costs)) {
+        let gone = regions[region as usize].faces_gone(i as usize);
+        if gone > left {
+            return cost;
+        }
+        left -= gone;
+    }
+    f64::INFINITY
+}
