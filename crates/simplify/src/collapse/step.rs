@@ -1,7 +1,7 @@
 //! One edge's turn: its cost, the guards, the collapse, and who is told of it.
 
 use glam::DVec3;
-use mesh_core::{EdgeId, TriMesh, VertexId};
+use mesh_core::{EdgeId, TriMesh, VertexId, parallel};
 
 use crate::collapse::constraint::Constraints;
 use crate::collapse::cost::{Cost, Reach};
@@ -36,12 +36,49 @@ pub(super) struct Stepper<'a, C, P> {
     used_vertices: usize,
     /// Whether costs depend on the faces of a patch.
     gathers: bool,
-    /// The faces of the patch that is looked at.
-    faces: Vec<PatchFace>,
-    scratch: Scratch,
+    memory: Memory,
     /// The vertex that remains of the last collapse, and its neighbours.
     touched: Vec<VertexId>,
     result: Run,
+}
+
+/// What a look at an edge writes to.
+#[derive(Default)]
+struct Memory {
+    /// The faces of the patch that is looked at.
+    faces: Vec<PatchFace>,
+    scratch: Scratch,
+}
+
+/// What the keys of edges follow from; any number of them can be looked at side by side.
+struct Evaluator<'s, C, P> {
+    mesh: &'s TriMesh,
+    policies: &'s Policies<C, P>,
+    fixed: &'s Fixed,
+    valences: &'s Valences,
+    gathers: bool,
+}
+
+impl<C: Cost, P: Placement> Evaluator<'_, C, P> {
+    /// The cost of an edge, or the quickest bound of it.
+    fn key(&self, edge: EdgeId, memory: &mut Memory) -> Result<f64, Refusal> {
+        let Self { mesh, policies, fixed, valences, gathers } = *self;
+        if valences.has_to_wait(mesh.topology(), edge) {
+            return Err(Refusal::Valence);
+        }
+        if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
+            return Ok(bound);
+        }
+        let patch = if gathers {
+            EdgePatch::gather(mesh, edge.half_edge(), &mut memory.faces)
+        } else {
+            EdgePatch::without_faces(mesh, edge.half_edge())
+        };
+        let patch = patch.with_border(fixed.border(&patch));
+        match assess(policies, fixed, &patch, f64::NEG_INFINITY, &mut memory.scratch)? {
+            Assessment::Above(cost) | Assessment::Exact(_, cost) => Ok(cost),
+        }
+    }
 }
 
 /// What has become of an edge whose turn it was.
@@ -84,8 +121,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             refused_at,
             valences,
             used_vertices,
-            faces: Vec::new(),
-            scratch: Scratch::default(),
+            memory: Memory::default(),
             touched: Vec::new(),
             result: Run::new(),
         }
@@ -126,15 +162,17 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
 
     /// All edges that may collapse and are not refused, with their costs or the quickest bounds of these.
     pub(super) fn entries(&mut self) -> Vec<Entry> {
-        let mut entries = Vec::with_capacity(self.mesh.topology().edge_count());
-        for index in 0..self.mesh.topology().edge_capacity() {
-            let edge = EdgeId::new(index as u32);
-            if self.mesh.topology().contains_edge(edge)
-                && !self.is_refused[index]
-                && self.is_free(edge)
-                && let Some(cost) = self.key(edge)
-            {
-                entries.push(Entry { cost, edge });
+        let waits = |&edge: &EdgeId| !self.is_refused[edge.index()] && self.is_free(edge);
+        let edges: Vec<EdgeId> = self.mesh.topology().edges().filter(waits).collect();
+        let evaluator = self.evaluator();
+        let keys = parallel::collect_with(edges.len(), Memory::default, |memory, i| {
+            evaluator.key(edges[i], memory)
+        });
+        let mut entries = Vec::with_capacity(edges.len());
+        for (edge, key) in edges.into_iter().zip(keys) {
+            match key {
+                Ok(cost) => entries.push(Entry { cost, edge }),
+                Err(refusal) => self.refuse(edge, refusal, self.result.log.len()),
             }
         }
         entries
@@ -151,7 +189,10 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
 
     /// The cost of an edge, or the quickest bound of it; `None` when the edge is refused.
     pub(super) fn key(&mut self, edge: EdgeId) -> Option<f64> {
-        match self.evaluate(edge) {
+        let mut memory = core::mem::take(&mut self.memory);
+        let key = self.evaluator().key(edge, &mut memory);
+        self.memory = memory;
+        match key {
             Ok(cost) => Some(cost),
             Err(refusal) => {
                 self.refuse(edge, refusal, self.result.log.len());
@@ -160,23 +201,9 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         }
     }
 
-    fn evaluate(&mut self, edge: EdgeId) -> Result<f64, Refusal> {
-        let Self { mesh, policies, fixed, faces, scratch, gathers, valences, .. } = self;
-        if valences.has_to_wait(mesh.topology(), edge) {
-            return Err(Refusal::Valence);
-        }
-        if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
-            return Ok(bound);
-        }
-        let patch = if *gathers {
-            EdgePatch::gather(mesh, edge.half_edge(), faces)
-        } else {
-            EdgePatch::without_faces(mesh, edge.half_edge())
-        };
-        let patch = patch.with_border(fixed.border(&patch));
-        match assess(policies, fixed, &patch, f64::NEG_INFINITY, scratch)? {
-            Assessment::Above(cost) | Assessment::Exact(_, cost) => Ok(cost),
-        }
+    fn evaluator(&self) -> Evaluator<'_, C, P> {
+        let Self { mesh, policies, fixed, valences, gathers, .. } = self;
+        Evaluator { mesh, policies, fixed, valences, gathers: *gathers }
     }
 
     /// Collapses an edge that costs no more than `ceiling`, if everything allows it, and tells the
@@ -202,7 +229,8 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     }
 
     fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
-        let Self { mesh, policies, fixed, faces, scratch, valences, .. } = self;
+        let Self { mesh, policies, fixed, memory, valences, .. } = self;
+        let Memory { faces, scratch } = memory;
         if valences.has_to_wait(mesh.topology(), edge) {
             return Err(Refusal::Valence);
         }
