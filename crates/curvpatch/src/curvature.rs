@@ -269,8 +269,8 @@ impl<'a> CurvatureEstimator<'a> {
         let mut truncated = false;
         let mut wrapped = false;
         let sections = sections.map(|(direction, section)| {
-            truncated |= section.ended_by(WalkEnd::Boundary);
-            wrapped |= section.ended_by(WalkEnd::Wrapped);
+            truncated |= section.ended_by(|cause| cause == WalkEnd::Boundary);
+            wrapped |= section.ended_by(WalkEnd::is_round);
             (direction, section)
         });
         let principal = match self.params.principal {

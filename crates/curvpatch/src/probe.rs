@@ -553,7 +553,7 @@ fn follow<'a>(
         match walk.step() {
             Ok(()) => {}
             Err(WalkEnd::Boundary) => return Under::Beyond(walk.face()),
-            Err(WalkEnd::Wrapped) => return Under::Unknown,
+            Err(WalkEnd::Returned | WalkEnd::Lost) => return Under::Unknown,
         }
         let entered = ahead;
         ahead = walk.crossing().dot(tangent);

@@ -30,9 +30,17 @@ impl SectionPlane {
 pub(crate) enum WalkEnd {
     /// It came to the boundary of the mesh.
     Boundary,
-    /// It came back to the face that it started from, or crossed more faces than there are across
-    /// the mesh.
-    Wrapped,
+    /// It came back to the face that it started from.
+    Returned,
+    /// It crossed more faces than there are across the mesh.
+    Lost,
+}
+
+impl WalkEnd {
+    /// Whether the section goes round its component of the mesh, or counts as going round.
+    pub(crate) fn is_round(self) -> bool {
+        matches!(self, Self::Returned | Self::Lost)
+    }
 }
 
 /// A vertex as seen from the plane.
@@ -123,8 +131,11 @@ impl<'a> SectionWalk<'a> {
         let topology = self.mesh.topology();
         let entry = self.exit.twin();
         let Some(face) = topology.face(entry) else { return Err(WalkEnd::Boundary) };
-        if face == self.start || self.steps_left == 0 {
-            return Err(WalkEnd::Wrapped);
+        if face == self.start {
+            return Err(WalkEnd::Returned);
+        }
+        if self.steps_left == 0 {
+            return Err(WalkEnd::Lost);
         }
         self.steps_left -= 1;
         self.face = face;
@@ -195,6 +206,14 @@ impl Arc {
     /// An arc that never left its origin.
     pub(crate) const EMPTY: Self =
         Self { end: DVec3::ZERO, length: 0.0, cut_short: Some(WalkEnd::Boundary) };
+
+    /// The other half of a section that has come back to its face, where that comes back too: it is the same
+    /// loop, the other way round. `starts` are where the two halves leave the face, this one first.
+    fn reversed(&self, [this, other]: [DVec3; 2], most: f64) -> Option<Self> {
+        let length = self.length - this.length() + other.length();
+        let returns = self.cut_short == Some(WalkEnd::Returned) && length < most;
+        returns.then_some(Self { end: this, length, ..*self })
+    }
 }
 
 /// Both halves of a normal section, in the coordinates of its plane: x along the tangent, y along
@@ -225,8 +244,12 @@ impl Section {
         normal: DVec3,
         radius: f64,
     ) -> Self {
-        let arcs = SectionWalk::both_ways(mesh, face, plane)
-            .map_or([Arc::EMPTY; 2], |walks| walks.map(|walk| walk.arc(radius)));
+        let arcs = SectionWalk::both_ways(mesh, face, plane).map_or([Arc::EMPTY; 2], |walks| {
+            let [forward, backward] = walks;
+            let starts = walks.map(|walk| walk.crossing());
+            let ahead = forward.arc(radius);
+            [ahead, ahead.reversed(starts, radius).unwrap_or_else(|| backward.arc(radius))]
+        });
         Self::new(arcs, plane, normal)
     }
 
@@ -246,13 +269,47 @@ impl Section {
         self.forward.length + self.backward.length
     }
 
-    /// Whether an arc ended for this reason.
-    pub(crate) fn ended_by(&self, cause: WalkEnd) -> bool {
-        self.forward.cut_short == Some(cause) || self.backward.cut_short == Some(cause)
+    /// Whether an arc ended for such a reason.
+    pub(crate) fn ended_by(&self, is_cause: impl Fn(WalkEnd) -> bool) -> bool {
+        let arcs = [&self.forward, &self.backward];
+        arcs.into_iter().any(|arc| arc.cut_short.is_some_and(&is_cause))
     }
 
     /// How much of the disc the section has: 1 for two full arcs, 0 when one of them is empty.
     pub(crate) fn weight(&self, radius: f64) -> f64 {
         self.forward.length * self.backward.length / (radius * radius)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::Torus;
+
+    /// A section that comes back is walked once: its other half is what walking it would give.
+    #[test]
+    fn the_other_half_of_a_loop_is_the_loop_the_other_way_round() {
+        let mesh = TriMesh::from_soup(&Torus { major: 3.0, minor: 1.0 }.mesh(40, 24).unwrap());
+        let mesh = mesh.unwrap();
+        let (mut reversed, mut walked) = (0, 0);
+        for face in mesh.topology().faces().step_by(7) {
+            let [a, b, c] = mesh.triangle(face);
+            let normal = (b - a).cross(c - a).normalize();
+            let tangent = (b - a).normalize();
+            let plane = SectionPlane::new((a + 2.0 * b + 3.0 * c) / 6.0, normal, tangent);
+            let Some(walks) = SectionWalk::both_ways(&mesh, face, &plane) else { continue };
+            let round = walks[0].arc(1e3).length;
+            for radius in [0.5 * round, 0.9999 * round, 1.0001 * round, 1e3] {
+                let section = Section::measure(&mesh, face, &plane, normal, radius);
+                let expected = Section::new(walks.map(|walk| walk.arc(radius)), &plane, normal);
+                let backward = [&section.backward, &expected.backward];
+                assert_eq!(backward[0].cut_short, backward[1].cut_short);
+                let [found, expected] = backward.map(|arc| DVec3::new(arc.x, arc.y, arc.length));
+                assert!(found.distance(expected) < 1e-9, "{found} {expected}");
+                let returned = section.forward.cut_short == Some(WalkEnd::Returned);
+                *(if returned { &mut reversed } else { &mut walked }) += 1;
+            }
+        }
+        assert!(reversed > 100 && walked > 100, "{reversed} {walked}");
     }
 }

@@ -149,7 +149,7 @@ impl CurvatureEstimator<'_> {
             match walk.step() {
                 Ok(()) => {}
                 Err(WalkEnd::Boundary) => return StripEnd::Boundary,
-                Err(WalkEnd::Wrapped) => return StripEnd::Closed,
+                Err(WalkEnd::Returned | WalkEnd::Lost) => return StripEnd::Closed,
             }
         }
     }
