@@ -25,6 +25,11 @@ pub(crate) enum Failure {
         /// Whether vertices that the format splits were joined without being told to.
         joined: bool,
     },
+    #[error(
+        "{}: the repairs leave nothing of it; weld within a smaller distance, or allow it with --allow-empty",
+        .0.display()
+    )]
+    NothingLeft(PathBuf),
     #[error("{}: {source}", path.display())]
     Surface { path: PathBuf, source: Box<SurfaceError> },
     #[error("{0}")]
@@ -175,7 +180,11 @@ impl Failure {
                 out_of_core::Error::Io { .. } | out_of_core::Error::Write(_) => 1,
                 _ => 4,
             },
-            Self::Build { .. } | Self::Surface { .. } | Self::Simplify(_) | Self::Refused(_) => 4,
+            Self::Build { .. }
+            | Self::NothingLeft(_)
+            | Self::Surface { .. }
+            | Self::Simplify(_)
+            | Self::Refused(_) => 4,
             Self::Model(_)
             | Self::Json(_)
             | Self::Stdout(_)
@@ -198,6 +207,7 @@ impl Failure {
             },
             Self::Folder { .. } => "unreadable",
             Self::NoFiles(_) => "no-files",
+            Self::NothingLeft(_) => "empty",
             Self::Record { .. } | Self::Replay(_) => "record",
             Self::Build { source, .. } => match **source {
                 BuildError::TooManyElements { .. } => "too-large",
@@ -268,6 +278,7 @@ impl Failure {
             }
             Self::Folder { path, .. }
             | Self::NoFiles(path)
+            | Self::NothingLeft(path)
             | Self::Surface { path, .. }
             | Self::Record { path, .. }
             | Self::Write { path, .. } => Some(Place::file(path)),
@@ -284,6 +295,7 @@ impl Failure {
                 ReadErrorKind::Empty { .. } => Some("--allow-empty".into()),
                 _ => None,
             },
+            Self::NothingLeft(_) => Some("--allow-empty".into()),
             Self::Build { source, joined, .. } => {
                 let message = source.to_string();
                 let repairs = message.split('`').skip(1).step_by(2).map(as_option);

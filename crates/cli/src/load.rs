@@ -213,14 +213,22 @@ impl Loading {
         if joined {
             repair.weld = Weld::Exact;
         }
-        assemble(path, model, &repair, joined, console)
+        self.check_left(path, assemble(path, model, &repair, joined, console)?)
     }
 
     /// Reads a file and builds the mesh with the repairs that are allowed, and no others.
     pub(crate) fn load_as_told(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
         let model = self.read(path, console)?;
         let repair = self.repairs(&model)?;
-        assemble(path, model, &repair, false, console)
+        self.check_left(path, assemble(path, model, &repair, false, console)?)
+    }
+
+    /// Whether the repairs have left something, or may leave nothing.
+    pub(crate) fn check_left(&self, path: &Path, loaded: Loaded) -> Result<Loaded, Failure> {
+        match loaded.counts() {
+            [0, 0] if !self.read.allow_empty => Err(Failure::NothingLeft(path.to_owned())),
+            _ => Ok(loaded),
+        }
     }
 
     /// The content of a file as it is, or of the mesh that the repairs make of it if there are any.

@@ -430,3 +430,22 @@ fn helps_say_what_each_preset_and_cost_is() {
         "{help}"
     );
 }
+
+/// Repairs that leave nothing are an error, unless an empty mesh is what is wanted.
+#[test]
+fn a_mesh_that_was_repaired_away_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| text(&folder.path().join(name)).to_owned();
+    let (input, glb) = (torus(folder.path()), path("nothing.glb"));
+    for command in ["convert", "repair"] {
+        let arguments = [command, &input, "-o", &glb, "--lenient", "--weld", "1000"];
+        let output = curvmesh(&arguments);
+        assert_eq!(output.status.code(), Some(4), "{command}");
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains("leave nothing") && said.contains("--allow-empty"), "{said}");
+        assert!(!Path::new(&glb).exists());
+        let allowed = curvmesh(&[arguments.as_slice(), &["--allow-empty"]].concat());
+        assert!(allowed.status.success(), "{command}");
+        std::fs::remove_file(&glb).unwrap();
+    }
+}

@@ -113,7 +113,8 @@ fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure
                 repairs.weld = weld;
             }
         }
-        assemble(&task.input, model, &repairs, false, console)
+        let loaded = assemble(&task.input, model, &repairs, false, console)?;
+        loading.check_left(&task.input, loaded)
     })?;
     let holes = options
         .fill_holes

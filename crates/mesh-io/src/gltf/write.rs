@@ -209,8 +209,8 @@ impl<'m> Plan<'m> {
         let asset = json!({ "version": "2.0", "generator": generator });
         write!(writer, "{{\"asset\":{asset},\n\"scene\":0,\n")?;
         if self.levels.is_empty() {
-            // An empty mesh has no data; glTF allows no empty arrays.
-            return writeln!(writer, "\"scenes\":[{{}}]}}");
+            // An empty mesh has no data, glTF allows no empty arrays, and not every reader a scene without nodes.
+            return writeln!(writer, "\"scenes\":[{{\"nodes\":[0]}}],\n\"nodes\":[{{}}]}}");
         }
         writeln!(writer, "\"scenes\":[{{\"nodes\":[0]}}],")?;
         if self.levels.len() > 1 {

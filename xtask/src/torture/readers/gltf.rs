@@ -75,3 +75,20 @@ fn embedded(uri: &str) -> Result<Vec<u8>, Complaint> {
     let (_, data) = uri.split_once(";base64,").ok_or("a buffer outside of the file")?;
     Ok(base64::engine::general_purpose::STANDARD.decode(data)?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::read;
+    use mesh_io::{Model, WriteOptions};
+
+    #[test]
+    fn an_empty_mesh_is_a_document_that_others_read() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["empty.glb", "empty.gltf"] {
+            let path = folder.path().join(name);
+            mesh_io::write(&path, &Model::default(), &WriteOptions::default()).unwrap();
+            let content = read(&path).map_err(|complaint| complaint.to_string()).unwrap();
+            assert!(content.positions.is_empty());
+        }
+    }
+}
