@@ -1,7 +1,8 @@
 //! Collapses by the driver in regions: for metrics that tiles do not know.
 //!
-//! Each region is collapsed as a mesh of its own, and then all that was done is done to the mesh once more,
-//! in the order of costs. That takes a fiftieth of the time, and cuts a pass off at just the wanted number.
+//! Each region is collapsed as a mesh of its own, by itself. Then all collapses are put into one order, by the
+//! largest cost so far in each region, which is cut off at just the wanted number of faces; and what is before
+//! that is done to the whole mesh once more, which takes less than a tenth of the time.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
