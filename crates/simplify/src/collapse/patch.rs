@@ -11,6 +11,7 @@
 //! ```
 
 use glam::DVec3;
+use mesh_core::edit::LegalCollapse;
 use mesh_core::{HalfEdgeId, TriMesh, VertexId};
 
 use crate::collapse::quadric::Quadric;
@@ -65,6 +66,15 @@ pub struct Collapse {
     pub kept_from: DVec3,
     /// Where the remaining vertex is now.
     pub position: DVec3,
+}
+
+impl Collapse {
+    /// What a collapse of a mesh does that has yet to be carried out.
+    pub(crate) fn new(mesh: &TriMesh, legal: &LegalCollapse, position: DVec3) -> Self {
+        let (removed, kept) = (legal.removed(), legal.kept());
+        let [removed_from, kept_from] = [removed, kept].map(|v| mesh.position(v));
+        Self { removed, kept, removed_from, kept_from, position }
+    }
 }
 
 impl PatchFace {

@@ -265,13 +265,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         let half_edge = patch.half_edge();
         let legal = mesh.topology().check_collapse(half_edge)?;
         let (removed, kept) = (legal.removed(), legal.kept());
-        let collapse = Collapse {
-            removed,
-            kept,
-            removed_from: mesh.position(removed),
-            kept_from: mesh.position(kept),
-            position: patch.position(place),
-        };
+        let collapse = Collapse::new(mesh, &legal, patch.position(place));
         if !collapse.position.is_finite() {
             return Err(Refusal::NotFinite);
         }

@@ -22,7 +22,7 @@ use crate::collapse::start::Start;
 use crate::collapse::stop::{Limits, StopReason};
 use crate::regions::excerpt::Excerpt;
 use crate::regions::partition::Partition;
-use crate::regions::pass::by_cost_so_far;
+use crate::regions::pass::{FORECAST, aim, by_cost_so_far};
 use crate::regions::sheet::Sheet;
 
 /// A run of the driver: with the quadrics of the vertices, what else it begins with, and limits.
@@ -36,19 +36,10 @@ pub(crate) type Drive<'a> = dyn Fn(
     + Sync
     + 'a;
 
-/// The fewest faces of a mesh that are worth being cut into regions: in one of fewer, rims stand out, and the
-/// driver has most of it in its cache anyway.
-const FEWEST: usize = 75_000;
-/// The same after the first pass.
+/// The fewest faces that are cut into regions after the first pass.
 const FEWEST_AGAIN: usize = 30_000;
-/// A pass leaves no fewer than one in so many faces; by then, rims stand out.
-const PASS: usize = 4;
-/// So many times the faces that are wanted are collapsed in one piece.
-const LAST: f64 = 1.25;
-/// Regions of which one is collapsed beforehand, to tell which cost leaves as many faces as the pass is
-/// to leave, but no fewer than two.
-const FORECAST: usize = 16;
-/// How far these are collapsed: to this part of what the pass is to leave.
+/// How far regions are collapsed that tell beforehand which cost leaves as many faces as the pass is to leave: to
+/// this part of these.
 const BEYOND: f64 = 0.6;
 /// Regions that are at work between two questions whether to go on.
 const WAVE: usize = 32;
@@ -110,14 +101,9 @@ pub(crate) fn collapse_driven(
     };
     let fixed = Fixed::new(mesh, constraints, Guards::default(), None);
     let mut passes = Passes { mesh, quadrics, fixed, run: Run::new() };
-    let last = (LAST * face_target as f64) as usize;
     for number in 0.. {
         let faces = passes.mesh.topology().face_count();
-        let aim = last.max(faces / PASS);
-        let fewest = if number == 0 { FEWEST } else { FEWEST_AGAIN };
-        if faces < fewest || 10 * aim > 9 * faces {
-            break;
-        }
+        let Some(aim) = aim(number, faces, face_target, FEWEST_AGAIN) else { break };
         let stop = passes.pass(number, aim, drive, &mut |faces, collapses| {
             let phase = Phase::Collapse;
             let now = Progress { phase, faces_before, faces, face_target, collapses };
@@ -237,16 +223,10 @@ impl Passes<'_> {
 
     /// Does to the mesh what was done to a part of it.
     fn follow(&mut self, entry: &LogEntry) {
-        let LogEntry { half_edge, removed, kept, position, .. } = *entry;
+        let LogEntry { half_edge, position, .. } = *entry;
         #[expect(clippy::expect_used, reason = "the part had all that decides over it")]
         let legal = self.mesh.topology().check_collapse(half_edge).expect("a legal collapse");
-        let collapse = Collapse {
-            removed,
-            kept,
-            removed_from: self.mesh.position(removed),
-            kept_from: self.mesh.position(kept),
-            position,
-        };
+        let collapse = Collapse::new(self.mesh, &legal, position);
         let collapsed = self.mesh.collapse(legal, position);
         self.quadrics.merge(&collapse);
         self.fixed.collapsed(self.mesh, &collapse, collapsed.merged_edges);
@@ -260,8 +240,9 @@ impl Passes<'_> {
         observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Run {
         if self.run.collapses == 0 {
-            let quadrics = self.quadrics.into_vec();
-            return drive(self.mesh, quadrics, Start::default(), limits, observe);
+            let (quadrics, borders) = (self.quadrics.into_vec(), self.fixed.borders().to_vec());
+            let start = Start { borders: Some(borders), ..Start::default() };
+            return drive(self.mesh, quadrics, start, limits, observe);
         }
         let partition = Partition::whole(&Sheet::new(self.mesh));
         let mut excerpt = Excerpt::new(self.mesh, &partition, 0);

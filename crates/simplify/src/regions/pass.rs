@@ -11,6 +11,25 @@ use crate::regions::rules::Rules;
 use crate::regions::sheet::Sheet;
 use crate::regions::tile::Step;
 
+/// The fewest faces of a mesh that are worth being cut into regions. In one of fewer, rims stand out, and as one
+/// piece it knows what lies across its sides; and it takes longer to look at some of few regions beforehand than
+/// is gained.
+const FEWEST: usize = 75_000;
+/// A pass leaves no fewer than one in so many faces; by then, rims stand out.
+const PASS: usize = 4;
+/// So many times the faces that are wanted are collapsed in one piece.
+const LAST: f64 = 1.25;
+/// Regions of which one is looked at beforehand, but no fewer than two.
+pub(super) const FORECAST: usize = 16;
+
+/// How many of the faces that there are a pass is to leave where `target` are wanted in the end; `None` when the
+/// rest is for one piece. `fewest_again` are the fewest faces that are cut into regions once more.
+pub(super) fn aim(pass: usize, faces: usize, target: usize, fewest_again: usize) -> Option<usize> {
+    let fewest = if pass == 0 { FEWEST } else { fewest_again };
+    let aim = ((LAST * target as f64) as usize).max(faces / PASS);
+    (faces >= fewest && 10 * aim <= 9 * faces).then_some(aim)
+}
+
 impl Sheet<'static> {
     /// Puts all regions of a sheet together again, in the order in which they were cut out.
     #[must_use]

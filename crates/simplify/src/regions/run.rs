@@ -12,24 +12,15 @@ use crate::collapse::run::{Phase, Progress, Run};
 use crate::collapse::stop::{Limits, StopReason};
 use crate::regions::ceiling::{Ceiling, Forecast};
 use crate::regions::partition::Partition;
-use crate::regions::pass::merge_steps;
+use crate::regions::pass::{FORECAST, aim, merge_steps};
 use crate::regions::region::{Done, Reduced, Region};
 use crate::regions::rules::Rules;
 use crate::regions::sheet::{Ordered, Sheet};
 use crate::regions::tile::Goal;
 use crate::regions::waiting::BUCKETS;
 
-/// The fewest faces of a mesh that are worth being cut into regions. As one piece it knows what lies across
-/// its sides, and it takes longer to look at some of few regions beforehand than is gained.
-const FEWEST: usize = 75_000;
-/// The same after the first pass, when all has to be found out anyway.
+/// The fewest faces that are cut into regions after the first pass, when all has to be found out anyway.
 const FEWEST_AGAIN: usize = 50_000;
-/// A pass leaves no fewer than one in so many faces; by then, rims stand out.
-const PASS: usize = 4;
-/// So many times the faces that are wanted are collapsed in one piece.
-const LAST: f64 = 1.25;
-/// Regions of which one is looked at beforehand, but no fewer than two.
-const FORECAST: usize = 16;
 /// Regions that are at work between two questions whether to go on.
 const WAVE: usize = 64;
 
@@ -103,14 +94,9 @@ pub(crate) fn collapse_sheet(
         stop: None,
     };
     let mut pass = 0;
-    let last = (LAST * target as f64) as usize;
     while passes.goes_on(sheet.face_count(), 0) {
         let faces = sheet.face_count();
-        let aim = last.max(faces / PASS);
-        let fewest = if pass == 0 { FEWEST } else { FEWEST_AGAIN };
-        if faces < fewest || 10 * aim > 9 * faces {
-            break;
-        }
+        let Some(aim) = aim(pass, faces, target, FEWEST_AGAIN) else { break };
         sheet = passes.pass(&sheet, pass, aim);
         pass += 1;
         if 20 * sheet.face_count() > 19 * faces {

@@ -121,13 +121,7 @@ impl CollapseLog {
             {
                 return Err(other(None));
             }
-            let done = Collapse {
-                removed,
-                kept,
-                removed_from: mesh.position(removed),
-                kept_from: mesh.position(kept),
-                position: entry.position,
-            };
+            let done = Collapse::new(&mesh, &collapse, entry.position);
             let collapsed = mesh.collapse(collapse, entry.position);
             marks.collapsed(&mesh, &done, collapsed.merged_edges);
         }
