@@ -151,8 +151,9 @@ pub struct PatchSizer<'e, 'a> {
     options: SizeOptions,
     max_radius: f64,
     probe: PatchProbe<'a>,
-    /// The curvatures of the ladder's rungs at the current point, which all shapes share.
-    rungs: Vec<Option<Result<DiscCurvature, CurvatureError>>>,
+    /// The curvatures at the current point by radius, in the order in which they were asked for; all
+    /// shapes share them.
+    discs: Vec<(f64, Result<DiscCurvature, CurvatureError>)>,
     /// The sections of the face's own planes at the current point.
     sections: Sections<'a>,
     /// Whether patches have become so large that a first look is quicker than a full test.
@@ -182,7 +183,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             options,
             max_radius: options.max_radius.unwrap_or_else(diagonal),
             probe: PatchProbe::new(mesh),
-            rungs: Vec::new(),
+            discs: Vec::new(),
             sections: Sections::default(),
             is_large: false,
             density: 0.0,
@@ -251,7 +252,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
 
     /// Forgets what is known about another point.
     fn start(&mut self) {
-        self.rungs.clear();
+        self.discs.clear();
         self.accepted = None;
         self.probe.start();
     }
@@ -319,9 +320,10 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
 
     /// What to say about a point without admissible radius.
     fn unfit(&self, smallest: f64, stop: StopReason) -> Unfit {
-        let mut known = self.rungs.iter().flatten();
-        match known.clone().find_map(|rung| rung.err()) {
-            Some(error) if known.all(Result::is_err) => Unfit::Curvature(error),
+        match self.discs.first() {
+            Some(&(_, Err(error))) if self.discs.iter().all(|(_, disc)| disc.is_err()) => {
+                Unfit::Curvature(error)
+            }
             _ => Unfit::NoRadius { smallest, stop },
         }
     }
@@ -338,14 +340,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         if radius > self.max_radius {
             return Err(StopReason::MaxRadius);
         }
-        if self.rungs.len() <= rung {
-            self.rungs.resize(rung + 1, None);
-        }
-        let (estimator, sections) = (self.estimator, &mut self.sections);
-        let curvature =
-            self.rungs[rung].get_or_insert_with(|| estimator.at_again(sections, point, radius));
-        let curvature = curvature.map_err(|_| StopReason::Boundary)?;
-        self.try_curvature(point, shape, curvature)
+        self.try_radius(point, shape, radius)
     }
 
     /// The patch of a radius, unless a first look tells that it is not admissible.
@@ -355,8 +350,23 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         shape: Shape,
         radius: f64,
     ) -> Result<Tried, StopReason> {
-        let curvature = self.estimator.at_again(&mut self.sections, point, radius);
-        self.try_curvature(point, shape, curvature.map_err(|_| StopReason::Boundary)?)
+        let curvature = self.curvature(point, radius).map_err(|_| StopReason::Boundary)?;
+        self.try_curvature(point, shape, curvature)
+    }
+
+    /// The curvature of a disc round the current point.
+    fn curvature(
+        &mut self,
+        point: SurfacePoint,
+        radius: f64,
+    ) -> Result<DiscCurvature, CurvatureError> {
+        let known = self.discs.iter().find(|(known, _)| *known == radius);
+        if let Some((_, disc)) = known {
+            return *disc;
+        }
+        let disc = self.estimator.at_again(&mut self.sections, point, radius);
+        self.discs.push((radius, disc));
+        disc
     }
 
     fn try_curvature(
