@@ -54,7 +54,7 @@ impl Default for AnnealOptions {
             time_limit: None,
             rounds: 12,
             share: 0.03,
-            samples_per_face: 30,
+            samples_per_face: 120,
             fit,
         }
     }
@@ -141,6 +141,7 @@ pub(crate) fn anneal_observed(
             seed: options.fit.seed,
             forbid_intersections: options.fit.forbid_intersections,
             deadline,
+            is_smooth: false,
         };
         let settle = FitOptions { rounds: options.fit.rounds.max(SETTLE), ..options.fit };
         let mut density = Density::new(&state.mesh, original, power)?;

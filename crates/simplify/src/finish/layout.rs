@@ -13,12 +13,14 @@
 //! that the curvature wants, not an equilateral one.
 //!
 //! All of this holds where K > 0. On a saddle straight lines lie on the surface, and any thin triangle
-//! along them is as good as a round one, to first order. So what happens at faces with the original on
-//! both sides is left to the fit.
+//! along them is as good as a round one, to first order. So at faces with the original on both sides
+//! edges are flipped by the metric of the [density](crate::finish::density) instead, in which the best of
+//! these shapes are equilateral as well. That is for smooth surfaces; on others such faces are as likely
+//! to be at a detail, and are left to the fit.
 
 use std::time::Instant;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use mesh_core::shapes::SplitMix64;
 use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId, parallel};
 use mesh_metric::{Surface, closest_on_triangle};
@@ -40,6 +42,9 @@ pub(crate) struct Schedule {
     pub(crate) seed: u64,
     pub(crate) forbid_intersections: bool,
     pub(crate) deadline: Option<Instant>,
+    /// Whether the surface is taken to be smooth, and faces with the original on both sides are laid out
+    /// as well.
+    pub(crate) is_smooth: bool,
 }
 
 impl Schedule {
@@ -56,6 +61,8 @@ const DOMED: f64 = 0.8;
 /// How much round triangles are preferred, relative to close ones: a little, so that those at places
 /// without curvature keep a shape.
 const ROUNDNESS: f64 = 0.1;
+/// What a flip leaves of the error at most.
+const NOTICEABLE: f64 = 1.0 - 1e-9;
 /// How often smoothing is repeated in a sweep.
 const SMOOTHINGS: usize = 2;
 /// How often all edges are tried after that.
@@ -89,6 +96,7 @@ pub(crate) fn anneal_layout(
         faces: Vec::new(),
         touched: Vec::new(),
         domed: Vec::new(),
+        metrics: schedule.is_smooth.then(Vec::new),
         roundness: 0.0,
     };
     let start = Instant::now();
@@ -155,6 +163,8 @@ struct Layout<'a> {
     touched: Vec<(u32, u32, f64)>,
     /// Which faces have the original on one side of them.
     domed: Vec<bool>,
+    /// The metric of each face, where the surface is taken to be smooth.
+    metrics: Option<Vec<DMat3>>,
     /// How much the [`spread`] of a face counts.
     roundness: f64,
 }
@@ -178,35 +188,44 @@ impl Layout<'_> {
         self.lists = FaceLists::new(topology.face_capacity());
         self.domed = vec![false; topology.face_capacity()];
         self.densities = vec![0.0; topology.face_capacity()];
-        let mut excesses = Vec::with_capacity(count);
+        if let Some(metrics) = &mut self.metrics {
+            *metrics = vec![DMat3::ZERO; topology.face_capacity()];
+            for (&face, (_, places)) in faces.iter().zip(&feet) {
+                let all = places.iter().map(|&place| self.density.metric(place));
+                metrics[face.index()] = all.fold(DMat3::ZERO, |sum, metric| sum + metric);
+            }
+        }
+        let mut found = Vec::with_capacity(count);
         for (&face, (feet, places)) in faces.iter().zip(&feet) {
-            let mean = |of: &dyn Fn(FaceId) -> f64| {
-                places.iter().map(|&place| of(place)).sum::<f64>() / PLACES as f64
-            };
-            self.densities[face.index()] = mean(&|place| self.density.at(place));
-            let wanted = mean(&|place| self.density.wanted(place));
+            let densities = places.iter().map(|&place| self.density.at(place));
+            self.densities[face.index()] = densities.sum::<f64>() / PLACES as f64;
             let triangle = self.mesh.triangle(face);
             let cross = cross(triangle);
-            let (mut sum, mut absolute) = (0.0, 0.0);
+            let area = 0.5 * cross.length();
+            let (mut sum, mut absolute, mut squares) = (0.0, 0.0, 0.0);
             for &foot in feet {
                 self.lists.push(face, self.points.len() as u32);
                 self.points.push(foot);
-                self.shares.push(0.5 * cross.length() / PLACES as f64);
+                self.shares.push(area / PLACES as f64);
                 let offset = closest_on_triangle(foot, &triangle);
                 self.squares.push(offset.length_squared());
-                let height = offset.dot(cross);
+                let height = offset.dot(cross) / cross.length();
                 sum += height;
                 absolute += height.abs();
+                squares += height * height;
             }
             let is_domed = sum.abs() > DOMED * absolute;
             self.domed[face.index()] = is_domed;
-            let excess = (0.5 * cross.length() * wanted).ln();
-            if is_domed {
-                excesses.extend(places.iter().map(|&place| (place, excess)));
+            if is_domed || self.metrics.is_some() {
+                // The fit is going to move the face by the mean.
+                let count = PLACES as f64;
+                let variance = squares / count - (sum / count).powi(2);
+                let wanted = self.density.faces_for(area, variance);
+                found.extend(places.iter().map(|&place| (place, wanted)));
             }
         }
-        self.density.follow(excesses.into_iter());
-        let spreads = faces.iter().map(|&f| spread(self.mesh.triangle(f)));
+        self.density.follow(found.into_iter());
+        let spreads = faces.iter().map(|&f| spread(DMat3::IDENTITY, self.mesh.triangle(f)));
         let all = self.squares.iter().zip(&self.shares).map(|(squared, share)| share * squared);
         let ratio = all.sum::<f64>() / spreads.sum::<f64>();
         self.roundness = if ratio.is_finite() { ROUNDNESS * ratio } else { 0.0 };
@@ -224,15 +243,17 @@ impl Layout<'_> {
         self.move_to(&places);
     }
 
-    /// Makes every vertex jump at random along the mesh.
+    /// Makes every vertex jump at random along the mesh: less far where its faces are narrower, as all of
+    /// this does not change under affine maps.
     fn jump(&mut self, size: f64, random: &mut SplitMix64) {
         let topology = self.mesh.topology();
         let targets = self.movable.iter().map(|&v| {
             let at = self.mesh.position(v);
-            let lengths = topology.one_ring(v).map(|w| self.mesh.position(w).distance(at));
-            let length = lengths.sum::<f64>() / topology.valence(v).max(1) as f64;
-            let shift = DVec3::new(random.normal(), random.normal(), random.normal());
-            at + size * length * shift.reject_from_normalized(self.normal(v))
+            let spokes = topology.one_ring(v).map(|w| self.mesh.position(w) - at);
+            let shift = spokes.map(|spoke| random.normal() * spoke).sum::<DVec3>();
+            // Spokes in all directions, of squared length l², sum up to valence / 2 l² in each.
+            let scale = (2.0 / topology.valence(v).max(1) as f64).sqrt();
+            at + size * scale * shift.reject_from_normalized(self.normal(v))
         });
         let targets: Vec<DVec3> = targets.collect();
         self.move_to(&targets);
@@ -278,7 +299,9 @@ impl Layout<'_> {
         for (&v, foot) in self.movable.iter().zip(feet) {
             let to = foot.point;
             let topology = self.mesh.topology();
-            if !topology.faces_of_vertex(v).all(|face| self.domed[face.index()]) {
+            if self.metrics.is_none()
+                && !topology.faces_of_vertex(v).all(|face| self.domed[face.index()])
+            {
                 continue;
             }
             let keeps = topology.faces_of_vertex(v).all(|face| {
@@ -313,9 +336,12 @@ impl Layout<'_> {
             return;
         }
         let [Some(left), Some(right)] = topology.edge_faces(edge) else { return };
-        if !(self.domed[left.index()] && self.domed[right.index()]) {
-            return;
-        }
+        let is_domed = self.domed[left.index()] && self.domed[right.index()];
+        let metric = match &self.metrics {
+            _ if is_domed => None,
+            Some(metrics) => Some(metrics[left.index()] + metrics[right.index()]),
+            None => return,
+        };
         let [h, twin] = edge.half_edges();
         let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return };
         let [a, b] = topology.edge_vertices(edge);
@@ -327,7 +353,17 @@ impl Layout<'_> {
         }
         self.faces.clear();
         self.faces.extend([left, right]);
-        if !self.reassign(&triangles, 1.0 - 1e-9) {
+        let is_closer = match metric {
+            Some(metric) => {
+                let sum = |triangles: [[DVec3; 3]; 2]| -> f64 {
+                    triangles.iter().map(|&triangle| spread(metric, triangle)).sum()
+                };
+                let before = [left, right].map(|face| self.mesh.triangle(face));
+                sum(triangles) < NOTICEABLE * sum(before)
+            }
+            None => self.reassign(&triangles, NOTICEABLE),
+        };
+        if !is_closer {
             return;
         }
         let Ok(legal) = self.mesh.topology().check_flip(edge) else { return };
@@ -341,6 +377,12 @@ impl Layout<'_> {
             }
         }
         self.mesh.flip(legal);
+        if let (Some(metrics), Some(sum)) = (&mut self.metrics, metric) {
+            for face in [left, right] {
+                self.domed[face.index()] = false;
+                metrics[face.index()] = 0.5 * sum;
+            }
+        }
         // Which of the two faces is which may have changed: the samples go by what is there.
         let now = self.faces.iter().map(|&face| self.mesh.triangle(face)).collect::<Vec<_>>();
         self.reassign(&now, f64::INFINITY);
@@ -355,8 +397,9 @@ impl Layout<'_> {
             self.touched.extend(self.lists.of_face(face).map(|sample| (sample, 0, 0.0)));
         }
         let before: f64 = self.touched.iter().map(|t| self.error(t.0)).sum();
-        let spread_before: f64 = self.faces.iter().map(|&f| spread(self.mesh.triangle(f))).sum();
-        let spread_after: f64 = triangles.iter().map(|&t| spread(t)).sum();
+        let spread_before: f64 =
+            self.faces.iter().map(|&f| spread(DMat3::IDENTITY, self.mesh.triangle(f))).sum();
+        let spread_after: f64 = triangles.iter().map(|&t| spread(DMat3::IDENTITY, t)).sum();
         let mut left = if part.is_finite() {
             part * (before + self.roundness * spread_before) - self.roundness * spread_after
         } else {
@@ -399,10 +442,11 @@ fn cross([p, q, r]: [DVec3; 3]) -> DVec3 {
 }
 
 /// What the distance of a triangle would be, squared and integrated, over a surface that is curved
-/// alike in all directions: its area times the square of the sum of its squared sides, up to a factor.
-fn spread(triangle: [DVec3; 3]) -> f64 {
+/// alike in all directions of a metric: its area times the square of the sum of its squared sides, up to a
+/// factor.
+fn spread(metric: DMat3, triangle: [DVec3; 3]) -> f64 {
     let [a, b, c] = triangle;
-    let sides = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
+    let sides = [b - a, c - b, a - c].map(|side| side.dot(metric * side)).iter().sum::<f64>();
     area(&triangle) * sides * sides
 }
 

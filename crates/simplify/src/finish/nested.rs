@@ -69,7 +69,7 @@ pub(crate) fn lay_out_nested(
     if mesh.topology().face_count() > coarse.faces {
         return Ok(None);
     }
-    let mut schedule = *schedule;
+    let mut schedule = Schedule { is_smooth: true, ..*schedule };
     let fit = FitOptions { rounds: ROUNDS, ..*fit };
     let mut sweeps = 0;
     for stage in (0..=stages).rev() {
