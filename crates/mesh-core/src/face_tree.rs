@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::extent::Extent;
+use crate::fan::Fan;
 use crate::handle::FaceId;
 use crate::measure::BoundingBox;
 use crate::mesh::TriMesh;
@@ -15,8 +17,8 @@ use crate::mesh::TriMesh;
 /// and asks for a new tree.
 #[derive(Clone, Debug)]
 pub struct FaceTree {
-    /// The boxes, the root first; the children of box i are 2i + 1 and 2i + 2.
-    boxes: Vec<BoundingBox>,
+    /// The root first; the children of node i are 2i + 1 and 2i + 2.
+    nodes: Vec<Node>,
     /// The faces, leaf after leaf.
     faces: Vec<FaceId>,
     /// The leaf of each face, by face index; [`NONE`] for faces that are not in the tree.
@@ -28,12 +30,48 @@ pub struct FaceTree {
     leaves: usize,
 }
 
+/// What is known of the faces of a leaf, or of all leaves below.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Node {
+    bounds: BoundingBox,
+    fan: Option<Fan>,
+}
+
 const FACES_PER_LEAF: usize = 4;
 
 /// No leaf.
 const NONE: u32 = u32::MAX;
 
-const EMPTY: BoundingBox = BoundingBox { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+impl Node {
+    const EMPTY: Self =
+        Self { bounds: BoundingBox { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY }, fan: None };
+
+    fn is_empty(&self) -> bool {
+        self.bounds.min.x > self.bounds.max.x
+    }
+
+    fn new(mesh: &TriMesh, faces: &(impl Iterator<Item = FaceId> + Clone)) -> Self {
+        let boxes = faces.clone().map(|f| BoundingBox::of_triangle(mesh.triangle(f)));
+        Self { bounds: boxes.fold(Self::EMPTY.bounds, union), fan: Fan::new(mesh, faces) }
+    }
+
+    fn join(self, other: Self) -> Self {
+        let fan = match (self.fan, other.fan) {
+            (fan, _) if other.is_empty() => fan,
+            (_, fan) if self.is_empty() => fan,
+            (Some(fan), Some(other)) => fan.join(other),
+            _ => None,
+        };
+        Self { bounds: union(self.bounds, other.bounds), fan }
+    }
+
+    fn may_cross(&self, mesh: &TriMesh, triangle: &Extent) -> bool {
+        match self.fan {
+            Some(fan) => fan.may_cross(mesh, self.bounds, triangle),
+            None => triangle.may_meet(self.bounds),
+        }
+    }
+}
 
 impl FaceTree {
     /// The tree over all faces of a mesh. Takes O(n log n) time.
@@ -44,7 +82,7 @@ impl FaceTree {
         let leaves = faces.len().div_ceil(FACES_PER_LEAF).next_power_of_two();
         arrange(mesh, &mut faces, leaves);
         let mut tree = Self {
-            boxes: vec![EMPTY; 2 * leaves - 1],
+            nodes: vec![Node::EMPTY; 2 * leaves - 1],
             leaf_of_face: vec![NONE; topology.face_capacity()],
             added_to_leaf: Vec::new(),
             added_before: Vec::new(),
@@ -55,10 +93,10 @@ impl FaceTree {
             for i in tree.range(leaf) {
                 tree.leaf_of_face[tree.faces[i].index()] = leaf as u32;
             }
-            tree.boxes[leaves - 1 + leaf] = tree.leaf_box(mesh, leaf);
+            tree.nodes[leaves - 1 + leaf] = tree.leaf_node(mesh, leaf);
         }
         for node in (0..leaves - 1).rev() {
-            tree.boxes[node] = union(tree.boxes[2 * node + 1], tree.boxes[2 * node + 2]);
+            tree.nodes[node] = tree.nodes[2 * node + 1].join(tree.nodes[2 * node + 2]);
         }
         tree
     }
@@ -80,16 +118,15 @@ impl FaceTree {
     }
 
     /// The faces of a leaf, removed ones included.
-    fn faces_of_leaf(&self, leaf: usize) -> impl Iterator<Item = FaceId> + '_ {
+    fn faces_of_leaf(&self, leaf: usize) -> impl Iterator<Item = FaceId> + Clone + '_ {
         let last = self.added_to_leaf.get(leaf).copied().flatten();
         let before = |face: &FaceId| self.added_before.get(face.index()).copied().flatten();
         let added = core::iter::successors(last, before);
         self.faces[self.range(leaf)].iter().copied().chain(added)
     }
 
-    fn leaf_box(&self, mesh: &TriMesh, leaf: usize) -> BoundingBox {
-        let live = self.faces_of_leaf(leaf).filter(|&f| mesh.topology().contains_face(f));
-        live.map(|f| BoundingBox::of_triangle(mesh.triangle(f))).fold(EMPTY, union)
+    fn leaf_node(&self, mesh: &TriMesh, leaf: usize) -> Node {
+        Node::new(mesh, &self.faces_of_leaf(leaf).filter(|&f| mesh.topology().contains_face(f)))
     }
 
     /// Follows an edit: these faces have new corners, are new, or are gone. Faces that were never in
@@ -103,14 +140,14 @@ impl FaceTree {
                 None => continue,
             };
             let mut node = self.leaves - 1 + leaf;
-            self.boxes[node] = self.leaf_box(mesh, leaf);
+            self.nodes[node] = self.leaf_node(mesh, leaf);
             while node > 0 {
                 node = (node - 1) / 2;
-                let both = union(self.boxes[2 * node + 1], self.boxes[2 * node + 2]);
-                if self.boxes[node] == both {
+                let both = self.nodes[2 * node + 1].join(self.nodes[2 * node + 2]);
+                if self.nodes[node] == both {
                     break;
                 }
-                self.boxes[node] = both;
+                self.nodes[node] = both;
             }
         }
     }
@@ -122,7 +159,7 @@ impl FaceTree {
         let mut node = 0;
         while node < self.leaves - 1 {
             let [low, high] = [2 * node + 1, 2 * node + 2];
-            let is_higher = growth(self.boxes[high]) < growth(self.boxes[low]);
+            let is_higher = growth(self.nodes[high].bounds) < growth(self.nodes[low].bounds);
             node = if is_higher { high } else { low };
         }
         let leaf = node + 1 - self.leaves;
@@ -145,6 +182,27 @@ impl FaceTree {
         &self,
         mesh: &TriMesh,
         bounds: BoundingBox,
+        has: impl FnMut(FaceId) -> bool,
+    ) -> Option<FaceId> {
+        self.search(mesh, |node| node.bounds.meets(bounds), has)
+    }
+
+    /// The first face with a property among all faces that cross a triangle, as
+    /// [`triangles_cross`](crate::triangles_cross) tells, and some more. Vertices of the triangle that
+    /// belong to a face must be where they are in the mesh, if the face is to count.
+    pub fn find_crossing(
+        &self,
+        mesh: &TriMesh,
+        triangle: &Extent,
+        has: impl FnMut(FaceId) -> bool,
+    ) -> Option<FaceId> {
+        self.search(mesh, |node| node.may_cross(mesh, triangle), has)
+    }
+
+    fn search(
+        &self,
+        mesh: &TriMesh,
+        may_have: impl Fn(&Node) -> bool,
         mut has: impl FnMut(FaceId) -> bool,
     ) -> Option<FaceId> {
         // One open node per level at most, besides the current one.
@@ -153,7 +211,7 @@ impl FaceTree {
         while count > 0 {
             count -= 1;
             let node = open[count];
-            if !meet(self.boxes[node], bounds) {
+            if !may_have(&self.nodes[node]) {
                 continue;
             }
             if node >= self.leaves - 1 {
@@ -192,10 +250,6 @@ fn arrange(mesh: &TriMesh, faces: &mut [FaceId], leaves: usize) {
 
 fn union(a: BoundingBox, b: BoundingBox) -> BoundingBox {
     BoundingBox { min: a.min.min(b.min), max: a.max.max(b.max) }
-}
-
-fn meet(a: BoundingBox, b: BoundingBox) -> bool {
-    a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
 }
 
 /// The sum of the edge lengths; 0 for the empty box.

@@ -8,9 +8,12 @@ pub mod compact;
 pub mod connectivity;
 pub mod crossing;
 pub mod diagnose;
+mod directions;
 pub mod disjoint_sets;
 pub mod edit;
+pub mod extent;
 pub mod face_tree;
+mod fan;
 pub mod fill;
 pub mod handle;
 pub mod hinges;
@@ -43,6 +46,8 @@ pub use connectivity::Components;
 pub use crossing::triangles_cross;
 #[doc(inline)]
 pub use diagnose::{Diagnosis, diagnose};
+#[doc(inline)]
+pub use extent::Extent;
 #[doc(inline)]
 pub use face_tree::FaceTree;
 pub use glam;

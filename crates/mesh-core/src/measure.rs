@@ -40,6 +40,12 @@ impl BoundingBox {
         Self { min: a.min(b).min(c), max: a.max(b).max(c) }
     }
 
+    /// Whether two boxes have a point in common.
+    #[must_use]
+    pub fn meets(&self, other: Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
     /// The length of the diagonal.
     #[must_use]
     pub fn diagonal(&self) -> f64 {

@@ -5,6 +5,7 @@ mod butterfly;
 mod diagnose;
 mod downstream;
 mod edits;
+mod extents;
 mod faces;
 mod serde;
 mod shapes;

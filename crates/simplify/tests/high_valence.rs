@@ -7,8 +7,8 @@ use core::sync::atomic::{AtomicU64, Ordering};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use glam::DVec3;
-use mesh_core::TriMesh;
+use glam::{DQuat, DVec3, EulerRot};
+use mesh_core::{Extent, FaceTree, TriMesh, VertexId};
 use simplify::{
     Cost, EdgePatch, FinishOptions, Limits, Memoryless, Optimal, Options, Policies, Policy, Preset,
     Quadric, Scratch, StopReason, Update, collapse_edges, simplify,
@@ -89,5 +89,51 @@ fn cones_of_sixty_thousand_faces_are_collapsed() {
             let faces = topology.face_count();
             assert!((1999..=2000).contains(&faces), "{preset}: {faces} {:?}", result.refusals);
         }
+    }
+}
+
+/// How many faces of a mesh are compared with the faces of some of its vertices once these have moved a
+/// little.
+fn faces_compared(mesh: &TriMesh, vertices: impl Iterator<Item = u32>) -> usize {
+    let (topology, tree) = (mesh.topology(), FaceTree::new(mesh));
+    let mut compared = 0;
+    for moved in vertices.map(VertexId::new) {
+        for face in topology.faces_of_vertex(moved) {
+            let corners = topology.face_vertices(face);
+            let place = |v| mesh.position(v) * if v == moved { 1.0001 } else { 1.0 };
+            let extent = Extent::new((corners, corners.map(place)));
+            tree.find_crossing(mesh, &extent, |_| {
+                compared += 1;
+                false
+            });
+        }
+    }
+    compared
+}
+
+#[test]
+fn a_face_of_a_cone_is_compared_with_few_others_for_intersections() {
+    let flat = |faces: u32| {
+        let mut mesh = cone(faces, true);
+        mesh.positions_mut().iter_mut().for_each(|p| p.z = p.z.max(0.0));
+        mesh
+    };
+    let turned = |faces: u32| {
+        let mut mesh = cone(faces, true);
+        let turn = DQuat::from_euler(EulerRot::XYZ, 0.7, 0.5, 0.0);
+        mesh.positions_mut().iter_mut().for_each(|p| *p = turn * *p);
+        mesh
+    };
+    let shapes: [(&str, &dyn Fn(u32) -> TriMesh); 4] = [
+        ("open", &|faces| cone(faces, false)),
+        ("closed", &|faces| cone(faces, true)),
+        ("flat below", &flat),
+        ("turned", &turned),
+    ];
+    for (name, shape) in shapes {
+        let [small, large] = [1000, 8000]
+            .map(|faces| faces_compared(&shape(faces), (0..faces).step_by(faces as usize / 50)));
+        // Eight times as many if a share of all of them is.
+        assert!(large < 2 * small, "{name}: {small} {large}");
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mesh_core::crossing::Triangle;
-use mesh_core::{BoundingBox, FaceId, FaceTree, TriMesh, VertexId, triangles_cross};
+use mesh_core::{Extent, FaceId, FaceTree, TriMesh, VertexId, triangles_cross};
 
 use crate::collapse::contact::Contacts;
 
@@ -23,7 +23,6 @@ pub(crate) struct Intersections {
 }
 
 /// The most faces of a vertex whose move is looked at; with more it counts as one that crosses.
-/// All pairs of the faces that change are looked at, so that time grows with the square.
 const MOST_FACES: usize = 512;
 
 impl Intersections {
@@ -54,21 +53,26 @@ impl Intersections {
     ) -> bool {
         let topology = mesh.topology();
         let now = |f: FaceId| (topology.face_vertices(f), mesh.triangle(f));
-        let is_new = |new: &ChangedFace, other: FaceId, triangle: Triangle| {
-            self.cross(new.triangle, triangle) && !self.cross(now(new.face), now(other))
+        let is_new = |face: FaceId, new: Triangle, other: FaceId, triangle: Triangle| {
+            self.cross(new, triangle) && !self.cross(now(face), now(other))
         };
-        let among_changed = changed.iter().enumerate().any(|(i, first)| {
-            changed[..i].iter().any(|second| is_new(first, second.face, second.triangle))
+        let extents: Vec<Extent> = changed.iter().map(|new| Extent::new(new.triangle)).collect();
+        let among_changed = any_pair(&extents, |i, j| {
+            let [first, second] = [i, j].map(|k| &changed[k]);
+            is_new(first.face, first.triangle, second.face, second.triangle)
         });
-        among_changed
-            || changed.iter().any(|new| {
-                let bounds = BoundingBox::of_triangle(new.triangle.1);
-                let crossed = self.tree.find(mesh, bounds, |f| {
-                    let stays = !gone.contains(&f) && changed.iter().all(|c| c.face != f);
-                    stays && is_new(new, f, now(f))
-                });
-                crossed.is_some()
-            })
+        if among_changed {
+            return true;
+        }
+        let mut edited: Vec<FaceId> =
+            changed.iter().map(|new| new.face).chain(gone.iter().copied()).collect();
+        edited.sort_unstable();
+        changed.iter().zip(&extents).any(|(new, extent)| {
+            let crossed = self.tree.find_crossing(mesh, extent, |f| {
+                edited.binary_search(&f).is_err() && is_new(new.face, new.triangle, f, now(f))
+            });
+            crossed.is_some()
+        })
     }
 
     /// Whether a split makes faces cross: those that take the place of `gone` each other, or others
@@ -87,8 +91,7 @@ impl Intersections {
             .any(|(i, first)| new[..i].iter().any(|second| triangles_cross(*first, *second)));
         among_new
             || new.iter().any(|&triangle| {
-                let bounds = BoundingBox::of_triangle(triangle.1);
-                let crossed = self.tree.find(mesh, bounds, |f| {
+                let crossed = self.tree.find_crossing(mesh, &Extent::new(triangle), |f| {
                     !gone.contains(&f)
                         && self.cross(triangle, now(f))
                         && !gone.iter().any(|&before| self.cross(now(before), now(f)))
@@ -130,4 +133,23 @@ impl Intersections {
             self.tree.update(mesh, faces);
         }
     }
+}
+
+/// Whether any two triangles that may cross have a property, which is asked for with the larger index
+/// first.
+fn any_pair(extents: &[Extent], mut has: impl FnMut(usize, usize) -> bool) -> bool {
+    // In the order of where they begin, seen from the vertex that all have in common if there is
+    // one, each can meet only those that begin before it ends.
+    let hub = extents.first().and_then(|first| {
+        first.triangle.0.into_iter().find(|v| extents.iter().all(|e| e.triangle.0.contains(v)))
+    });
+    let mut order: Vec<([f64; 2], usize)> =
+        extents.iter().enumerate().map(|(i, extent)| (extent.along_x(hub), i)).collect();
+    order.sort_unstable_by(|(a, _), (b, _)| a[0].total_cmp(&b[0]));
+    order.iter().enumerate().any(|(place, &([_, end], i))| {
+        let others = order[place + 1..].iter().take_while(|([start, _], _)| *start <= end);
+        others
+            .map(|&(_, j)| j)
+            .any(|j| extents[i].may_cross(&extents[j]) && has(i.max(j), i.min(j)))
+    })
 }

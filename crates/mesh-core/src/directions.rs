@@ -1,0 +1,74 @@
+//! The directions in which something is seen from a point.
+
+use glam::{DVec3, Vec3};
+
+/// A box round unit vectors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Directions {
+    pub(crate) low: Vec3,
+    pub(crate) high: Vec3,
+}
+
+/// More than the rounding of a direction.
+const ROUNDING: f64 = 1e-6;
+
+impl Directions {
+    const ALL: Self = Self { low: Vec3::splat(-2.0), high: Vec3::splat(2.0) };
+
+    /// Those of a triangle, as one of its corners sees it.
+    pub(crate) fn from_corner([a, b, c]: [DVec3; 3], corner: usize) -> Self {
+        let (from, ends) = match corner {
+            0 => (a, [b, c]),
+            1 => (b, [c, a]),
+            _ => (c, [a, b]),
+        };
+        let [Some(p), Some(q)] = ends.map(|end| direction(from, end)) else { return Self::ALL };
+        // The arc leaves its chord by 1 - cos(angle / 2), which is less than this.
+        let beyond = DVec3::splat(0.25 * p.distance_squared(q) + ROUNDING);
+        let (low, high) = (p.min(q) - beyond, p.max(q) + beyond);
+        Self { low: low.as_vec3(), high: high.as_vec3() }
+    }
+
+    pub(crate) fn union(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    pub(crate) fn meet(self, other: Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+
+    /// The sum of the edge lengths.
+    pub(crate) fn size(self) -> f32 {
+        (self.high - self.low).element_sum()
+    }
+
+    /// The largest product with a vector.
+    fn reach(self, normal: DVec3) -> f64 {
+        let [low, high] = [self.low, self.high].map(|end| end.as_dvec3() * normal);
+        low.max(high).element_sum()
+    }
+
+    /// Whether a triangle is seen in other directions from `from`: a plane through that point and
+    /// one of the sides has them on one side of it, and the triangle on the other.
+    pub(crate) fn are_beside(self, from: DVec3, triangle: [DVec3; 3]) -> bool {
+        // Of products of three unit vectors.
+        const ROUNDING: f64 = 1e-13;
+        let [Some(a), Some(b), Some(c)] = triangle.map(|corner| direction(from, corner)) else {
+            return false;
+        };
+        let normal = a.cross(b);
+        let turn = normal.dot(c).signum();
+        if normal.dot(c).abs() <= ROUNDING {
+            return false;
+        }
+        let sides = [normal, b.cross(c), c.cross(a)];
+        sides.into_iter().any(|normal| self.reach(turn * normal) < -ROUNDING)
+    }
+}
+
+/// `None` where there is none, or so far that numbers end.
+fn direction(from: DVec3, to: DVec3) -> Option<DVec3> {
+    let direction = (to - from).normalize();
+    let error = (direction.length_squared() - 1.0).abs();
+    (error < ROUNDING * ROUNDING).then_some(direction)
+}
