@@ -13,6 +13,7 @@ use mesh_core::parallel;
 
 use crate::needles::{Piece, bounds_of, pieces};
 use crate::proved::at_least;
+use crate::slab::Slab;
 use crate::wide::{Columns, LANES, Wide, closest_on_triangles, squared_gaps};
 
 /// Below this many triangles a part is ordered by one thread.
@@ -33,6 +34,8 @@ pub(crate) struct Bvh {
     original: Vec<u32>,
     /// What of the triangle in each place the boxes are round; nothing where that is all of it.
     pieces: Vec<Piece>,
+    /// What the triangles of each leaf are between, where some have several pieces.
+    slabs: Vec<Slab>,
     /// Every triangle once, in the order of the leaves, where some have several pieces.
     in_space: Vec<u32>,
 }
@@ -144,6 +147,7 @@ impl Bvh {
             heights: Vec::new(),
             original: Vec::new(),
             pieces: Vec::new(),
+            slabs: Vec::new(),
             in_space: Vec::new(),
         };
         if let Some((triangles, pieces)) = pieces(&corners, count) {
@@ -185,6 +189,12 @@ impl Bvh {
             let above = nodes(below.len(), |node| below[node].bounds());
             heights.push(above);
         }
+        if !pieces.is_empty() {
+            let slab = |leaf: usize| {
+                Slab::new([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| leaves[leaf].triangle(lane)))
+            };
+            self.slabs = parallel::collect(leaves.len(), slab);
+        }
         (self.leaves, self.heights) = (leaves, heights);
     }
 
@@ -217,6 +227,7 @@ impl Bvh {
 
     #[inline(always)]
     pub(crate) fn nearest_with<S: Simd>(&self, simd: S, point: DVec3, guess: u32) -> Nearest {
+        let place = point;
         let point = Wide::splat(simd, point);
         let first = guess / LANES as u32;
         let mut best = self.nearest_in_leaf(simd, point, first);
@@ -229,7 +240,7 @@ impl Bvh {
             if task.height > 0 {
                 let squares = squared_gaps([point, point], self.node(task).wide(simd));
                 tasks.push_children(task, squares, best.squared);
-            } else if task.index != first {
+            } else if task.index != first && !self.is_beside(place, task.index, best.squared) {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);
                 if candidate.squared < best.squared {
                     best = candidate;
@@ -291,6 +302,7 @@ impl Bvh {
         than: f64,
         tasks: &mut Tasks,
     ) -> Option<Nearest> {
+        let place = point;
         let point = Wide::splat(simd, point);
         let mut best = None;
         let mut enough = than * than;
@@ -302,7 +314,7 @@ impl Bvh {
             if task.height > 0 {
                 let squares = squared_gaps([point, point], self.node(task).wide(simd));
                 tasks.push_children(task, squares, enough);
-            } else {
+            } else if !self.is_beside(place, task.index, enough) {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);
                 if candidate.squared < enough {
                     enough = candidate.squared;
@@ -339,6 +351,21 @@ impl Bvh {
             }
         }
         nearest
+    }
+
+    /// Whether the needles of a leaf are farther than the root of a number, though its box may be nearer.
+    #[inline(always)]
+    fn is_beside(&self, point: DVec3, leaf: u32, squared: f64) -> bool {
+        self.slabs.get(leaf as usize).is_some_and(|slab| {
+            let gap = slab.gap(point);
+            gap > 0.0 && gap * gap >= squared
+        })
+    }
+
+    /// Whether there are needles in pieces, which queries are quicker for one by one.
+    #[inline(always)]
+    pub(crate) fn has_pieces(&self) -> bool {
+        !self.pieces.is_empty()
     }
 
     #[inline(always)]

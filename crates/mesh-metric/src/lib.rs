@@ -11,6 +11,7 @@ mod prism;
 mod proved;
 mod sampling;
 mod signed;
+mod slab;
 mod surface;
 mod wide;
 

@@ -50,7 +50,8 @@ impl Bvh {
         let [min, max] = bounds_of(eight.iter().map(|&index| points[index as usize]));
         let triangle = self.triangle(guess);
         let [low, high] = self.bounds(guess);
-        if (max - min).length_squared() > 4.0 * (high - low).length_squared() {
+        let is_wide = (max - min).length_squared() > 4.0 * (high - low).length_squared();
+        if is_wide || self.has_pieces() {
             let mut guess = guess;
             for &index in eight {
                 let found = self.nearest_with(simd, points[index as usize], guess);

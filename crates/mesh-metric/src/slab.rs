@@ -1,0 +1,85 @@
+//! What needles that lie side by side are between, across their length.
+//!
+//! The boxes round pieces of a needle are as wide as the pieces are long, and a point close to one
+//! needle is in the boxes of many beside it. How far it is from these is told by two planes along them.
+
+use glam::DVec3;
+
+/// What is between two parallel planes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slab {
+    normal: DVec3,
+    low: f64,
+    high: f64,
+}
+
+/// More than the rounding of a product with a unit vector, for each unit of the coordinates.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+impl Slab {
+    /// A slab round all triangles, along the longest side of the first one.
+    pub(crate) fn new<const N: usize>(triangles: [[DVec3; 3]; N]) -> Self {
+        let [a, b, c] = triangles.first().copied().unwrap_or_default();
+        let longer =
+            |p: DVec3, q: DVec3| if q.length_squared() > p.length_squared() { q } else { p };
+        let side = longer(longer(b - a, c - b), a - c);
+        // Zero where there is no such direction: then nothing is beside the slab.
+        let normal = (b - a).cross(c - a).normalize_or_zero().cross(side).normalize_or_zero();
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for corner in triangles.into_iter().flatten() {
+            let (height, rounding) = (normal.dot(corner), rounding(corner));
+            low = low.min(height - rounding);
+            high = high.max(height + rounding);
+        }
+        Self { normal, low, high }
+    }
+
+    /// A number that the distance of a point from the triangles is not below.
+    #[inline(always)]
+    pub(crate) fn gap(&self, point: DVec3) -> f64 {
+        let height = self.normal.dot(point);
+        (self.low - height).max(height - self.high) - rounding(point)
+    }
+}
+
+#[inline(always)]
+fn rounding(point: DVec3) -> f64 {
+    ROUNDING * point.abs().element_sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::SplitMix64;
+
+    use crate::closest::closest_on_triangle;
+
+    #[test]
+    fn triangles_are_not_nearer_than_their_slab() {
+        let mut random = SplitMix64::new(1);
+        let mut beside = 0;
+        for round in 0..5000 {
+            let mut point =
+                || DVec3::new(random.symmetric(), random.symmetric(), random.symmetric());
+            let (from, tip, base) = (point(), point(), point());
+            let width = [1e-3, 1.0, 0.0][round % 3];
+            let triangles = [(); 4].map(|()| [tip, base + width * point(), base + width * point()]);
+            let gap = Slab::new(triangles).gap(from);
+            let distance = |t: &[DVec3; 3]| closest_on_triangle(from, t).length();
+            let nearest = triangles.iter().map(distance).fold(f64::INFINITY, f64::min);
+            assert!(gap <= nearest, "{round}: {gap} {nearest}");
+            beside += usize::from(gap > 0.1 * nearest);
+        }
+        assert!(beside > 1000, "{beside}");
+    }
+
+    #[test]
+    fn needles_next_to_each_other_are_in_thin_slabs() {
+        let rim = |i: f64| DVec3::new((1e-4 * i).cos(), (1e-4 * i).sin(), 0.0);
+        let slab = Slab::new([0.0, 1.0, 2.0, 3.0].map(|i| [DVec3::Z, rim(i), rim(i + 1.0)]));
+        // In the box round the needles, and far from them for their width.
+        let beside = 0.5 * (DVec3::Z + rim(100.0));
+        assert!(slab.gap(beside) > 0.004, "{}", slab.gap(beside));
+        assert!(slab.gap(0.5 * (DVec3::Z + rim(2.0))) <= 0.0);
+    }
+}
