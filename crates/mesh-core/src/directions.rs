@@ -37,11 +37,6 @@ impl Directions {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 
-    /// The sum of the edge lengths.
-    pub(crate) fn size(self) -> f32 {
-        (self.high - self.low).element_sum()
-    }
-
     /// The largest product with a vector.
     fn reach(self, normal: DVec3) -> f64 {
         let [low, high] = [self.low, self.high].map(|end| end.as_dvec3() * normal);

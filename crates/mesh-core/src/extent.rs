@@ -6,6 +6,8 @@
 //! And the box round a face of a cone, which is as wide as the face is long, is passed by most others
 //! beside one of its edges.
 
+use core::cell::OnceCell;
+
 use glam::DVec3;
 
 use crate::crossing::Triangle;
@@ -14,24 +16,22 @@ use crate::handle::VertexId;
 use crate::measure::BoundingBox;
 
 /// A triangle and what tells quickly that it does not meet another.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Extent {
     /// The triangle.
     pub triangle: Triangle,
     /// The box round it.
     pub bounds: BoundingBox,
-    /// As each of its corners sees it.
-    directions: [Directions; 3],
+    /// As each of its corners sees it, once that was asked for.
+    directions: [OnceCell<Directions>; 3],
 }
 
 impl Extent {
     /// That of a triangle.
     #[must_use]
     pub fn new(triangle: Triangle) -> Self {
-        let corners = triangle.1;
-        let bounds = BoundingBox::of_triangle(corners);
-        let directions = [0, 1, 2].map(|corner| Directions::from_corner(corners, corner));
-        Self { triangle, bounds, directions }
+        let bounds = BoundingBox::of_triangle(triangle.1);
+        Self { triangle, bounds, directions: Default::default() }
     }
 
     /// Whether two triangles may cross, as [`triangles_cross`](crate::triangles_cross) tells exactly.
@@ -44,7 +44,7 @@ impl Extent {
         };
         let mut common = (0..3).filter_map(same);
         match [common.next(), common.next()] {
-            [Some([i, j]), None] => self.directions[i].meet(other.directions[j]),
+            [Some([i, j]), None] => self.seen_from_corner(i).meet(other.seen_from_corner(j)),
             [None, _] => self.bounds.meets(other.bounds),
             _ => true,
         }
@@ -53,7 +53,11 @@ impl Extent {
     /// The directions in which a corner sees the triangle; `None` when the vertex is none of its corners.
     pub(crate) fn seen_from(&self, v: VertexId) -> Option<Directions> {
         let corner = self.triangle.0.iter().position(|&corner| corner == v)?;
-        self.directions.get(corner).copied()
+        Some(self.seen_from_corner(corner))
+    }
+
+    fn seen_from_corner(&self, corner: usize) -> Directions {
+        *self.directions[corner].get_or_init(|| Directions::from_corner(self.triangle.1, corner))
     }
 
     /// The interval of coordinates along x that it takes; or, seen from one of its vertices, of directions.

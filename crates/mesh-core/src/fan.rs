@@ -1,4 +1,6 @@
-//! Faces round one vertex, and in which directions they lie from there.
+//! Needles round one vertex, and in which directions they lie from there.
+
+use glam::DVec3;
 
 use crate::directions::Directions;
 use crate::extent::Extent;
@@ -6,7 +8,8 @@ use crate::handle::{FaceId, VertexId};
 use crate::measure::BoundingBox;
 use crate::mesh::TriMesh;
 
-/// Faces that have a vertex in common.
+/// Needles with their tips at one vertex. Faces that are no needles are few round a vertex, and their
+/// boxes tell them apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fan {
     hub: VertexId,
@@ -15,31 +18,23 @@ pub(crate) struct Fan {
 }
 
 impl Fan {
-    /// The faces round the common vertex from which they are seen in the fewest directions, if there is
-    /// any.
+    /// The faces, if they are needles with a common tip.
     pub(crate) fn new(
         mesh: &TriMesh,
         faces: &(impl Iterator<Item = FaceId> + Clone),
     ) -> Option<Self> {
         let topology = mesh.topology();
-        let mut others = faces.clone().map(|face| topology.face_vertices(face));
-        let mut hubs = others.next()?.map(Some);
-        for vertices in others {
-            hubs = hubs.map(|hub| hub.filter(|hub| vertices.contains(hub)));
-            if hubs == [None; 3] {
-                return None;
-            }
+        let mut tips = faces.clone().map(|face| {
+            let triangle = mesh.triangle(face);
+            tip(triangle).map(|corner| (topology.face_vertices(face)[corner], triangle, corner))
+        });
+        let (hub, triangle, corner) = tips.next()??;
+        let mut directions = Directions::from_corner(triangle, corner);
+        for tip in tips {
+            let (_, triangle, corner) = tip.filter(|&(vertex, ..)| vertex == hub)?;
+            directions = directions.union(Directions::from_corner(triangle, corner));
         }
-        let round = |hub: VertexId| {
-            let seen = faces.clone().filter_map(|face| {
-                let corner = topology.face_vertices(face).iter().position(|&v| v == hub)?;
-                Some(Directions::from_corner(mesh.triangle(face), corner))
-            });
-            Some(Self { hub, directions: seen.reduce(Directions::union)? })
-        };
-        let size = |fan: &Self| fan.directions.size();
-        let fans = hubs.into_iter().flatten().filter_map(round);
-        fans.min_by(|a, b| size(a).total_cmp(&size(b)))
+        Some(Self { hub, directions })
     }
 
     /// All faces of two fans, if these are round one vertex.
@@ -58,4 +53,12 @@ impl Fan {
             }
         }
     }
+}
+
+/// The corner of a needle that its shortest side is far from.
+fn tip([a, b, c]: [DVec3; 3]) -> Option<usize> {
+    const SLENDER: f64 = 16.0;
+    let [at_a, at_b, at_c] = [(b, c), (c, a), (a, b)].map(|(p, q)| p.distance_squared(q));
+    let sides = [(at_a, at_b.min(at_c)), (at_b, at_c.min(at_a)), (at_c, at_a.min(at_b))];
+    sides.into_iter().position(|(across, along)| SLENDER * across < along)
 }

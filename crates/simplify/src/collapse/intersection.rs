@@ -135,9 +135,15 @@ impl Intersections {
     }
 }
 
+/// To compare so many triangles with each other takes less than to look who may cross.
+const FEW: usize = 32;
+
 /// Whether any two triangles that may cross have a property, which is asked for with the larger index
 /// first.
 fn any_pair(extents: &[Extent], mut has: impl FnMut(usize, usize) -> bool) -> bool {
+    if extents.len() <= FEW {
+        return (0..extents.len()).any(|i| (0..i).any(|j| has(i, j)));
+    }
     // In the order of where they begin, seen from the vertex that all have in common if there is
     // one, each can meet only those that begin before it ends.
     let hub = extents.first().and_then(|first| {
