@@ -68,7 +68,7 @@ impl Node {
     fn may_cross(&self, mesh: &TriMesh, triangle: &Extent) -> bool {
         match self.fan {
             Some(fan) => fan.may_cross(mesh, self.bounds, triangle),
-            None => triangle.may_meet(self.bounds),
+            None => triangle.bounds.meets(self.bounds),
         }
     }
 }
