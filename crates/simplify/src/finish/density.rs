@@ -154,7 +154,7 @@ fn add(terms: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
 ///
 /// Three of the places each lie on a line along a side, a third of its length apart: their second
 /// difference is a ninth of q = e·He along that side e. With the gradients g of the barycentric
-/// coordinates, H = -½ Σ q_i (g_j g_kᵀ + g_k g_jᵀ).
+/// coordinates, `H = -½ Σ q_i (g_j g_kᵀ + g_k g_jᵀ)`.
 fn second_form([a, b, c]: [DVec3; 3], feet: impl Iterator<Item = DVec3>) -> Option<SecondForm> {
     let cross = (b - a).cross(c - a);
     let normal = cross.try_normalize()?;
@@ -169,6 +169,7 @@ fn second_form([a, b, c]: [DVec3; 3], feet: impl Iterator<Item = DVec3>) -> Opti
 }
 
 /// Second derivatives in a plane, and the projection onto that plane.
+#[derive(Clone, Copy)]
 struct SecondForm {
     derivatives: DMat3,
     tangential: DMat3,
