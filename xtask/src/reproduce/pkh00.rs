@@ -20,8 +20,8 @@ fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
          faces. The distance of the result from the exact surface, both ways, times the number of \
          faces, beside the least possible one. The study is on record; a ratio of 1 cannot be had, \
          because vertices share their places and a closed surface needs vertices of other valences than \
-         6. Of default and quality the fine mesh lies on both sides of the surface alike; of the others \
-         it has its vertices there, which costs them up to 1 % at 500 and 3 % at 2,000 faces. On the \
+         6. Of default, quality and extreme the fine mesh lies on both sides of the surface alike; of the \
+         others it has its vertices there, which costs them up to 1 % at 500 and 3 % at 2,000 faces. On the \
          rounded plate, which is flat or cylindrical almost everywhere, the limit says nothing.",
     );
     item.how(
