@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,14 @@ LONG: list[tuple[str, Callable[[cm.Mesh], object]]] = [
     ("view", lambda m: cm.view(*[m] * 8)),
     ("function", lambda m: cm.simplify(m, ratio=0.1, cost=lambda edges: edges.lengths)),
 ]
+
+
+@pytest.fixture(autouse=True)
+def interrupts() -> Iterator[None]:
+    """Python's own handler, which is not there when a shell has started the tests in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.parametrize("work", [work for _, work in LONG], ids=[name for name, _ in LONG])
