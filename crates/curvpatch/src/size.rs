@@ -315,7 +315,10 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             return Err(CurvatureError::NotInMesh { face });
         }
         let center = point.position(mesh);
-        Ok(mesh.triangle(face).iter().map(|v| 1.05 * v.distance(center)).fold(0.0, f64::max))
+        let radius =
+            mesh.triangle(face).iter().map(|v| 1.05 * v.distance(center)).fold(0.0, f64::max);
+        // From zero no ladder leads up.
+        if radius > 0.0 { Ok(radius) } else { Err(CurvatureError::DegenerateFace { face }) }
     }
 
     /// What to say about a point without admissible radius.

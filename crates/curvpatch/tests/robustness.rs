@@ -388,3 +388,22 @@ fn noise_does_not_leave_gaps_in_the_books() {
         }
     }
 }
+
+/// Where all corners of a face are one point, there is no radius to begin with.
+#[test]
+fn a_face_without_extent_stays_a_triangle() {
+    let mut mesh = common::saddle(6);
+    let face = mesh.topology().faces().nth(40).unwrap();
+    let corners = mesh.topology().face_vertices(face);
+    let at = mesh.position(corners[0]);
+    corners.into_iter().for_each(|corner| mesh.positions_mut()[corner.index()] = at);
+    let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
+    let expected = Unfit::Curvature(CurvatureError::DegenerateFace { face });
+    let mut sizer = PatchSizer::new(&estimator, SizeOptions::new(0.05)).unwrap();
+    assert_eq!(sizer.fit(face, Shape::Circle), Err(expected));
+    for seeds in [Seeds::AllFaces, Seeds::default()] {
+        let options = CoverOptions { seeds, ..CoverOptions::new(0.05) };
+        let cover = cover(&estimator, &options).unwrap();
+        assert!(cover.max_error() <= 0.05 && cover.covered_faces() > 60, "{cover:?}");
+    }
+}
