@@ -191,7 +191,7 @@ impl Bvh {
         }
         if !pieces.is_empty() {
             let slab = |leaf: usize| {
-                Slab::new([0, 1, 2, 3, 4, 5, 6, 7].map(|lane| leaves[leaf].triangle(lane)))
+                Slab::new(core::array::from_fn::<_, LANES, _>(|lane| leaves[leaf].triangle(lane)))
             };
             self.slabs = parallel::collect(leaves.len(), slab);
         }
