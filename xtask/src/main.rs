@@ -93,7 +93,7 @@ enum Task {
     Giant(giant::Giant),
     /// Count the instructions of one fixed job of each layer, by callgrind
     ///
-    ///     CARGO_INCREMENTAL=0 cargo xtask instructions --check
+    ///     CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_CODEGEN_UNITS=1 cargo xtask instructions --check
     #[command(verbatim_doc_comment)]
     Instructions(instructions::Instructions),
     #[command(hide = true)]
