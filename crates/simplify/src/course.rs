@@ -93,7 +93,7 @@ pub fn rules(options: &Options, size: f64) -> Option<Rules> {
 /// `TriMesh::from_triangles(&fragment.positions, &fragment.triangles)`.
 ///
 /// # Errors
-/// The options make no sense, or ask for what regions do not know.
+/// The options make no sense, or ask for what regions do not know; the fragment has vertices that are not its own.
 ///
 /// # Panics
 /// The fragment is no oriented manifold.
@@ -111,6 +111,13 @@ pub fn finish_collapses(
         with: "what the options ask for",
         cure: "take quadrics without constraints, or the whole mesh",
     })?;
+    if fragment.own < fragment.positions.len() {
+        return Err(SimplifyError::Conflict {
+            option: "the end of a run",
+            with: "a fragment that is a part of a mesh",
+            cure: "put the parts together first, so that all vertices are its own",
+        });
+    }
     let target = options.collapse.limits.face_target(faces_before);
     let limits = Limits { faces: Some(target), ratio: None, ..options.collapse.limits };
     let (capacity, start) = (fragment.positions.len(), Instant::now());

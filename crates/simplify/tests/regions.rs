@@ -154,6 +154,24 @@ fn the_rest_after_passes_made_elsewhere_is_recorded_too() {
 }
 
 #[test]
+fn a_part_of_a_mesh_has_no_end_of_its_own() {
+    let mesh = torus(60);
+    let size = mesh.bounding_box().unwrap().diagonal();
+    let part = Fragment {
+        positions: mesh.positions().to_vec(),
+        own: mesh.positions().len() - 1,
+        triangles: mesh.topology().triangles().collect(),
+        ..Fragment::default()
+    };
+    let faces = part.triangles.len();
+    let go_on = &mut |_: &_| ControlFlow::Continue(());
+    let options = quick(Preset::Fast).to_faces(2000);
+    let error = finish_collapses(part, &options, size, faces, go_on).unwrap_err();
+    assert!(matches!(error, SimplifyError::Conflict { .. }), "{error}");
+    assert!(error.to_string().contains("put the parts together"));
+}
+
+#[test]
 fn nothing_is_recorded_unless_asked() {
     let mesh = torus(240);
     let options = Options::preset(Preset::Draft).to_faces(2000);

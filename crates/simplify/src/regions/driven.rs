@@ -22,7 +22,7 @@ use crate::collapse::start::Start;
 use crate::collapse::stop::{Limits, StopReason};
 use crate::regions::excerpt::Excerpt;
 use crate::regions::partition::Partition;
-use crate::regions::pass::{FORECAST, aim, by_cost_so_far};
+use crate::regions::pass::{FORECAST, LEAST_ASKED, aim, by_cost_so_far};
 use crate::regions::sheet::Sheet;
 
 /// A run of the driver: with the quadrics of the vertices, what else it begins with, and limits.
@@ -140,13 +140,9 @@ impl Passes<'_> {
         let share = aim as f64 / faces as f64;
         let partition = Sheet::new(self.mesh).partition(number);
         let regions = partition.regions();
-        let asked = regions.div_ceil(FORECAST).max(regions.min(2));
-        // Those that are asked lie evenly in the order, and none at its ends.
-        let is_asked = |region: usize| {
-            let before = |region: usize| (2 * region * asked + regions) / (2 * regions);
-            before(region + 1) > before(region)
-        };
-        let (first, others): (Vec<usize>, Vec<usize>) = (0..regions).partition(|&i| is_asked(i));
+        let first = partition.some(FORECAST, LEAST_ASKED);
+        let is_other = |region: &usize| first.binary_search(region).is_err();
+        let others: Vec<usize> = (0..regions).filter(is_other).collect();
         let mut ceiling = None;
         let (mut reduced, mut collapses) = (Vec::with_capacity(regions), 0);
         for wave in first.chunks(WAVE).chain(others.chunks(WAVE)) {

@@ -132,6 +132,11 @@ impl Partition {
         self.order.len().div_ceil(1 << self.shift)
     }
 
+    /// One region in so many, but no fewer than `fewest`, in ascending order: evenly spread, and none at the ends.
+    pub(super) fn some(&self, one_in: usize, fewest: usize) -> Vec<usize> {
+        evenly(self.regions(), one_in, fewest)
+    }
+
     /// The place in the order where a region begins.
     pub(super) fn first(&self, region: usize) -> usize {
         region << self.shift
@@ -160,6 +165,11 @@ impl Partition {
     pub(super) fn region_of(&self, v: u32) -> usize {
         (self.rank[v as usize] >> self.shift) as usize
     }
+}
+
+fn evenly(of: usize, one_in: usize, fewest: usize) -> Vec<usize> {
+    let count = of.div_ceil(one_in.max(1)).max(of.min(fewest));
+    (0..count).map(|i| (2 * i + 1) * of / (2 * count)).collect()
 }
 
 /// Orthogonal directions, others in every pass.
@@ -196,4 +206,29 @@ fn halve(sites: &mut [Site], size: usize) {
     });
     let (left, right) = sites.split_at_mut(middle);
     parallel::both(|| halve(left, size), || halve(right, size));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::evenly;
+
+    #[test]
+    fn some_of_all_are_spread_evenly() {
+        assert_eq!(evenly(0, 16, 2), []);
+        assert_eq!(evenly(1, 16, 2), [0]);
+        assert_eq!(evenly(2, 16, 2), [0, 1]);
+        assert_eq!(evenly(8, 16, 2), [2, 6]);
+        assert_eq!(evenly(16, 16, 3), [2, 8, 13]);
+        assert_eq!(evenly(48, 16, 2), [8, 24, 40]);
+        for (of, one_in, fewest) in [(49, 16, 2), (1000, 16, 3), (7, 1, 2), (9, 0, 1)] {
+            let some = evenly(of, one_in, fewest);
+            assert_eq!(some.len(), of.div_ceil(one_in.max(1)));
+            let gaps: Vec<usize> = some.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let gap = of / some.len();
+            assert!(gaps.iter().all(|&g| (gap..=gap + 1).contains(&g)), "{of}: {some:?}");
+            // At each end half of what lies between two.
+            let ends = [some[0], of - 1 - some[some.len() - 1]];
+            assert!(ends.iter().all(|&end| 2 * end <= gap + 1 && 2 * end + 2 >= gap), "{some:?}");
+        }
+    }
 }

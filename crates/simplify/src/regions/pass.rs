@@ -19,8 +19,10 @@ const FEWEST: usize = 75_000;
 const PASS: usize = 4;
 /// So many times the faces that are wanted are collapsed in one piece.
 const LAST: f64 = 1.25;
-/// Regions of which one is looked at beforehand, but no fewer than two.
+/// Regions of which one is looked at beforehand.
 pub(super) const FORECAST: usize = 16;
+/// The fewest that are.
+pub(super) const LEAST_ASKED: usize = 2;
 
 /// How many of the faces that there are a pass is to leave where `target` are wanted in the end; `None` when the
 /// rest is for one piece. `fewest_again` are the fewest faces that are cut into regions once more.
@@ -118,12 +120,9 @@ impl Sheet<'_> {
     #[must_use]
     pub fn forecast(&self, pass: usize, rules: &Rules, share: f64, one_in: usize) -> Forecast {
         let partition = self.partition(pass);
-        let regions = partition.regions();
-        let asked = regions.div_ceil(one_in.max(1)).max(regions.min(3));
-        let forecasts = parallel::collect_each(asked, |i| {
-            // Those that are asked lie evenly in the order, and none at its ends.
-            let region = (2 * i + 1) * regions / (2 * asked);
-            Region::new(self, &partition, region, rules).forecast(rules, share)
+        let asked = partition.some(one_in, 3);
+        let forecasts = parallel::collect_each(asked.len(), |i| {
+            Region::new(self, &partition, asked[i], rules).forecast(rules, share)
         });
         Forecast::of_all(&forecasts, self.face_count() as u64)
     }

@@ -140,14 +140,14 @@ impl Region {
         }
     }
 
-    /// All of a sheet.
+    /// All of a sheet whose vertices are its own.
     pub(super) fn whole(sheet: Sheet<'_>, rules: &Rules) -> Self {
         if let Some(mesh) = sheet.whole.filter(|mesh| mesh.topology().is_compact()) {
             return Self::of_mesh(mesh);
         }
         let vertices: Vec<u32> = sheet.vertices().collect();
         let unused = !rules.record && !sheet.half_edges.is_empty();
-        if sheet.whole.is_some() || unused || sheet.held > 0 {
+        if sheet.whole.is_some() || unused {
             let partition = Partition::whole(&sheet);
             return Self::new(&sheet, &partition, 0, rules);
         }

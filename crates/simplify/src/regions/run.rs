@@ -12,7 +12,7 @@ use crate::collapse::run::{Phase, Progress, Run};
 use crate::collapse::stop::{Limits, StopReason};
 use crate::regions::ceiling::{Ceiling, Forecast};
 use crate::regions::partition::Partition;
-use crate::regions::pass::{FORECAST, aim, merge_steps};
+use crate::regions::pass::{FORECAST, LEAST_ASKED, aim, merge_steps};
 use crate::regions::region::{Done, Reduced, Region};
 use crate::regions::rules::Rules;
 use crate::regions::sheet::{Ordered, Sheet};
@@ -271,13 +271,11 @@ fn forecast_ceiling(
     rules: &Rules,
     aim: usize,
 ) -> Ceiling {
-    let regions = partition.regions();
     let share = aim as f64 / sheet.face_count() as f64;
-    let asked = regions.div_ceil(FORECAST).max(regions.min(2));
-    let forecasts = parallel::collect_each(asked, |i| {
-        // Those that are asked lie evenly in the order, and none at its ends. Some lose more than others.
-        let region = (2 * i + 1) * regions / (2 * asked);
-        Region::new(sheet, partition, region, rules).forecast(rules, 0.4 * share)
+    let asked = partition.some(FORECAST, LEAST_ASKED);
+    let forecasts = parallel::collect_each(asked.len(), |i| {
+        // Some lose more than others.
+        Region::new(sheet, partition, asked[i], rules).forecast(rules, 0.4 * share)
     });
     Ceiling::leaving(share, &forecasts.iter().collect::<Vec<_>>())
 }
