@@ -153,6 +153,25 @@ fn the_rest_after_passes_made_elsewhere_is_recorded_too() {
     }
 }
 
+/// A cost is an area times a squared distance, and means the same whatever the unit of length.
+#[test]
+fn a_ceiling_is_a_cost() {
+    let small = torus(60);
+    let mut large = small.clone();
+    large.positions_mut().iter_mut().for_each(|p| *p *= 8.0);
+    let size = small.bounding_box().unwrap().diagonal();
+    let left = |mesh: &TriMesh, unit: f64, cost: f64| {
+        let rules = Rules::of_size(unit * size);
+        let cost = cost * (unit * size).powi(4);
+        Sheet::new(mesh).reduce(0, &rules, Ceiling::at(cost, &rules)).face_count()
+    };
+    let costs = [0.0, 1e-10, 1e-8, 1e-6];
+    let counts = costs.map(|cost| left(&small, 1.0, cost));
+    assert_eq!(counts, costs.map(|cost| left(&large, 8.0, cost)));
+    assert!(counts.is_sorted_by(|a, b| a > b), "{counts:?}");
+    assert_eq!(counts[0], small.topology().face_count());
+}
+
 #[test]
 fn a_part_of_a_mesh_has_no_end_of_its_own() {
     let mesh = torus(60);

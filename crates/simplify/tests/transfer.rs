@@ -1,7 +1,7 @@
 //! Where the corners of a result are on the original.
 #![allow(clippy::unwrap_used)]
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use mesh_core::shapes::SplitMix64;
 use mesh_core::{HalfEdgeId, TriMesh, VertexId};
 use simplify::{CornerAttributes, Options, Preset, corner_sources, seam_nodes, simplify};
@@ -70,4 +70,35 @@ fn linear_data_is_reproduced() {
             assert!(sides.iter().all(|&side| side == sides[0]), "{preset}: a face over the seam");
         }
     }
+}
+
+/// A flat mesh says nothing of its texture, which turns over wherever faces become longer than its waves, unless
+/// that is forbidden.
+#[test]
+fn no_face_turns_over_in_the_texture() {
+    let mesh = uneven_grid(30);
+    let topology = mesh.topology();
+    let texture = |p: DVec3| [p.x, p.y + 0.2 * (30.0 * p.x).sin()];
+    let turned = |is_followed: bool| {
+        let mut options = Options::preset(Preset::Fast).to_faces(120);
+        let of_corner = |h: HalfEdgeId| texture(mesh.position(topology.origin(h)));
+        if is_followed {
+            let corners = CornerAttributes::new(&mesh, true, of_corner).unwrap();
+            options.attributes.corners = Some(corners);
+        }
+        let result = simplify(&mesh, &options).unwrap();
+        let no_seam = topology.edge_map(false);
+        let sources = corner_sources(&mesh, &no_seam, &result.mesh, &result.vertex_map);
+        let turns = |face| {
+            let [a, b, c] = result.mesh.topology().face_half_edges(face).map(|h| {
+                let source = sources[h].unwrap();
+                let corners = mesh.triangle(source.face).map(|p| DVec2::from(texture(p)));
+                corners.into_iter().zip(source.weights).map(|(uv, w)| uv * w).sum::<DVec2>()
+            });
+            (b - a).perp_dot(c - a) < 0.0
+        };
+        result.mesh.topology().faces().filter(|&face| turns(face)).count()
+    };
+    let [with, without] = [true, false].map(turned);
+    assert!(with == 0 && without > 5, "{with} {without}");
 }
