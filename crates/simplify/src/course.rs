@@ -190,3 +190,27 @@ fn drive_in_regions(
     let constraints = &options.collapse.constraints;
     collapse_driven(mesh, quadrics, constraints, limits, drive, observe)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::preset::Preset;
+
+    #[test]
+    fn another_metric_takes_over_where_that_is_worth_it() {
+        let left = |takeover: f64, faces: usize, target: usize| {
+            let mut options = Options::preset(Preset::Default);
+            options.collapse.takeover = Some(takeover);
+            rest(&options, faces, target)
+        };
+        assert_eq!(left(8.0, 50_000, 1_000), Some(8_000));
+        // Six tenths of the faces are the most.
+        assert_eq!([3_750, 3_751].map(|target| left(8.0, 50_000, target)), [Some(30_000), None]);
+        // Of a large mesh it is then they, if there are enough more than wanted.
+        assert_eq!(left(8.0, 100_000, 10_000), Some(60_000));
+        assert_eq!([31_000, 32_000].map(|n| left(8.0, 100_000, n)), [Some(60_000), None]);
+        assert_eq!(left(8.0, 75_000, 10_000), Some(45_000));
+        assert_eq!(left(8.0, 74_999, 10_000), None);
+        assert_eq!(left(8.0, 100_000, 0), None);
+    }
+}

@@ -121,3 +121,51 @@ impl Ceiling {
         self.bucket
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of so many faces, as many go at each bucket as are named.
+    fn forecast(faces: usize, gone: &[(usize, u32)]) -> Forecast {
+        let mut forecast = Forecast::of(faces);
+        gone.iter().for_each(|&(bucket, count)| forecast.add(bucket, count));
+        forecast
+    }
+
+    #[test]
+    fn counts_of_a_bucket_are_added_up_and_scaled_to_the_whole() {
+        let one = forecast(100, &[(3, 10), (3, 2), (5, 8)]);
+        assert_eq!(one.gone, [(3, 12), (5, 8)]);
+        let other = forecast(60, &[(2, 6), (5, 4)]);
+        let all = Forecast::of_all(&[one, other], 480);
+        assert_eq!(all.face_count(), 480);
+        assert_eq!(all.gone, [(2, 18), (3, 36), (5, 36)]);
+        assert_eq!(Forecast::of_all(&[], 7).gone, []);
+    }
+
+    #[test]
+    fn a_ceiling_leaves_at_least_the_share_and_the_closest_one_just_that() {
+        let [one, other] = [forecast(100, &[(3, 20), (5, 40)]), forecast(100, &[(2, 10), (5, 40)])];
+        let both = [&one, &other];
+        // 30 of 200 go below 5, and 80 at 5.
+        assert_eq!(Ceiling::leaving(0.86, &both), Ceiling::of(3));
+        assert_eq!(Ceiling::leaving(0.85, &both), Ceiling::of(5));
+        assert_eq!(Ceiling::leaving(0.46, &both), Ceiling::of(5));
+        assert_eq!(Ceiling::leaving(0.45, &both), Ceiling::ALL);
+        assert_eq!(Ceiling::leaving(1.0, &both), Ceiling::of(2));
+        // A quarter of the regions does what goes at 5, for 20 of the 80.
+        let closest = Ceiling::closest(0.75, &both);
+        assert_eq!((closest.bucket, closest.higher), (5, WHOLE / 4));
+        for first in [0, 1, 77] {
+            let higher = (0..400).filter(|&i| closest.for_sheet(first).of_region(i).bucket == 6);
+            let places: Vec<usize> = higher.collect();
+            assert_eq!(places.len(), 100);
+            assert!(places.windows(2).all(|pair| pair[1] - pair[0] == 4), "{places:?}");
+        }
+        // Other sheets begin elsewhere, and as many of their first regions go higher.
+        let firsts = (0..400).filter(|&i| closest.for_sheet(i).of_region(0).bucket == 6);
+        assert!((95..=105).contains(&firsts.count()));
+        assert_eq!(Ceiling::ALL.of_region(3), Ceiling::ALL);
+    }
+}

@@ -269,3 +269,48 @@ fn cost_leaving(share: f64, regions: &[Reduced]) -> f64 {
     }
     f64::INFINITY
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use mesh_core::{HalfEdgeId, VertexId};
+
+    /// A region of so many faces, two of which go with each collapse.
+    fn region(faces: usize, costs: &[f64]) -> Reduced {
+        let entry = |(i, &cost): (usize, &f64)| LogEntry {
+            half_edge: HalfEdgeId::new(0),
+            removed: VertexId::new(0),
+            kept: VertexId::new(1),
+            position: DVec3::ZERO,
+            cost,
+            faces_before: (faces - 2 * i) as u32,
+        };
+        Reduced {
+            entries: costs.iter().enumerate().map(entry).collect(),
+            faces: [faces, faces - 2 * costs.len()],
+            refusals: Refusals::default(),
+        }
+    }
+
+    #[test]
+    fn the_cost_leaves_as_many_faces_as_wanted() {
+        let regions = [region(20, &[1.0, 3.0, 2.0, 9.0]), region(12, &[0.5, 4.0])];
+        // In order: .5, 1, 3, 2 (which comes after 3), 4, 9.
+        let cost = |left: f64| cost_leaving(left / 32.0, &regions);
+        assert_eq!([32.0, 30.0, 28.0].map(cost), [0.5, 1.0, 3.0]);
+        assert_eq!([24.0, 22.0, 20.0].map(cost), [4.0, 9.0, f64::INFINITY]);
+    }
+
+    #[test]
+    fn what_costs_more_is_forgotten() {
+        let mut reduced = region(20, &[1.0, 3.0, 2.0, 9.0]);
+        assert_eq!([0, 1, 3].map(|i| reduced.faces_gone(i)), [2, 2, 2]);
+        reduced.cut_off(9.0);
+        assert_eq!((reduced.entries.len(), reduced.faces), (4, [20, 12]));
+        reduced.cut_off(2.5);
+        assert_eq!((reduced.entries.len(), reduced.faces), (1, [20, 18]));
+        reduced.cut_off(0.0);
+        assert_eq!((reduced.entries.len(), reduced.faces), (0, [20, 20]));
+    }
+}

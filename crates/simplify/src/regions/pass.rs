@@ -163,3 +163,27 @@ pub(super) fn merge_steps(regions: &[Done], log: &mut Vec<LogEntry>, faces_befor
         *faces_before -= faces;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pass_leaves_a_fourth_or_a_little_more_than_is_wanted() {
+        assert_eq!(aim(0, 1_000_000, 1_000, 30_000), Some(250_000));
+        assert_eq!(aim(0, 1_000_000, 400_000, 30_000), Some(500_000));
+        // Not worth a pass: nearly there, or too few faces.
+        assert_eq!(aim(0, 1_000_000, 720_000, 30_000), Some(900_000));
+        assert_eq!(aim(0, 1_000_000, 720_001, 30_000), None);
+        assert_eq!([75_000, 74_999].map(|faces| aim(0, faces, 100, 30_000)), [Some(18_750), None]);
+        assert_eq!([30_000, 29_999].map(|faces| aim(1, faces, 100, 30_000)), [Some(7_500), None]);
+    }
+
+    #[test]
+    fn collapses_of_several_regions_come_by_the_largest_cost_so_far() {
+        let costs = [vec![1.0, 5.0, 2.0], vec![], vec![0.5, 1.0, 6.0]];
+        let order = by_cost_so_far(costs.iter().map(|costs| costs.iter().copied()));
+        let order: Vec<(u32, u32)> = order.into_iter().map(|(_, region, i)| (region, i)).collect();
+        assert_eq!(order, [(2, 0), (0, 0), (2, 1), (0, 1), (0, 2), (2, 2)]);
+    }
+}
