@@ -57,7 +57,7 @@ pub(crate) fn lay_out_nested(
     }
     let mut mesh = mesh.clone();
     let coarse = CollapseBack {
-        faces: faces >> (2 * stages),
+        faces: faces_at(stages, faces),
         locked: &[],
         boundary: Boundary::Quadrics,
         forbid_intersections: schedule.forbid_intersections,
@@ -73,7 +73,7 @@ pub(crate) fn lay_out_nested(
     let fit = FitOptions { rounds: ROUNDS, ..*fit };
     let mut sweeps = 0;
     for stage in (0..=stages).rev() {
-        top_up(&mut mesh, faces >> (2 * stage));
+        top_up(&mut mesh, faces_at(stage, faces));
         let with = (&schedule, &mut *density);
         sweeps += anneal_layout(&mut mesh, original, &constraints, with, observer);
         if observer.is_stopped() || (stage > 0 && schedule.is_over()) {
@@ -118,6 +118,11 @@ pub(crate) fn counterparts(
 /// How often a mesh can be cut in four.
 fn stages(faces: usize) -> u32 {
     (faces / LEAST_FACES).checked_ilog(4).unwrap_or(0)
+}
+
+/// How many faces there are before a mesh is cut in four so many times, to have so many in the end.
+fn faces_at(stage: u32, faces: usize) -> usize {
+    faces >> (2 * stage)
 }
 
 fn is_held(mesh: &TriMesh, constraints: &FitConstraints) -> bool {
