@@ -8,7 +8,7 @@ use mesh_core::TriMesh;
 use mesh_core::shapes::Sphere;
 use simplify::{
     BestEndpoint, Collapse, Cost, EdgePatch, Limits, Policies, Policy, Quadric, Scratch,
-    StopReason, collapse_edges,
+    StopReason, Update, collapse_edges,
 };
 
 /// One edge costs nothing, and as long as it is there all others cost too much; then those between
@@ -37,15 +37,17 @@ impl Cost for Unlocking {
 #[test]
 fn a_limit_of_the_cost_ends_a_run_only_when_every_edge_costs_more_by_then() {
     let soup = Sphere { radius: 1.0 }.icosphere(3).unwrap();
-    let mut mesh = TriMesh::from_soup(&soup).unwrap();
-    let policies = Policies::new(Unlocking(false), BestEndpoint);
-    let limits = Limits { cost: Some(1.0), ..Limits::default() };
-    let go_on = &mut |_: &_| ControlFlow::Continue(());
-    let run = collapse_edges(&mut mesh, policies, &Default::default(), &limits, go_on);
-    assert_eq!(run.stop, StopReason::Cost, "{} collapses, {:?}", run.log.len(), run.refusals);
-    assert!(run.log.len() > 100, "{} collapses", run.log.len());
-    assert!(run.max_cost <= 1.0);
-    let topology = mesh.topology();
-    let mut legal = topology.edges().filter(|e| topology.check_collapse(e.half_edge()).is_ok());
-    assert!(legal.all(|e| topology.edge_vertices(e).iter().any(|v| v.get() >= FIRST)));
+    for update in [Update::Lazy, Update::Eager] {
+        let mut mesh = TriMesh::from_soup(&soup).unwrap();
+        let policies = Policies { update, ..Policies::new(Unlocking(false), BestEndpoint) };
+        let limits = Limits { cost: Some(1.0), ..Limits::default() };
+        let go_on = &mut |_: &_| ControlFlow::Continue(());
+        let run = collapse_edges(&mut mesh, policies, &Default::default(), &limits, go_on);
+        assert_eq!(run.stop, StopReason::Cost, "{} collapses, {:?}", run.log.len(), run.refusals);
+        assert!(run.log.len() > 100, "{} collapses", run.log.len());
+        assert!(run.max_cost <= 1.0);
+        let topology = mesh.topology();
+        let mut legal = topology.edges().filter(|e| topology.check_collapse(e.half_edge()).is_ok());
+        assert!(legal.all(|e| topology.edge_vertices(e).iter().any(|v| v.get() >= FIRST)));
+    }
 }
