@@ -1,6 +1,7 @@
 //! What holds while the largest errors are taken down.
 #![allow(clippy::unwrap_used)]
 
+use crate::common::joined;
 use glam::DVec3;
 use mesh_core::{TriMesh, triangles_cross};
 use mesh_metric::Surface;
@@ -19,16 +20,6 @@ fn grid(center: DVec3, half: f64, cells: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         [[a, b, c], [a, c, d]]
     });
     (points, halves.collect())
-}
-
-fn joined(parts: &[(Vec<DVec3>, Vec<[u32; 3]>)]) -> TriMesh {
-    let (mut points, mut triangles): (Vec<DVec3>, Vec<[u32; 3]>) = Default::default();
-    for (more, faces) in parts {
-        let shift = points.len() as u32;
-        points.extend(more);
-        triangles.extend(faces.iter().map(|t| t.map(|v| v + shift)));
-    }
-    TriMesh::from_triangles(&points, &triangles).unwrap()
 }
 
 /// A plate of two triangles below a sheet that stands upright, and a grid far away to take faces

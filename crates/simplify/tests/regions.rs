@@ -118,17 +118,22 @@ fn the_record_replays_to_the_same_bits_and_to_levels() {
     }
 }
 
+/// All of a mesh before the first pass.
+fn fragment(mesh: &TriMesh) -> Fragment {
+    Fragment {
+        positions: mesh.positions().to_vec(),
+        own: mesh.positions().len(),
+        triangles: mesh.topology().triangles().collect(),
+        ..Fragment::default()
+    }
+}
+
 /// What goes on after passes that were made elsewhere is a log of the mesh that these have left.
 #[test]
 fn the_rest_after_passes_made_elsewhere_is_recorded_too() {
     let mesh = torus(400);
     let size = mesh.bounding_box().unwrap().diagonal();
-    let whole = Fragment {
-        positions: mesh.positions().to_vec(),
-        own: mesh.positions().len(),
-        triangles: mesh.topology().triangles().collect(),
-        ..Fragment::default()
-    };
+    let whole = fragment(&mesh);
     for preset in [Preset::Draft, Preset::Fast, Preset::Default] {
         let mut options = quick(preset).to_faces(3000);
         let rules = simplify::rules(&options, size).unwrap();
@@ -176,12 +181,8 @@ fn a_ceiling_is_a_cost() {
 fn a_part_of_a_mesh_has_no_end_of_its_own() {
     let mesh = torus(60);
     let size = mesh.bounding_box().unwrap().diagonal();
-    let part = Fragment {
-        positions: mesh.positions().to_vec(),
-        own: mesh.positions().len() - 1,
-        triangles: mesh.topology().triangles().collect(),
-        ..Fragment::default()
-    };
+    let mut part = fragment(&mesh);
+    part.own -= 1;
     let faces = part.triangles.len();
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let options = quick(Preset::Fast).to_faces(2000);

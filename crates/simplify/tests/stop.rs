@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::common::joined;
 use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::Sphere;
@@ -37,15 +38,13 @@ impl Cost for Unlocking {
 
 #[test]
 fn a_limit_of_the_cost_ends_a_run_only_when_every_edge_costs_more_by_then() {
-    let mut soup = Sphere { radius: 1.0 }.icosphere(3).unwrap();
-    assert_eq!(soup.vertex_count() as u32, FIRST);
-    let first = soup.clone();
-    first.positions().iter().for_each(|&p| soup.push_vertex(p + 3.0 * DVec3::X));
-    for face in first.faces() {
-        soup.push_face(&face.iter().map(|v| v + FIRST).collect::<Vec<u32>>()).unwrap();
-    }
+    let first = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(3).unwrap()).unwrap();
+    assert_eq!(first.topology().vertex_count() as u32, FIRST);
+    let triangles: Vec<[u32; 3]> = first.topology().triangles().collect();
+    let places = [0.0, 3.0].map(|x| first.positions().iter().map(|&p| p + x * DVec3::X).collect());
+    let spheres = joined(&places.map(|points| (points, triangles.clone())));
     for update in [Update::Lazy, Update::Eager] {
-        let mut mesh = TriMesh::from_soup(&soup).unwrap();
+        let mut mesh = spheres.clone();
         let policies = Policies { update, ..Policies::new(Unlocking(false), BestEndpoint) };
         let limits = Limits { cost: Some(1.0), ..Limits::default() };
         let go_on = &mut |_: &_| ControlFlow::Continue(());

@@ -3,6 +3,7 @@
 
 use std::collections::HashMap;
 
+use crate::common::joined;
 use glam::{DQuat, DVec3};
 use mesh_core::shapes::polyhedra;
 use mesh_core::{FaceId, TriMesh};
@@ -10,19 +11,11 @@ use simplify::{Options, Preset, simplify};
 
 /// The parts at the places of a grid that is so wide, in one mesh that joins nothing.
 fn assembly(width: i32, part: impl Fn(DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>)) -> TriMesh {
-    let (mut points, mut triangles) = (Vec::new(), Vec::new());
-    for place in 0..width.pow(3) {
-        let at = DVec3::new(
-            f64::from(place % width),
-            f64::from(place / width % width),
-            f64::from(place / width / width),
-        );
-        let (more, faces) = part(at);
-        let shift = points.len() as u32;
-        points.extend(more);
-        triangles.extend(faces.into_iter().map(|t| t.map(|v| v + shift)));
-    }
-    TriMesh::from_triangles(&points, &triangles).unwrap()
+    let place = |place: i32| {
+        let [x, y, z] = [place % width, place / width % width, place / width / width];
+        part(DVec3::from([x, y, z].map(f64::from)))
+    };
+    joined(&(0..width.pow(3)).map(place).collect::<Vec<_>>())
 }
 
 /// A box of side one whose lowest corner is at `at`, each side cut into squares and these into two.

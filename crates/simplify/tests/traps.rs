@@ -1,6 +1,7 @@
 //! Mistakes that simplifiers have been seen to make, one test each.
 #![allow(clippy::unwrap_used)]
 
+use crate::common::joined;
 use glam::DVec3;
 use mesh_core::shapes::{Irregular, Plane, Sphere, SplitMix64, Torus, Wave, polyhedra};
 use mesh_core::{EdgeMap, FaceId, PolygonSoup, TriMesh, VertexId, VertexMap};
@@ -25,10 +26,8 @@ fn moved(mesh: &TriMesh, place: impl Fn(DVec3) -> DVec3) -> TriMesh {
 
 /// Both meshes in one.
 fn together(a: &TriMesh, b: &TriMesh) -> TriMesh {
-    let shift = a.positions().len() as u32;
-    let mut triangles: Vec<[u32; 3]> = a.topology().triangles().collect();
-    triangles.extend(b.topology().triangles().map(|t| t.map(|v| v + shift)));
-    TriMesh::from_triangles(&[a.positions(), b.positions()].concat(), &triangles).unwrap()
+    let part = |mesh: &TriMesh| (mesh.positions().to_vec(), mesh.topology().triangles().collect());
+    joined(&[a, b].map(part))
 }
 
 fn grid(cells: usize) -> TriMesh {

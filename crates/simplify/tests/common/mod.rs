@@ -1,8 +1,9 @@
-//! Real meshes for the tests.
+//! Meshes for the tests: real ones, and several in one.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use std::path::PathBuf;
 
+use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::build::{Repair, build};
 
@@ -14,4 +15,15 @@ pub(crate) fn model(name: &str) -> Option<TriMesh> {
     };
     let model = mesh_io::read(PathBuf::from(folder).join(name)).unwrap();
     Some(build(&model.soup, &Repair::lenient()).unwrap().mesh)
+}
+
+/// Parts, each of points and triangles, in one mesh that joins nothing.
+pub(crate) fn joined(parts: &[(Vec<DVec3>, Vec<[u32; 3]>)]) -> TriMesh {
+    let (mut points, mut triangles): (Vec<DVec3>, Vec<[u32; 3]>) = Default::default();
+    for (more, faces) in parts {
+        let shift = points.len() as u32;
+        points.extend(more);
+        triangles.extend(faces.iter().map(|t| t.map(|v| v + shift)));
+    }
+    TriMesh::from_triangles(&points, &triangles).unwrap()
 }
