@@ -65,16 +65,20 @@ pub(crate) const TEST_ANGLES: u32 = 16;
 struct TestPoint {
     at: DVec3,
     distance: f64,
-    nearest_on_boundary: bool,
+    /// The distance of the nearest face that is nearest on the boundary of the mesh.
+    to_boundary: f64,
 }
 
 impl TestPoint {
     fn new(at: DVec3) -> Self {
-        Self { at, distance: f64::INFINITY, nearest_on_boundary: false }
+        Self { at, distance: f64::INFINITY, to_boundary: f64::INFINITY }
     }
 
+    /// Where a boundary lies on another sheet of the surface, both are nearest, and then it counts whichever
+    /// face was measured first.
     fn error(&self, overhang: bool) -> f64 {
-        if overhang && self.nearest_on_boundary { 0.0 } else { self.distance }
+        let is_beyond = self.to_boundary <= AS_NEAR * self.distance;
+        if overhang && is_beyond { 0.0 } else { self.distance }
     }
 }
 
@@ -388,19 +392,20 @@ impl<'a> MeasuredFace<'a> {
         Self { mesh, face, corners, square_size }
     }
 
-    /// Notes in the point how far it is from here, if that is nearest so far.
+    /// Notes in the point how far it is from here, if nothing nearer has been measured.
     #[inline]
     fn measure(&self, point: &mut TestPoint) {
-        // The square of a sum is at most twice the sum of the squares; and a bit for rounding.
+        // The square of a sum is at most twice the sum of the squares; and a bit for rounding, and for
+        // a boundary that is as near.
         let square_reach = 2.000_001 * (point.distance * point.distance + self.square_size);
         if point.at.distance_squared(self.corners[0]) > square_reach {
             return;
         }
         let (closest, feature) = closest_point(point.at, self.corners);
         let distance = closest.distance(point.at);
-        if distance < point.distance {
-            point.distance = distance;
-            point.nearest_on_boundary = self.is_on_boundary(feature);
+        point.distance = point.distance.min(distance);
+        if distance < point.to_boundary && self.is_on_boundary(feature) {
+            point.to_boundary = distance;
         }
     }
 
@@ -413,6 +418,9 @@ impl<'a> MeasuredFace<'a> {
         }
     }
 }
+
+/// A boundary is as near as the surface up to rounding.
+const AS_NEAR: f64 = 1.0 + 1e-12;
 
 /// In how many directions a large patch is looked over before its region is grown.
 const SCOUTS: u32 = 64;
@@ -570,4 +578,41 @@ fn follow<'a>(
 /// The ends of both principal arcs, where SN10 measures the error that a size is chosen by.
 fn arc_ends(patch: &Patch) -> impl Iterator<Item = DVec3> + '_ {
     (0..4).map(|j| patch.local_point(1.0, 0.25 * TAU * f64::from(j)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A face at the boundary, and a ridge of two faces in the same place.
+    #[test]
+    fn a_boundary_that_lies_on_another_sheet_counts_in_any_order() {
+        let points: [[f64; 3]; 7] = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.5, 1.0, 0.0],
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.5, 1.0, -2.0],
+            [0.5, -1.0, -2.0],
+        ];
+        let mesh = TriMesh::from_triangles(&points, &[[0, 1, 2], [3, 4, 5], [4, 3, 6]]).unwrap();
+        let mut faces: Vec<FaceId> = mesh.topology().faces().collect();
+        for _ in 0..2 {
+            let mut point = TestPoint::new(DVec3::new(0.5, -0.1, 0.5));
+            for &face in &faces {
+                MeasuredFace::new(&mesh, face, mesh.triangle(face)).measure(&mut point);
+            }
+            let distance = 0.26_f64.sqrt();
+            assert!((point.error(false) - distance).abs() < 1e-15, "{point:?}");
+            assert_eq!(point.error(true), 0.0, "{point:?}");
+            faces.reverse();
+        }
+        // Nearer to the other sheet, it is not beyond the boundary.
+        let mut point = TestPoint::new(DVec3::new(0.5, -0.5, 0.0));
+        for &face in &faces {
+            MeasuredFace::new(&mesh, face, mesh.triangle(face)).measure(&mut point);
+        }
+        assert!(point.error(true) > 0.2, "{point:?}");
+    }
 }
