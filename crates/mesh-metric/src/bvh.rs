@@ -13,7 +13,7 @@ use mesh_core::parallel;
 
 use crate::needles::{Piece, bounds_of, pieces};
 use crate::proved::at_least;
-use crate::slab::Slab;
+use crate::slab::{Slab, Slabs};
 use crate::wide::{Columns, LANES, Wide, closest_on_triangles, squared_gaps};
 
 /// Below this many triangles a part is ordered by one thread.
@@ -34,8 +34,8 @@ pub(crate) struct Bvh {
     original: Vec<u32>,
     /// What of the triangle in each place the boxes are round; nothing where that is all of it.
     pieces: Vec<Piece>,
-    /// What the triangles of each leaf are between, where some have several pieces.
-    slabs: Vec<Slab>,
+    /// What the triangles of eight leaves each are between, where some have several pieces.
+    slabs: Vec<Slabs>,
     /// Every triangle once, in the order of the leaves, where some have several pieces.
     in_space: Vec<u32>,
 }
@@ -193,7 +193,9 @@ impl Bvh {
             let slab = |leaf: usize| {
                 Slab::new(core::array::from_fn::<_, LANES, _>(|lane| leaves[leaf].triangle(lane)))
             };
-            self.slabs = parallel::collect(leaves.len(), slab);
+            self.slabs = parallel::collect(leaves.len().div_ceil(LANES), |node| {
+                Slabs::new((node * LANES..leaves.len().min((node + 1) * LANES)).map(slab))
+            });
         }
         (self.leaves, self.heights) = (leaves, heights);
     }
@@ -227,7 +229,6 @@ impl Bvh {
 
     #[inline(always)]
     pub(crate) fn nearest_with<S: Simd>(&self, simd: S, point: DVec3, guess: u32) -> Nearest {
-        let place = point;
         let point = Wide::splat(simd, point);
         let first = guess / LANES as u32;
         let mut best = self.nearest_in_leaf(simd, point, first);
@@ -238,9 +239,9 @@ impl Bvh {
                 continue;
             }
             if task.height > 0 {
-                let squares = squared_gaps([point, point], self.node(task).wide(simd));
+                let squares = self.squared_gaps(simd, point, task);
                 tasks.push_children(task, squares, best.squared);
-            } else if task.index != first && !self.is_beside(place, task.index, best.squared) {
+            } else if task.index != first {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);
                 if candidate.squared < best.squared {
                     best = candidate;
@@ -302,7 +303,6 @@ impl Bvh {
         than: f64,
         tasks: &mut Tasks,
     ) -> Option<Nearest> {
-        let place = point;
         let point = Wide::splat(simd, point);
         let mut best = None;
         let mut enough = than * than;
@@ -312,9 +312,9 @@ impl Bvh {
                 continue;
             }
             if task.height > 0 {
-                let squares = squared_gaps([point, point], self.node(task).wide(simd));
+                let squares = self.squared_gaps(simd, point, task);
                 tasks.push_children(task, squares, enough);
-            } else if !self.is_beside(place, task.index, enough) {
+            } else {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);
                 if candidate.squared < enough {
                     enough = candidate.squared;
@@ -342,7 +342,7 @@ impl Bvh {
                 continue;
             }
             if task.height > 0 {
-                let squares = squared_gaps([wide, wide], self.node(task).wide(simd));
+                let squares = self.squared_gaps(simd, wide, task);
                 tasks.push_children(task, squares, enough);
             } else {
                 for lane in 0..LANES {
@@ -353,13 +353,15 @@ impl Bvh {
         nearest
     }
 
-    /// Whether the needles of a leaf are farther than the root of a number, though its box may be nearer.
+    /// Numbers that the squared distances from a point to the children of a node are not below. The box of
+    /// a leaf may be near where its needles are not.
     #[inline(always)]
-    fn is_beside(&self, point: DVec3, leaf: u32, squared: f64) -> bool {
-        self.slabs.get(leaf as usize).is_some_and(|slab| {
-            let gap = slab.gap(point);
-            gap > 0.0 && gap * gap >= squared
-        })
+    fn squared_gaps<S: Simd>(&self, simd: S, point: Wide<S>, node: Task) -> f64x8<S> {
+        let squares = squared_gaps([point, point], self.node(node).wide(simd));
+        match self.slabs.get(node.index as usize) {
+            Some(slabs) if node.height == 1 => squares.max(slabs.squared_gaps(simd, point)),
+            _ => squares,
+        }
     }
 
     /// Whether there are needles in pieces, which queries are quicker for one by one.

@@ -17,8 +17,8 @@ pub struct CompareOptions {
     pub samples: usize,
     /// Whether the vertices are measured too. They count for the maximum only.
     pub vertices: bool,
-    /// Whether the edges are sampled too, as densely as the faces. They count for the maximum
-    /// only.
+    /// Whether the edges are sampled too, as densely as the faces, but with no more than four times as many
+    /// points: needles have long edges and no area. They count for the maximum only.
     pub edges: bool,
     /// Where the random numbers start.
     pub seed: u64,
@@ -29,6 +29,10 @@ impl Default for CompareOptions {
         Self { samples: 1_000_000, vertices: true, edges: true, seed: 1 }
     }
 }
+
+/// Edges have no more points than so many for each sample of the faces. Edges that are not much longer than
+/// others, and long enough to be sampled, need 3.5 at most.
+const MOST_ON_EDGES: usize = 4;
 
 /// The distances between two surfaces; made by [`compare`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,7 +142,8 @@ fn one_sided(
     }
     if options.edges {
         let spacing = (sampler.area() / options.samples.max(1) as f64).sqrt();
-        let points = EdgePoints::new(from, spacing, options.samples);
+        let most = MOST_ON_EDGES.saturating_mul(options.samples);
+        let points = EdgePoints::new(from, spacing, options.samples, most);
         all = all.join(measure(to, points.count(), stops, |i| points.point(i)));
     }
     let averaged = if on_faces.count > 0 { on_faces } else { all };
@@ -217,11 +222,7 @@ fn measure(
 /// they are so many times farther apart, and fewer on the longest edges, that they are not.
 #[must_use]
 pub fn edge_points(surface: &Surface, spacing: f64, limit: usize, most: usize) -> Vec<DVec3> {
-    let mut points = EdgePoints::new(surface, spacing, limit);
-    let times = points.count().div_ceil(most.max(1));
-    if times > 1 {
-        points.space(spacing * times as f64, limit / times);
-    }
+    let points = EdgePoints::new(surface, spacing, limit, most);
     (0..points.count()).map(|i| points.point(i)).collect()
 }
 
@@ -257,8 +258,9 @@ struct EdgePoints<'a> {
 }
 
 impl<'a> EdgePoints<'a> {
-    /// Points at most `spacing` apart, but not more than `limit` on one edge.
-    fn new(surface: &'a Surface, spacing: f64, limit: usize) -> Self {
+    /// Points at most `spacing` apart, but not more than `limit` on one edge; farther apart where these would
+    /// be more than `most` in all.
+    fn new(surface: &'a Surface, spacing: f64, limit: usize, most: usize) -> Self {
         let count = |&edge: &[u32; 2]| points_within(ends_of(surface, edge), spacing, limit);
         let sides = surface.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
         let ordered = sides.map(|[a, b]| [a.min(b), a.max(b)]);
@@ -267,6 +269,10 @@ impl<'a> EdgePoints<'a> {
         edges.dedup();
         let mut points = Self { surface, edges, ends: Vec::new() };
         points.space(spacing, limit);
+        let times = points.count().div_ceil(most.max(1));
+        if times > 1 {
+            points.space(spacing * times as f64, limit / times);
+        }
         points
     }
 

@@ -3,10 +3,14 @@
 //! The boxes round pieces of a needle are as wide as the pieces are long, and a point close to one
 //! needle is in the boxes of many beside it. How far it is from these is told by two planes along them.
 
+use fearless_simd::f64x8;
+use fearless_simd::prelude::*;
 use glam::DVec3;
 
+use crate::wide::{Columns, LANES, Wide};
+
 /// What is between two parallel planes.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slab {
     normal: DVec3,
     low: f64,
@@ -33,16 +37,42 @@ impl Slab {
         }
         Self { normal, low, high }
     }
+}
 
-    /// A number that the distance of a point from the triangles is not below.
+/// Eight of them, side by side.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Slabs {
+    normals: Columns,
+    low: [f64; LANES],
+    high: [f64; LANES],
+}
+
+impl Slabs {
+    /// Those that are missing are everywhere.
+    pub(crate) fn new(slabs: impl Iterator<Item = Slab>) -> Self {
+        let mut all = Self { normals: [[0.0; LANES]; 3], low: [0.0; LANES], high: [0.0; LANES] };
+        for (lane, slab) in slabs.take(LANES).enumerate() {
+            for (column, coordinate) in all.normals.iter_mut().zip(slab.normal.to_array()) {
+                column[lane] = coordinate;
+            }
+            (all.low[lane], all.high[lane]) = (slab.low, slab.high);
+        }
+        all
+    }
+
+    /// Numbers that the squared distances of a point from the triangles are not below.
     #[inline(always)]
-    pub(crate) fn gap(&self, point: DVec3) -> f64 {
-        let height = self.normal.dot(point);
-        (self.low - height).max(height - self.high) - rounding(point)
+    pub(crate) fn squared_gaps<S: Simd>(&self, simd: S, point: Wide<S>) -> f64x8<S> {
+        let heights = Wide::load(simd, &self.normals).dot(point);
+        let low: f64x8<S> = self.low.simd_into(simd);
+        let high: f64x8<S> = self.high.simd_into(simd);
+        let rounding = (point.x.abs() + point.y.abs() + point.z.abs()) * ROUNDING;
+        let gaps = (low - heights).max(heights - high) - rounding;
+        gaps.simd_gt(0.0).select(gaps * gaps, f64x8::splat(simd, 0.0))
     }
 }
 
-#[inline(always)]
 fn rounding(point: DVec3) -> f64 {
     ROUNDING * point.abs().element_sum()
 }
@@ -50,9 +80,20 @@ fn rounding(point: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use fearless_simd::{Level, dispatch};
     use mesh_core::shapes::SplitMix64;
 
     use crate::closest::closest_on_triangle;
+
+    /// How far a point is from a slab, which is the last of eight and the only one that is not everywhere.
+    fn gap(slab: Slab, point: DVec3) -> f64 {
+        let slabs = Slabs::new([Slab::default(); LANES - 1].into_iter().chain([slab]));
+        let squares = dispatch!(Level::new(), simd => {
+            <[f64; LANES]>::from(slabs.squared_gaps(simd, Wide::splat(simd, point)))
+        });
+        assert_eq!(squares[..LANES - 1], [0.0; LANES - 1]);
+        squares[LANES - 1].sqrt()
+    }
 
     #[test]
     fn triangles_are_not_nearer_than_their_slab() {
@@ -64,7 +105,7 @@ mod tests {
             let (from, tip, base) = (point(), point(), point());
             let width = [1e-3, 1.0, 0.0][round % 3];
             let triangles = [(); 4].map(|()| [tip, base + width * point(), base + width * point()]);
-            let gap = Slab::new(triangles).gap(from);
+            let gap = gap(Slab::new(triangles), from);
             let distance = |t: &[DVec3; 3]| closest_on_triangle(from, t).length();
             let nearest = triangles.iter().map(distance).fold(f64::INFINITY, f64::min);
             assert!(gap <= nearest, "{round}: {gap} {nearest}");
@@ -79,7 +120,7 @@ mod tests {
         let slab = Slab::new([0.0, 1.0, 2.0, 3.0].map(|i| [DVec3::Z, rim(i), rim(i + 1.0)]));
         // In the box round the needles, and far from them for their width.
         let beside = 0.5 * (DVec3::Z + rim(100.0));
-        assert!(slab.gap(beside) > 0.004, "{}", slab.gap(beside));
-        assert!(slab.gap(0.5 * (DVec3::Z + rim(2.0))) <= 0.0);
+        assert!(gap(slab, beside) > 0.004, "{}", gap(slab, beside));
+        assert_eq!(gap(slab, 0.5 * (DVec3::Z + rim(2.0))), 0.0);
     }
 }

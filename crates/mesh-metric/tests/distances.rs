@@ -406,6 +406,28 @@ fn a_surface_without_area_is_measured_by_its_edges() {
     assert_eq!((result.forward.mean, result.forward.max), (3.0, 3.0));
 }
 
+/// All edges of a cone together are thousands of times as long as it is.
+#[test]
+fn the_edges_of_needles_have_no_more_points_than_their_share() {
+    let count = 5000;
+    let rim = |i: u32| {
+        let angle = core::f64::consts::TAU * f64::from(i) / f64::from(count);
+        DVec3::new(angle.cos(), angle.sin(), 0.0)
+    };
+    let points: Vec<DVec3> = (0..count).map(rim).chain([DVec3::Z]).collect();
+    let triangles: Vec<[u32; 3]> = (0..count).map(|i| [i, (i + 1) % count, count]).collect();
+    let cone = Surface::from_triangles(&points, &triangles).unwrap();
+    let options = CompareOptions { samples: 10_000, ..CompareOptions::default() };
+    let measured = compare(&cone, &cone, &options).forward;
+    let on_edges = measured.samples - options.samples - points.len();
+    assert!((20_000..=40_000).contains(&on_edges), "{on_edges}");
+    // Without area the edges are all there is, and they are no more.
+    let flat: Vec<DVec3> = (0..=count).map(|i| DVec3::X * f64::from(i * i)).collect();
+    let line = Surface::from_triangles(&flat, &triangles).unwrap();
+    let measured = compare(&line, &cone, &options).forward;
+    assert!((20_000..=40_000 + flat.len()).contains(&measured.samples), "{}", measured.samples);
+}
+
 proptest! {
     /// Random triangle soups, slivers included: no sample is beyond the certified bounds, and the
     /// bounds are as close as asked for.
