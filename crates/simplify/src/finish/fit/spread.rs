@@ -248,6 +248,17 @@ mod tests {
         }
     }
 
+    /// The part of a triangle nearer to a corner than half way has a fourth of its area.
+    #[test]
+    fn many_points_are_as_many_everywhere() {
+        let spread = Spread::new(&[0], strip, 400, 5);
+        let spots: Vec<Spot> = spread.spots(strip, 0..400).collect();
+        for corner in 0..3 {
+            let near = spots.iter().filter(|spot| spot.weights[corner] > 0.5).count();
+            assert!(near.abs_diff(100) <= 4, "{corner}: {near}");
+        }
+    }
+
     #[test]
     fn triangles_without_area_have_no_points() {
         let flat = |t: u32| if t == 1 { [DVec3::ONE; 3] } else { strip(0) };
