@@ -5,8 +5,9 @@ use mesh_core::TriMesh;
 use mesh_core::shapes::Sphere;
 use mesh_metric::Surface;
 use simplify::{
-    AnnealOptions, CornerAttributes, ErrorCheck, FitConstraints, FitOptions, MAX_CHANNELS, Options,
-    PeakOptions, Preset, SimplifyError, anneal, collapses_within, cut_peaks, fit, simplify,
+    AnnealOptions, CollapseLog, CornerAttributes, ErrorCheck, FitConstraints, FitOptions,
+    MAX_CHANNELS, Options, PeakOptions, Preset, RecordError, SimplifyError, anneal,
+    collapses_within, cut_peaks, fit, simplify,
 };
 
 fn sphere(cuts: u32) -> TriMesh {
@@ -69,6 +70,14 @@ fn options_of_fit_peaks_and_annealing_are_checked() {
 }
 
 #[test]
+fn a_largest_error_is_positive_and_finite() {
+    for limit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let options = Options::default().within(limit, ErrorCheck::Sampled);
+        assert_eq!(named(simplify(&sphere(1), &options)), "limit.distance", "{limit}");
+    }
+}
+
+#[test]
 fn attributes_with_too_many_numbers_are_refused() {
     let mesh = sphere(1);
     assert!(CornerAttributes::new(&mesh, false, |_| [1.0; MAX_CHANNELS]).is_ok());
@@ -89,4 +98,28 @@ fn the_log_of_another_mesh_is_an_error() {
     assert!(matches!(within(&turned), Err(SimplifyError::OtherMesh(_))));
     let none = collapses_within(&mesh, &result.log, f64::NAN, ErrorCheck::Sampled);
     assert_eq!(named(none), "limit");
+}
+
+/// Each of what a collapse names, by itself.
+#[test]
+fn a_record_with_a_collapse_of_what_the_mesh_does_not_have_is_refused() {
+    let mesh = sphere(2);
+    let result = simplify(&mesh, &Options::preset(Preset::Fast).to_faces(100)).unwrap();
+    let mut record = Vec::new();
+    result.log.write(&mesh, &mut record).unwrap();
+    assert_eq!(CollapseLog::read(&mesh, &mut &record[..]).unwrap(), result.log);
+    let (head, collapse) = (28, 48);
+    let topology = mesh.topology();
+    let (sides, vertices) =
+        (topology.half_edge_capacity() as u32, topology.vertex_capacity() as u32);
+    let numbers =
+        [(0, sides), (4, vertices), (8, vertices)].map(|(at, n)| (at, n.to_le_bytes().to_vec()));
+    let places = [16, 24, 32].map(|at| (at, f64::NAN.to_le_bytes().to_vec()));
+    for (at, bytes) in numbers.into_iter().chain(places) {
+        let mut record = record.clone();
+        let at = head + 2 * collapse + at;
+        record[at..at + bytes.len()].copy_from_slice(&bytes);
+        let read = CollapseLog::read(&mesh, &mut &record[..]);
+        assert!(matches!(read, Err(RecordError::Misfit { collapse: 2 })), "byte {at}");
+    }
 }

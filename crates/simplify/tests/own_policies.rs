@@ -5,9 +5,10 @@ use glam::DVec3;
 use mesh_core::shapes::{Irregular, Sphere};
 use mesh_core::{Remap, TriMesh, VertexMap};
 use simplify::{
-    AnnealOptions, Collapse, Cost, EdgePatch, ErrorCheck, Guard, Hybrid, Memoryless, Metric,
-    NormalGuard, Optimal, Options, Placement, PlacementRule, Policies, Policy, Preset, Refusal,
-    Scratch, ShapeGuard, Simplified, SimplifyError, Update, simplify, simplify_with,
+    AnnealOptions, Collapse, Constraints, Cost, EdgePatch, ErrorCheck, Guard, Hybrid, Limits,
+    Memoryless, Metric, NormalGuard, Optimal, Options, Place, Placement, PlacementRule, Policies,
+    Policy, Preset, Quadric, Refusal, Scratch, ShapeGuard, Simplified, SimplifyError, Update,
+    collapse_edges, simplify, simplify_with,
 };
 use std::collections::HashSet;
 use std::ops::ControlFlow;
@@ -161,6 +162,50 @@ fn policies_in_boxes_do_the_same() {
             let boxed = simplify_with(&mesh, policies, &options, go_on).unwrap();
             assert_eq!(named.mesh.positions(), boxed.mesh.positions(), "{metric:?} {placement:?}");
             assert_eq!(named.mesh.to_soup().corners(), boxed.mesh.to_soup().corners());
+        }
+    }
+}
+
+/// At one of the ends, which it does not allow, and in the middle instead.
+struct NotAtEnds;
+
+impl Policy for NotAtEnds {}
+
+impl Placement for NotAtEnds {
+    fn place(
+        &self,
+        _: &EdgePatch<'_>,
+        _: Option<&Quadric>,
+        _: &mut dyn FnMut(DVec3) -> f64,
+    ) -> Place {
+        Place::Kept
+    }
+
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
+        if patch.ends().contains(&x) { Err(Refusal::Other) } else { Ok(()) }
+    }
+
+    fn instead(&self, refused: usize) -> Option<Place> {
+        (refused == 0).then_some(Place::At(DVec3::ZERO))
+    }
+}
+
+/// A locked vertex is where it has to be, so that there is no other place to try.
+#[test]
+fn locked_vertices_do_not_go_to_another_place_instead() {
+    let original = ball();
+    let locked = painted(&original);
+    for update in [Update::Lazy, Update::Eager] {
+        let mut mesh = original.clone();
+        let policies = Policies { update, ..Policies::new(Memoryless, NotAtEnds) };
+        let constraints = Constraints { locked: Some(locked.clone()), ..Constraints::default() };
+        let limits = Limits { faces: Some(500), ..Limits::default() };
+        let go_on = &mut |_: &_| ControlFlow::Continue(());
+        let run = collapse_edges(&mut mesh, policies, &constraints, &limits, go_on);
+        assert!(run.log.len() > 100 && run.refusals.of(Refusal::Other) > 0);
+        for (v, _) in locked.iter().filter(|(_, locked)| **locked) {
+            assert!(mesh.topology().contains_vertex(v), "{v:?}");
+            assert_eq!(mesh.position(v), original.position(v), "{v:?}");
         }
     }
 }

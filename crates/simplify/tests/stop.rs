@@ -57,3 +57,27 @@ fn a_limit_of_the_cost_ends_a_run_only_when_every_edge_costs_more_by_then() {
         assert!(legal.all(|e| topology.edge_vertices(e).iter().all(|v| v.get() < FIRST)));
     }
 }
+
+/// All edges cost the same.
+struct Same;
+
+impl Policy for Same {}
+
+impl Cost for Same {
+    fn cost(&self, _: &EdgePatch<'_>, _: Option<&Quadric>, _: DVec3, _: &mut Scratch) -> f64 {
+        1.0
+    }
+}
+
+#[test]
+fn an_edge_may_cost_as_much_as_the_limit() {
+    let sphere = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(2).unwrap()).unwrap();
+    for update in [Update::Lazy, Update::Eager] {
+        let mut mesh = sphere.clone();
+        let policies = Policies { update, ..Policies::new(Same, BestEndpoint) };
+        let limits = Limits { cost: Some(1.0), faces: Some(100), ..Limits::default() };
+        let go_on = &mut |_: &_| ControlFlow::Continue(());
+        let run = collapse_edges(&mut mesh, policies, &Default::default(), &limits, go_on);
+        assert_eq!(run.stop, StopReason::Faces, "{update:?}");
+    }
+}

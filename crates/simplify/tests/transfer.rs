@@ -106,3 +106,23 @@ fn faces_do_not_turn_over_in_the_texture() {
         (turned_and_refused(true, 1e-9), turned_and_refused(false, 1e-9));
     assert!(some < more && refused > 10 && never == 0, "{some} {more} {refused} {never}");
 }
+
+/// On either side of a seam the texture is linear, so that it cannot turn over, and every place is as good.
+#[test]
+fn corners_at_a_seam_move_with_their_own_side() {
+    let mesh = uneven_grid(30);
+    let topology = mesh.topology();
+    let is_beyond = |v: VertexId| v.index() >= (31 * SEAM) as usize;
+    let of_corner = |h: HalfEdgeId| {
+        let p = mesh.position(topology.origin(h));
+        let face = topology.face(h).unwrap();
+        let shift = if topology.face_vertices(face).into_iter().all(is_beyond) { 5.0 } else { 0.0 };
+        [p.x + shift, p.y]
+    };
+    let mut options = Options::preset(Preset::Fast).to_faces(60);
+    let corners = CornerAttributes::new(&mesh, true, of_corner).unwrap();
+    options.attributes = AttributeOptions { corners: Some(corners), weight: 1.0 };
+    let result = simplify(&mesh, &options).unwrap();
+    assert!(result.mesh.topology().face_count() <= 60);
+    assert_eq!(result.refusals.of(Refusal::TextureFold), 0);
+}

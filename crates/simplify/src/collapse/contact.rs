@@ -181,3 +181,35 @@ impl Contacts {
         stays_off(first, a, second) && stays_off(second, b, first)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangle lies in a plane, and one of the edges of another that is away from their contact goes
+    /// through it: whichever is named first, that is more than to touch.
+    #[test]
+    fn triangles_at_a_contact_touch_when_the_edges_of_neither_meet_the_other() {
+        // Two parts of two faces each, with the ends of one edge at the same places.
+        let (p, q) = ([0.0, 0.0, 0.0], [0.0, 3.0, 0.0]);
+        let first = [p, q, [-1.0, 1.0, 1.0], [-1.0, 0.0, 1.0]];
+        let second = [p, q, [1.0, 1.0, 1.0], [1.0, 0.0, 1.0]];
+        let triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]];
+        let mesh = TriMesh::from_triangles(&[first, second].concat(), &triangles).unwrap();
+        let contacts = Contacts::new(&mesh).unwrap();
+        let triangle = |vertices: [u32; 3], places: [[f64; 3]; 3]| {
+            (vertices.map(VertexId::new), places.map(DVec3::from))
+        };
+        let flat = triangle([0, 2, 3], [p, [4.0, -2.0, 0.0], [4.0, 2.0, 0.0]]);
+        let through = |z: f64| {
+            triangle([4, 6, 7], [[0.0, 0.0, 3.0], [1.0, 0.0, z + 1.0], [1.0, 0.0, z - 1.0]])
+        };
+        for (z, touches) in [(0.0, false), (2.0, true)] {
+            assert_eq!(contacts.touch_at_contact(flat, through(z)), touches, "{z}");
+            assert_eq!(contacts.touch_at_contact(through(z), flat), touches, "{z}");
+        }
+        // Where only a point is shared, there is no contact.
+        let none = triangle([0, 2, 3].map(|v| v % 2 + 2), flat.1.map(|p| p.to_array()));
+        assert!(!contacts.touch_at_contact(none, through(2.0)));
+    }
+}

@@ -336,3 +336,50 @@ fn gather_fan(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::{Irregular, Sphere};
+
+    #[test]
+    fn a_place_on_the_volume_plane_keeps_the_volume() {
+        let soup =
+            Sphere { radius: 1.0 }.irregular_icosphere(2, Irregular { jitter: 0.2, seed: 3 });
+        let mesh = TriMesh::from_soup(&soup.unwrap()).unwrap();
+        let volume = mesh.volume();
+        let mut faces = Vec::new();
+        for edge in mesh.topology().edges().step_by(7) {
+            let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut faces);
+            let (normal, offset) = patch.volume_plane().unwrap();
+            let foot = offset / normal.length_squared() * normal;
+            let length = patch.squared_length().sqrt();
+            for along in [DVec3::ZERO, length * normal.normalize().any_orthonormal_vector()] {
+                let place = patch.position(Place::At(foot + along));
+                let mut collapsed = mesh.clone();
+                let legal = collapsed.topology().check_collapse(patch.half_edge()).unwrap();
+                collapsed.collapse(legal, place);
+                assert!((collapsed.volume() - volume).abs() < 1e-12, "{edge:?}");
+            }
+        }
+    }
+
+    /// Two pyramids on one square: round a side of it the doubled areas add up to (2h, 2h, 0), and their squares
+    /// to 6 (1 + 2h²).
+    #[test]
+    fn a_patch_whose_areas_cancel_has_no_volume_plane() {
+        let has_plane = |h: f64| {
+            let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, h]);
+            let points = [x, y, z].map(|p| [p, p.map(|c| -c)]).concat();
+            let upper = [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4]];
+            let lower = upper.map(|[a, b, _]| [b, a, 5]);
+            let mesh = TriMesh::from_triangles(&points, &[upper, lower].concat()).unwrap();
+            let [a, b] = [0, 2].map(VertexId::new);
+            let mut edges = mesh.topology().edges_of_vertex(a);
+            let side = edges.find(|&e| mesh.topology().edge_vertices(e).contains(&b)).unwrap();
+            EdgePatch::gather(&mesh, side.half_edge(), &mut Vec::new()).volume_plane().is_some()
+        };
+        assert!(has_plane(1.0) && has_plane(0.9e-3));
+        assert!(!has_plane(0.8e-3) && !has_plane(1e-9));
+    }
+}

@@ -207,12 +207,19 @@ mod tests {
         let curvatures = DVec3::new(3.0, -1.0, 0.0);
         let height = |p: DVec3| 0.5 * p.dot(curvatures * p);
         let triangle = [DVec3::ZERO, DVec3::new(0.4, 0.1, 0.0), DVec3::new(-0.1, 0.7, 0.0)];
-        let form =
-            second_form(triangle, places(triangle).into_iter().map(|p| p + height(p) * DVec3::Z));
+        let on_saddle = |turn: DMat3| {
+            let feet = places(triangle).into_iter().map(|p| turn * (p + height(p) * DVec3::Z));
+            second_form(triangle.map(|p| turn * p), feet)
+        };
+        let form = on_saddle(DMat3::IDENTITY);
         let derivatives = form.as_ref().map(|form| form.derivatives).unwrap();
         assert!((derivatives - DMat3::from_diagonal(curvatures)).abs_diff_eq(DMat3::ZERO, 1e-12));
         let expected = DVec3::new(0.75 + ROUNDER, 0.25 + ROUNDER, 0.0);
         assert!(metric(form).abs_diff_eq(DMat3::from_diagonal(expected), 1e-12));
+        // And it turns with the saddle.
+        let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_z(0.4);
+        let turned = turn * DMat3::from_diagonal(expected) * turn.transpose();
+        assert!(metric(on_saddle(turn)).abs_diff_eq(turned, 1e-12));
         // Without curvature all directions are alike, and without area there are none.
         let flat = metric(second_form(triangle, places(triangle).into_iter()));
         assert!(flat.abs_diff_eq(DMat3::from_diagonal(DVec3::new(1.0, 1.0, 0.0)), 1e-12));

@@ -78,27 +78,7 @@ pub(crate) fn anneal_layout(
     observer: &mut Observer<'_>,
 ) -> usize {
     let mut random = SplitMix64::new(schedule.seed);
-    let found = schedule.forbid_intersections.then(|| Intersections::new(mesh));
-    let movable = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index);
-    let movable: Vec<VertexId> = movable.filter(|&v| is_movable(mesh, constraints, v)).collect();
-    let mut layout = Layout {
-        mesh,
-        original,
-        constraints,
-        found,
-        movable,
-        density,
-        densities: Vec::new(),
-        points: Vec::new(),
-        shares: Vec::new(),
-        squares: Vec::new(),
-        lists: FaceLists::new(0),
-        faces: Vec::new(),
-        touched: Vec::new(),
-        domed: Vec::new(),
-        metrics: schedule.is_smooth.then(Vec::new),
-        roundness: 0.0,
-    };
+    let mut layout = Layout::new(mesh, original, constraints, (schedule, density));
     let start = Instant::now();
     layout.settle();
     layout.draw();
@@ -169,7 +149,36 @@ struct Layout<'a> {
     roundness: f64,
 }
 
-impl Layout<'_> {
+impl<'a> Layout<'a> {
+    fn new(
+        mesh: &'a mut TriMesh,
+        original: &'a Surface,
+        constraints: &'a FitConstraints,
+        (schedule, density): (&Schedule, &'a mut Density),
+    ) -> Self {
+        let found = schedule.forbid_intersections.then(|| Intersections::new(mesh));
+        let movable = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index);
+        let movable = movable.filter(|&v| is_movable(mesh, constraints, v)).collect();
+        Self {
+            mesh,
+            original,
+            constraints,
+            found,
+            movable,
+            density,
+            densities: Vec::new(),
+            points: Vec::new(),
+            shares: Vec::new(),
+            squares: Vec::new(),
+            lists: FaceLists::new(0),
+            faces: Vec::new(),
+            touched: Vec::new(),
+            domed: Vec::new(),
+            metrics: schedule.is_smooth.then(Vec::new),
+            roundness: 0.0,
+        }
+    }
+
     /// Finds the feet of points of every face: as many for small faces as for large ones.
     fn draw(&mut self) {
         let topology = self.mesh.topology();
@@ -453,4 +462,42 @@ fn spread(metric: DMat3, triangle: [DVec3; 3]) -> f64 {
 /// Whether a face with the vector area `new` is turned by less than sixty degrees from `old`.
 fn keeps_side(new: DVec3, old: DVec3) -> bool {
     new.dot(old) > 0.5 * new.length() * old.length()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::finish::norm::Power;
+
+    /// A rhombus is cut along its shorter diagonal, whatever its size.
+    #[test]
+    fn edges_with_a_metric_are_flipped_when_that_makes_faces_rounder() {
+        let schedule = Schedule {
+            sweeps: 0,
+            jump: 0.0,
+            seed: 0,
+            forbid_intersections: false,
+            deadline: None,
+            is_smooth: true,
+        };
+        for size in [0.01, 1.0, 100.0] {
+            let corners = [[-3.0, 0.0], [3.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+            let points = corners.map(|[x, y]| [size * x, size * y, 0.0]);
+            let mut mesh = TriMesh::from_triangles(&points, &[[0, 1, 2], [1, 0, 3]]).unwrap();
+            let original = Surface::new(&mesh).unwrap();
+            let constraints = FitConstraints::default();
+            let mut density = Density::new(&mesh, &original, Power::SQUARE).unwrap();
+            let with = (&schedule, &mut density);
+            let mut layout = Layout::new(&mut mesh, &original, &constraints, with);
+            layout.lists = FaceLists::new(2);
+            layout.domed = vec![false; 2];
+            layout.metrics = Some(vec![DMat3::IDENTITY; 2]);
+            layout.flip_all();
+            let mut inner =
+                mesh.topology().edges().filter(|&e| !mesh.topology().is_boundary_edge(e));
+            let mut ends = mesh.topology().edge_vertices(inner.next().unwrap());
+            ends.sort_unstable();
+            assert_eq!(ends, [2, 3].map(VertexId::new), "{size}");
+        }
+    }
 }

@@ -122,6 +122,14 @@ mod tests {
     use super::{FitNorm, Power};
 
     #[test]
+    fn orders_of_the_rounds_are_those_of_the_norm() {
+        let of = |norm: FitNorm| [0, 1, 2, 3, 4].map(|round| norm.power(round).0);
+        assert_eq!(of(FitNorm::L1), [2, 1, 1, 1, 1]);
+        assert_eq!(of(FitNorm::L2), [2; 5]);
+        assert_eq!(of(FitNorm::Max), [2, 4, 6, 8, 8]);
+    }
+
+    #[test]
     fn means_are_those_of_their_order() {
         let squares = [1.0, 4.0, 16.0];
         let of = |norm: FitNorm| norm.last_power().mean(&squares).sqrt();

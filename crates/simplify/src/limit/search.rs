@@ -116,13 +116,8 @@ impl Search<'_> {
         Ok(found)
     }
 
-    /// The number of collapses that leaves `factor` times as many vertices, at least one more or
-    /// less.
     fn scaled(&self, collapses: usize, factor: f64) -> usize {
-        let vertices = used_vertices(self.mesh);
-        let left = ((vertices - collapses) as f64 * factor) as usize;
-        let changed = vertices - left.min(vertices);
-        if factor < 1.0 { changed.max(collapses + 1) } else { changed.min(collapses - 1) }
+        scaled(used_vertices(self.mesh), collapses, factor)
     }
 
     /// A number of collapses between two; `None` when they are close enough.
@@ -170,4 +165,29 @@ impl Search<'_> {
 fn used_vertices(mesh: &TriMesh) -> usize {
     let topology = mesh.topology();
     topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).count()
+}
+
+/// The number of collapses that leaves `factor` times as many of the vertices, at least one more or less.
+fn scaled(vertices: usize, collapses: usize, factor: f64) -> usize {
+    let left = ((vertices - collapses) as f64 * factor) as usize;
+    let changed = vertices - left.min(vertices);
+    if factor < 1.0 { changed.max(collapses + 1) } else { changed.min(collapses - 1) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scaled;
+
+    #[test]
+    fn a_number_of_collapses_is_scaled_by_the_vertices_that_it_leaves() {
+        // 80 are left, then 64; 40 are left, then 52.
+        assert_eq!(scaled(100, 20, 0.8), 36);
+        assert_eq!(scaled(100, 60, 1.3), 48);
+        assert_eq!(scaled(100, 0, 0.8), 20);
+        // There are no more than all.
+        assert_eq!(scaled(100, 10, 1.3), 0);
+        // Three are left, which is too few for the factor to matter; four fifths of one are none.
+        assert_eq!(scaled(10, 7, 1.3), 6);
+        assert_eq!(scaled(10, 9, 0.8), 10);
+    }
 }

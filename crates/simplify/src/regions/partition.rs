@@ -210,7 +210,25 @@ fn halve(sites: &mut [Site], size: usize) {
 
 #[cfg(test)]
 mod tests {
-    use super::evenly;
+    use super::{Site, evenly, halve};
+
+    #[test]
+    fn regions_are_cut_across_their_longest_side() {
+        for axis in 0..3 {
+            let site = |vertex: u32| {
+                let mut at = [(vertex % 2) as f32, (vertex % 3) as f32, (vertex % 5) as f32];
+                at[axis] = (vertex * 7 % 60) as f32;
+                Site { at, vertex }
+            };
+            let mut sites: Vec<Site> = (0..60).map(site).collect();
+            halve(&mut sites, 30);
+            let is_first = |site: &Site| site.at[axis] < 30.0;
+            assert!(
+                sites[..30].iter().all(is_first) && !sites[30..].iter().any(is_first),
+                "{axis}"
+            );
+        }
+    }
 
     #[test]
     fn some_of_all_are_spread_evenly() {

@@ -432,6 +432,8 @@ mod tests {
                     let normal: DVec3 = round.iter().map(|t| cross(t.map(at))).sum();
                     let offset: f64 = round.iter().map(|t| cross(t.map(at)).dot(at(t[0]))).sum();
                     assert!(volume.0.distance(normal) < 1e-12 && (volume.1 - offset).abs() < 1e-12);
+                    let size: f64 = round.iter().map(|t| cross(t.map(at)).length_squared()).sum();
+                    assert!((volume.2 - size).abs() < 1e-12);
                     let fan = patch.fan().iter().map(|&corner| corners.vertex(corner));
                     assert!(fan.clone().all(|v| v == ends[0]));
                     let own = staying.iter().filter(|t| t.contains(&ends[0]));

@@ -49,3 +49,20 @@ impl Surcharge for CurvatureFactor {
         self.change.collapsing(patch, x, scratch);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::polyhedra;
+
+    #[test]
+    fn a_patch_without_area_costs_no_more_for_its_curvature() {
+        let mut mesh = TriMesh::from_soup(&polyhedra::icosahedron()).unwrap();
+        mesh.positions_mut().fill(DVec3::ONE);
+        let mut factor = CurvatureFactor::new(1.0);
+        factor.prepare(&mesh);
+        let (mut faces, edge) = (Vec::new(), mesh.topology().edges().next().unwrap());
+        let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut faces);
+        assert_eq!(factor.raise(2.0, &patch, DVec3::ZERO, &mut Scratch::default()), 2.0);
+    }
+}

@@ -155,3 +155,51 @@ impl AccumulatedQuadrics {
             + self.0[removed.index()].moved_by(position - removed_from);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::{Irregular, Sphere};
+
+    fn sphere() -> TriMesh {
+        let soup =
+            Sphere { radius: 1.0 }.irregular_icosphere(1, Irregular { jitter: 0.2, seed: 3 });
+        TriMesh::from_soup(&soup.unwrap()).unwrap()
+    }
+
+    #[test]
+    fn errors_made_before_count_unless_the_cost_is_marginal() {
+        let mesh = sphere();
+        let edge = mesh.topology().edges().next().unwrap();
+        let patch = EdgePatch::without_faces(&mesh, edge.half_edge());
+        // Four at the middle of the edge.
+        let quadric = Quadric::plane(DVec3::Z, 2.0, 1.0);
+        for (mut cost, expected) in
+            [(GarlandHeckbert::new(), 4.0), (GarlandHeckbert::marginal(), 3.25)]
+        {
+            cost.prepare(&mesh);
+            cost.quadrics.0[patch.removed().index()].constant = 0.25;
+            cost.quadrics.0[patch.kept().index()].constant = 0.5;
+            let found = cost.cost(&patch, Some(&quadric), DVec3::ZERO, &mut Scratch::default());
+            assert!((found - length_tie(&patch) - expected).abs() < 1e-12, "{found}");
+        }
+    }
+
+    #[test]
+    fn the_early_bound_is_the_least_cost_of_any_place() {
+        let mesh = sphere();
+        let mut cost = GarlandHeckbert::new();
+        cost.prepare(&mesh);
+        for edge in mesh.topology().edges() {
+            let patch = EdgePatch::without_faces(&mesh, edge.half_edge());
+            let quadric = cost.quadric(&patch);
+            let bound = cost.early_bound(&patch).unwrap();
+            let at = |x: DVec3| cost.cost(&patch, quadric.as_ref(), x, &mut Scratch::default());
+            let best = quadric.unwrap().minimizer(None).unwrap();
+            assert_eq!(bound, at(best));
+            for way in [DVec3::X, DVec3::Y, DVec3::Z].map(|way| 0.01 * way) {
+                assert!(at(best + way) > bound && at(best - way) > bound, "{edge:?}");
+            }
+        }
+    }
+}

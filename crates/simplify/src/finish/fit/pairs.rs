@@ -137,3 +137,39 @@ impl<'a> Pairs<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::Sphere;
+
+    #[test]
+    fn vertices_more_than_half_as_far_as_the_farthest_point_are_added() {
+        let sphere = |cuts| {
+            let soup = Sphere { radius: 1.0 }.icosphere(cuts).unwrap();
+            TriMesh::from_soup(&soup).unwrap()
+        };
+        let (fine, mesh) = (sphere(3), sphere(1));
+        let [original, surface] = [&fine, &mesh].map(|mesh| Surface::new(mesh).unwrap());
+        let targets = Targets::new(&original, 500, 1);
+        let mut pairs = Pairs::new(&mesh, &surface, &targets, 1);
+        let (count, bar) = (pairs.squares.len(), 0.5 * pairs.largest().sqrt());
+        pairs.push_far(&surface, &original);
+        let distance = |p: DVec3| {
+            let faces = mesh.topology().faces();
+            let all = faces.map(|f| closest_on_triangle(p, &mesh.triangle(f)).length());
+            all.fold(f64::INFINITY, f64::min)
+        };
+        let far: Vec<DVec3> =
+            fine.positions().iter().copied().filter(|&p| distance(p) > bar).collect();
+        assert!(far.len() > 100 && far.len() < fine.positions().len());
+        let added: Vec<DVec3> = pairs.more.iter().map(|target| target.point).collect();
+        assert_eq!(added, far);
+        let of_faces = mesh.topology().faces().flat_map(|face| pairs.of_face(face));
+        let at_vertices = of_faces.filter(|(point, _)| far.contains(point));
+        let squares: Vec<[f64; 2]> =
+            at_vertices.map(|(point, squared)| [squared.sqrt(), distance(point)]).collect();
+        assert!(squares.len() == far.len() && pairs.squares.len() == count + far.len());
+        assert!(squares.iter().all(|[found, expected]| (found - expected).abs() < 1e-12));
+    }
+}

@@ -248,6 +248,31 @@ mod tests {
         }
     }
 
+    /// The part of a triangle nearer to a corner than half way has a fourth of its area.
+    #[test]
+    fn many_points_are_as_many_everywhere() {
+        let spread = Spread::new(&[0], strip, 400, 5);
+        let spots: Vec<Spot> = spread.spots(strip, 0..400).collect();
+        for corner in 0..3 {
+            let near = spots.iter().filter(|spot| spot.weights[corner] > 0.5).count();
+            assert!(near.abs_diff(100) <= 4, "{corner}: {near}");
+        }
+    }
+
+    /// Of any number n of steps of the golden section no gap is larger than 1.9 / n (Swierczkowski 1958).
+    #[test]
+    fn many_points_leave_no_gap_across() {
+        for seed in 0..20 {
+            let spread = Spread::new(&[0], strip, 100, seed);
+            let spots = spread.spots(strip, 0..100);
+            let across = |w: DVec3| w.z / (w.y + w.z);
+            let mut places: Vec<f64> = spots.map(|spot| across(spot.weights)).collect();
+            places.sort_unstable_by(f64::total_cmp);
+            places.push(places[0] + 1.0);
+            assert!(places.windows(2).all(|pair| pair[1] - pair[0] < 0.019), "{seed}");
+        }
+    }
+
     #[test]
     fn triangles_without_area_have_no_points() {
         let flat = |t: u32| if t == 1 { [DVec3::ONE; 3] } else { strip(0) };
