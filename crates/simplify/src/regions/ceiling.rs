@@ -105,8 +105,8 @@ impl Ceiling {
     /// The same for one of many sheets: regions that go higher are spread evenly over all of them.
     #[must_use]
     pub fn for_sheet(self, number: u32) -> Self {
-        // Steps of the golden section of 65,536.
-        Self { first: number.wrapping_mul(40_503) % WHOLE, ..self }
+        // Steps of the golden section of 65,536; that many more regions are the same again.
+        Self { first: number.wrapping_mul(40_503), ..self }
     }
 
     /// The ceiling of one of the regions of a sheet.

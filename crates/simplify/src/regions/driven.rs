@@ -273,7 +273,9 @@ fn cost_leaving(share: f64, regions: &[Reduced]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use core::sync::atomic::{AtomicUsize, Ordering};
     use glam::DVec3;
+    use mesh_core::shapes::Plane;
     use mesh_core::{HalfEdgeId, VertexId};
 
     /// A region of so many faces, two of which go with each collapse.
@@ -300,6 +302,34 @@ mod tests {
         let cost = |left: f64| cost_leaving(left / 32.0, &regions);
         assert_eq!([32.0, 30.0, 28.0].map(cost), [0.5, 1.0, 3.0]);
         assert_eq!([24.0, 22.0, 20.0].map(cost), [4.0, 9.0, f64::INFINITY]);
+    }
+
+    /// The rim of a region is no boundary of the mesh.
+    #[test]
+    fn regions_have_the_borders_of_the_whole() {
+        let soup = Plane { half_width: 1.0 }.mesh(200, Default::default()).unwrap();
+        let mut mesh = TriMesh::from_soup(&soup).unwrap();
+        let at_border = AtomicUsize::new(0);
+        let drive = |excerpt: &mut TriMesh,
+                     _: Vec<Quadric>,
+                     start: Start,
+                     _: &Limits,
+                     _: &mut dyn FnMut(&Progress) -> ControlFlow<()>| {
+            let Start { borders, is_free: Some(is_free), .. } = start else { return Run::new() };
+            let (borders, positions) = (borders.unwrap(), excerpt.positions());
+            for v in (0..is_free.len()).filter(|&v| is_free[v]) {
+                let is_at_border = positions[v].abs().max_element() == 1.0;
+                assert_eq!(borders[v] != Quadric::default(), is_at_border, "{}", positions[v]);
+                at_border.fetch_add(usize::from(is_at_border), Ordering::Relaxed);
+            }
+            Run::new()
+        };
+        let limits = Limits { faces: Some(40_000), ..Limits::default() };
+        let go_on = &mut |_: &_| ControlFlow::Continue(());
+        collapse_driven(&mut mesh, Vec::new(), &Constraints::default(), &limits, &drive, go_on);
+        // All but those next to the cuts.
+        let count = at_border.into_inner();
+        assert!((700..=800).contains(&count), "{count}");
     }
 
     #[test]
