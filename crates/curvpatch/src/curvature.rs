@@ -193,7 +193,7 @@ impl<'a> CurvatureEstimator<'a> {
             if !topology.contains_edge(edge) {
                 return 0.0;
             }
-            let [a, b] = topology.edge_vertices(edge).map(|v| self.mesh.position(v));
+            let [a, b] = self.mesh.segment(edge);
             a.distance(b)
         });
         4.0 * total / topology.edge_count().max(1) as f64

@@ -29,7 +29,7 @@ pub fn edge_dihedral_angle(mesh: &TriMesh, edge: EdgeId) -> Option<f64> {
 #[inline]
 #[must_use]
 pub fn edge_mean_curvature(mesh: &TriMesh, edge: EdgeId) -> Option<Integral> {
-    let [a, b] = mesh.topology().edge_vertices(edge).map(|v| mesh.position(v));
+    let [a, b] = mesh.segment(edge);
     edge_dihedral_angle(mesh, edge).map(|beta| Integral::new(0.5 * a.distance(b) * beta))
 }
 

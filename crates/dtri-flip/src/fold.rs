@@ -30,8 +30,9 @@ fn larger_turn(faces: [DVec3; 2], direction: DVec3) -> f64 {
 }
 
 pub(crate) fn twice_vector_area(mesh: &TriMesh, triangle: [VertexId; 3]) -> DVec3 {
-    let [a, b, c] = triangle.map(|v| mesh.position(v));
-    (b - a).cross(c - a)
+    let [a, b, c] = triangle;
+    let origin = mesh.position(a);
+    (mesh.position(b) - origin).cross(mesh.position(c) - origin)
 }
 
 /// A face without area has no direction and counts as folded back.

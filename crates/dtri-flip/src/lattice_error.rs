@@ -44,7 +44,7 @@ pub fn lattice_error(
         if !topology.contains_edge(e) {
             return Sums::NONE;
         }
-        let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
+        let [a, b] = mesh.segment(e);
         (1..n).map(|i| at(a + (b - a) * ratio(i, n))).fold(Sums::NONE, Sums::and)
     };
     let of_face = |index: usize| {

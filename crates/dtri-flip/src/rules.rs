@@ -117,7 +117,7 @@ const FLIPS_PER_EDGE_IN_CIRCLES: u32 = 8;
 fn noise_floor(mesh: &TriMesh, length_exponent: i32) -> f64 {
     let topology = mesh.topology();
     let lengths = topology.edges().map(|e| {
-        let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
+        let [a, b] = mesh.segment(e);
         a.distance(b)
     });
     let mean = lengths.sum::<f64>() / (topology.edge_count().max(1) as f64);

@@ -115,7 +115,8 @@ impl TriMesh {
     #[inline]
     #[must_use]
     pub fn segment(&self, edge: EdgeId) -> [DVec3; 2] {
-        self.topology().edge_vertices(edge).map(|v| self.position(v))
+        let [a, b] = self.topology().edge_vertices(edge);
+        [self.position(a), self.position(b)]
     }
 
     /// The length of an edge.

@@ -264,7 +264,7 @@ fn link_faces(vertex_count: usize, triangles: &[[u32; 3]], sides: &Sides) -> Top
     for (face, (triangle, sides)) in
         triangles.iter().zip(sides.half_edge.chunks_exact(3)).enumerate()
     {
-        let h = [sides[0], sides[1], sides[2]].map(HalfEdgeId::new);
+        let h = [HalfEdgeId::new(sides[0]), HalfEdgeId::new(sides[1]), HalfEdgeId::new(sides[2])];
         topology.face_half_edge.push(h[0]);
         for corner in 0..3 {
             let following = (corner + 1) % 3;

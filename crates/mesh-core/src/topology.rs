@@ -276,21 +276,24 @@ impl Topology {
     #[inline]
     #[must_use]
     pub fn edge_faces(&self, edge: EdgeId) -> [Option<FaceId>; 2] {
-        edge.half_edges().map(|h| self.face(h))
+        let [h, twin] = edge.half_edges();
+        [self.face(h), self.face(twin)]
     }
 
     /// The three edges of a face: that from its first vertex to its second, and so on.
     #[inline]
     #[must_use]
     pub fn face_edges(&self, face: FaceId) -> [EdgeId; 3] {
-        self.face_half_edges(face).map(HalfEdgeId::edge)
+        let [ab, bc, ca] = self.face_half_edges(face);
+        [ab.edge(), bc.edge(), ca.edge()]
     }
 
     /// The faces beyond the three [edges](Self::face_edges) of a face, `None` beyond the boundary.
     #[inline]
     #[must_use]
     pub fn face_neighbours(&self, face: FaceId) -> [Option<FaceId>; 3] {
-        self.face_half_edges(face).map(|h| self.face(h.twin()))
+        let [ab, bc, ca] = self.face_half_edges(face);
+        [self.face(ab.twin()), self.face(bc.twin()), self.face(ca.twin())]
     }
 
     /// Whether the edge has a face on one side only.
@@ -355,7 +358,10 @@ impl Topology {
     /// The indices are those of [`Topology::vertices`]: where vertices were removed, compact
     /// first.
     pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
-        self.faces().map(|f| self.face_vertices(f).map(VertexId::get))
+        self.faces().map(|f| {
+            let [a, b, c] = self.face_vertices(f);
+            [a.get(), b.get(), c.get()]
+        })
     }
 
     /// The triangles in an order that depends on nothing but themselves: each begins with its

@@ -76,8 +76,10 @@ impl Leaf {
         Self { corners }
     }
 
+    #[inline(always)]
     pub(crate) fn triangle(&self, lane: usize) -> [DVec3; 3] {
-        [0, 1, 2].map(|corner| get(&self.corners[corner], lane))
+        let [a, b, c] = &self.corners;
+        [get(a, lane), get(b, lane), get(c, lane)]
     }
 
     /// The bounds of the triangles.
@@ -116,14 +118,13 @@ impl Node {
     }
 }
 
-fn set(columns: &mut Columns, lane: usize, value: DVec3) {
-    for (column, coordinate) in columns.iter_mut().zip(value.to_array()) {
-        column[lane] = coordinate;
-    }
+fn set([x, y, z]: &mut Columns, lane: usize, value: DVec3) {
+    (x[lane], y[lane], z[lane]) = value.into();
 }
 
-fn get(columns: &Columns, lane: usize) -> DVec3 {
-    DVec3::from(columns.map(|column| column[lane]))
+#[inline(always)]
+fn get([x, y, z]: &Columns, lane: usize) -> DVec3 {
+    DVec3::new(x[lane], y[lane], z[lane])
 }
 
 /// The smallest coordinates of some columns and the largest of others.
@@ -209,6 +210,7 @@ impl Bvh {
         self.original[slot as usize]
     }
 
+    #[inline]
     pub(crate) fn triangle(&self, slot: u32) -> [DVec3; 3] {
         self.leaves[slot as usize / LANES].triangle(slot as usize % LANES)
     }

@@ -20,13 +20,15 @@ pub(crate) const THIN: f64 = 1e-12;
 #[inline]
 #[must_use]
 pub fn closest_on_triangle(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
-    let [a, b, c] = triangle.map(|corner| corner - point);
+    // All of this stands in hot loops: no `map`, which is not always inlined.
+    let (a, b, c) = (triangle[0] - point, triangle[1] - point, triangle[2] - point);
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let normal = ab.cross(-ca);
     let squared = normal.length_squared();
     let thin = squared <= THIN * THIN * ab.length_squared() * ca.length_squared();
     // Negative beyond the side, seen from inside.
-    let beyond = [ab.cross(a), bc.cross(b), ca.cross(c)].map(|m| thin || normal.dot(m) > 0.0);
+    let is_beyond = |start: DVec3, along: DVec3| thin || normal.dot(along.cross(start)) > 0.0;
+    let beyond = [is_beyond(a, ab), is_beyond(b, bc), is_beyond(c, ca)];
     if beyond == [false; 3] {
         return normal * (normal.dot(a) / squared);
     }
@@ -47,7 +49,7 @@ pub fn closest_on_triangle(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
 #[must_use]
 pub fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     let at = point + closest_on_triangle(point, triangle);
-    let [a, b, c] = triangle.map(|corner| corner - at);
+    let (a, b, c) = (triangle[0] - at, triangle[1] - at, triangle[2] - at);
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
     let parts = DVec3::new(b.cross(c).dot(normal), c.cross(a).dot(normal), a.cross(b).dot(normal));
     let parts = parts.max(DVec3::ZERO);

@@ -236,8 +236,8 @@ pub fn points_of_edge(
     (0..count).map(move |i| point_within(ends, i, count))
 }
 
-fn ends_of(surface: &Surface, edge: [u32; 2]) -> [DVec3; 2] {
-    edge.map(|v| surface.positions()[v as usize])
+fn ends_of(surface: &Surface, [a, b]: [u32; 2]) -> [DVec3; 2] {
+    [surface.positions()[a as usize], surface.positions()[b as usize]]
 }
 
 /// How many points lie inside an edge.

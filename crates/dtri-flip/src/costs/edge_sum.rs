@@ -115,8 +115,8 @@ fn corner_points(mesh: &TriMesh, quad: &Quad) -> [DVec3; 4] {
 /// The edge and the four sides of the quadrilateral.
 #[inline]
 pub(crate) fn edges(quad: &Quad) -> [EdgeId; 5] {
-    let [bc, ca, ad, db] = quad.sides.map(HalfEdgeId::edge);
-    [quad.edge, bc, ca, ad, db]
+    let [bc, ca, ad, db] = quad.sides;
+    [quad.edge, bc.edge(), ca.edge(), ad.edge(), db.edge()]
 }
 
 impl<T: EdgeTerm> FlipCost for T {

@@ -121,6 +121,14 @@ struct Before {
 const HISTORY: usize = 64;
 
 impl VertexCostCache {
+    /// The integrals at the corners of a quadrilateral.
+    #[inline]
+    fn at_corners(&self, quad: &Quad) -> [Integrals; 4] {
+        // Where `map` is not inlined, it takes several times as long.
+        let [a, b, c, d] = quad.corners;
+        [self.integrals[a], self.integrals[b], self.integrals[c], self.integrals[d]]
+    }
+
     /// Notes the integrals of a vertex that are about to change with the flip of an edge; those
     /// before its last flip, if that was the last one here and is now undone.
     fn undo_or_note(&mut self, vertex: VertexId, edge: EdgeId) -> Option<Integrals> {
@@ -220,7 +228,8 @@ impl FlipCost for VertexCost {
                 [[0.0; QUADS]; 5]
             };
             for (i, (change, quad)) in zip(changes, quads).enumerate() {
-                let terms = terms_after.map(|kind| kind[i]);
+                let [diagonal, bc, ca, ad, db] = &terms_after;
+                let terms = [diagonal[i], bc[i], ca[i], ad[i], db[i]];
                 *change = quad.as_ref().and_then(|quad| {
                     let means = self.means_after(cache, quad, || terms);
                     self.lower_change_with_means(mesh, cache, quad, means)
@@ -262,7 +271,7 @@ impl VertexCost {
         quad: &Quad,
         means: [f64; 4],
     ) -> Change {
-        let before = quad.corners.map(|v| cache.integrals[v]);
+        let before = cache.at_corners(quad);
         let mut after = Corners { quad, integrals: before };
         for (at, abs_mean) in after.integrals.iter_mut().zip(means) {
             at.abs_mean = abs_mean;
@@ -273,8 +282,13 @@ impl VertexCost {
         if self.function.needs_areas_and_means() {
             self.exchange_areas(mesh, &mut after);
         }
-        let sum = |corners: [Integrals; 4]| corners.map(|at| self.function.of(&at)).iter().sum();
-        Change { before: sum(before), after: sum(after.integrals) }
+        Change { before: self.sum(&before), after: self.sum(&after.integrals) }
+    }
+
+    /// What the corners of a quadrilateral add to the cost.
+    #[inline]
+    fn sum(&self, corners: &[Integrals; 4]) -> f64 {
+        corners.iter().map(|at| self.function.of(at)).sum()
     }
 
     fn lower_change_with_means(
@@ -297,7 +311,8 @@ impl VertexCost {
         quad: &Quad,
         terms_after: impl FnOnce() -> [f64; 5],
     ) -> [f64; 4] {
-        let mut means = quad.corners.map(|v| cache.integrals[v].abs_mean);
+        let [a, b, c, d] = cache.at_corners(quad);
+        let mut means = [a.abs_mean, b.abs_mean, c.abs_mean, d.abs_mean];
         if self.function.needs_areas_and_means() {
             exchange_means(&cache.edge_terms, terms_after(), quad, &mut means);
         }
@@ -313,17 +328,17 @@ impl VertexCost {
         quad: &Quad,
         means: [f64; 4],
     ) -> bool {
-        let before = quad.corners.map(|v| cache.integrals[v]);
-        let cost: f64 = before.map(|at| self.function.of(&at)).iter().sum();
+        let before = cache.at_corners(quad);
+        let cost = self.sum(&before);
         let mean: f64 = means.iter().sum();
         match self.function {
             VertexFunction::AbsGaussian => false,
             VertexFunction::AbsPrincipal => 2.0 * mean > cost * (1.0 + MARGIN),
             VertexFunction::SquaredMean => {
                 let area = |triangles: [[VertexId; 3]; 2]| -> f64 {
-                    triangles.map(|t| 0.5 * twice_vector_area(mesh, t).length()).iter().sum()
+                    triangles.iter().map(|&t| 0.5 * twice_vector_area(mesh, t).length()).sum()
                 };
-                let areas = before.map(|at| at.area).iter().sum::<f64>()
+                let areas = before.iter().map(|at| at.area).sum::<f64>()
                     + area(quad.flipped_triangles())
                     - area(quad.triangles());
                 mean * mean > cost * areas * (1.0 + MARGIN)
@@ -363,8 +378,7 @@ impl VertexCost {
         exchange_faces(
             after,
             |corner, next, last| {
-                let [p, q, r] = [corner, next, last].map(|v| mesh.position(v));
-                corner_angle(p, q, r)
+                corner_angle(mesh.position(corner), mesh.position(next), mesh.position(last))
             },
             |at, angle| at.angle_defect -= angle,
         );
@@ -374,7 +388,7 @@ impl VertexCost {
         exchange_faces(
             after,
             |corner, next, last| {
-                let [p, q, r] = [corner, next, last].map(|v| mesh.position(v));
+                let (p, q, r) = (mesh.position(corner), mesh.position(next), mesh.position(last));
                 corner_area(self.area, p, q, r).value()
             },
             |at, area| at.area += area,
@@ -403,10 +417,10 @@ fn exchange_faces(
 
 /// Half of an edge's term goes to each end.
 fn exchange_means(terms: &EdgeMap<f64>, terms_after: [f64; 5], quad: &Quad, means: &mut [f64; 4]) {
-    let before = edges(quad).map(|edge| terms[edge]);
-    let change = |side: usize| terms_after[side] - before[side];
-    let [diagonal, turned] = [before[0], terms_after[0]];
-    let [bc, ca, ad, db] = [1, 2, 3, 4].map(change);
+    let edges = edges(quad);
+    let change = |side: usize| terms_after[side] - terms[edges[side]];
+    let (diagonal, turned) = (terms[edges[0]], terms_after[0]);
+    let (bc, ca, ad, db) = (change(1), change(2), change(3), change(4));
     means[0] += 0.5 * (ca + ad - diagonal);
     means[1] += 0.5 * (bc + db - diagonal);
     means[2] += 0.5 * (bc + ca + turned);

@@ -164,7 +164,8 @@ impl<'a> Draft<'a> {
         }
         let vertex_of = |corner: u32| self.corners[corner as usize];
         let corner_source = &self.provenance.corner_source;
-        self.triangles = corner_source.iter().map(|corners| corners.map(vertex_of)).collect();
+        let triangle = |&[a, b, c]: &[u32; 3]| [vertex_of(a), vertex_of(b), vertex_of(c)];
+        self.triangles = corner_source.iter().map(triangle).collect();
     }
 
     fn position(&self, vertex: u32) -> DVec3 {

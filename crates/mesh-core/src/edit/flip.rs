@@ -109,7 +109,7 @@ impl Topology {
         let t = h.twin();
         let (bc, ad) = (self.next(h), self.next(t));
         let (ca, db) = (self.next(bc), self.next(ad));
-        let starts = self.face_starts([h, t]);
+        let starts = [self.face_start(h), self.face_start(t)];
         self.circuit([h, ca, ad]);
         self.circuit([t, db, bc]);
         self.finish_turn(h, [bc, ad, ca, db], starts);
@@ -120,25 +120,23 @@ impl Topology {
         let t = h.twin();
         let (bc, ad) = (self.next(h), self.next(t));
         let (ca, db) = (self.next(bc), self.next(ad));
-        let starts = self.face_starts([h, t]);
+        let starts = [self.face_start(h), self.face_start(t)];
         self.circuit([h, db, bc]);
         self.circuit([t, ca, ad]);
         self.finish_turn(h, [bc, ad, ca, db], starts);
     }
 
-    /// How many steps after `h` each face starts.
-    fn face_starts(&self, half_edges: [HalfEdgeId; 2]) -> [usize; 2] {
-        half_edges.map(|h| {
-            let Some(face) = self.face(h) else { return 0 };
-            let start = self.half_edge_of_face(face);
-            if start == h {
-                0
-            } else if start == self.next(h) {
-                1
-            } else {
-                2
-            }
-        })
+    /// How many steps after `h` its face starts.
+    fn face_start(&self, h: HalfEdgeId) -> usize {
+        let Some(face) = self.face(h) else { return 0 };
+        let start = self.half_edge_of_face(face);
+        if start == h {
+            0
+        } else if start == self.next(h) {
+            1
+        } else {
+            2
+        }
     }
 
     /// Targets of the turned edge, start corners of its faces, and half-edges of its former ends.

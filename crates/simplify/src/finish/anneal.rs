@@ -271,7 +271,7 @@ impl State {
     ) -> Result<Self, SimplifyError> {
         let mut mesh = self.mesh.clone();
         for edge in self.worst_edges(share) {
-            let [a, b] = mesh.topology().edge_vertices(edge).map(|v| mesh.position(v));
+            let [a, b] = mesh.segment(edge);
             if let Ok(split) = mesh.topology().check_split_edge(edge) {
                 mesh.split_edge(split, a + 0.5 * (b - a));
             }
@@ -313,7 +313,7 @@ impl State {
         let candidates =
             topology.edges().filter(|&e| !topology.is_boundary_edge(e) && !is_feature(e));
         let length = |e: EdgeId| {
-            let [a, b] = topology.edge_vertices(e).map(|v| self.mesh.position(v));
+            let [a, b] = self.mesh.segment(e);
             a.distance_squared(b)
         };
         // Of the edges of a face, the longest.

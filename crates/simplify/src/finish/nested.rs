@@ -140,7 +140,7 @@ fn quadruple(mesh: &mut TriMesh) -> bool {
     let edges: Vec<EdgeId> = mesh.topology().edges().collect();
     let mut spokes = Vec::with_capacity(2 * edges.len());
     for edge in edges {
-        let [a, b] = mesh.topology().edge_vertices(edge).map(|v| mesh.position(v));
+        let [a, b] = mesh.segment(edge);
         let Ok(split) = mesh.topology().check_split_edge(edge) else { return false };
         spokes.extend(mesh.split_edge(split, a + 0.5 * (b - a)).spokes.into_iter().flatten());
     }
@@ -165,13 +165,13 @@ fn top_up(mesh: &mut TriMesh, faces: usize) {
     for &(_, face) in ranked.iter().take(missing) {
         let topology = mesh.topology();
         let length = |e: EdgeId| {
-            let [a, b] = topology.edge_vertices(e).map(|v| mesh.position(v));
+            let [a, b] = mesh.segment(e);
             a.distance_squared(b)
         };
         let sides = topology.face_edges(face).into_iter();
         let inner = sides.filter(|&e| !topology.is_boundary_edge(e));
         let Some(edge) = inner.max_by(|&p, &q| length(p).total_cmp(&length(q))) else { continue };
-        let [a, b] = topology.edge_vertices(edge).map(|v| mesh.position(v));
+        let [a, b] = mesh.segment(edge);
         if let Ok(split) = topology.check_split_edge(edge) {
             mesh.split_edge(split, a + 0.5 * (b - a));
         }

@@ -213,6 +213,12 @@ impl Corners {
         self.vertex(next(corner))
     }
 
+    /// The vertex across from a side; [`NONE`] for [`NONE`].
+    #[inline]
+    pub(super) fn apex(&self, side: u32) -> u32 {
+        if side == NONE { NONE } else { self.vertex(previous(side)) }
+    }
+
     #[inline]
     pub(super) fn twin(&self, corner: u32) -> u32 {
         self.corner(corner).twin
@@ -239,7 +245,7 @@ impl Corners {
     /// The triangles that are left, by the number of each.
     pub(super) fn triangles(&self) -> impl Iterator<Item = (usize, [u32; 3])> + '_ {
         let faces = self.faces.iter().enumerate();
-        let triangles = faces.map(|(i, &Face([a, b, c, _]))| (i, [a, b, c].map(|c| c.vertex)));
+        let triangles = faces.map(|(i, &Face([a, b, c, _]))| (i, [a.vertex, b.vertex, c.vertex]));
         triangles.filter(|(_, t)| t[0] != NONE)
     }
 
@@ -298,7 +304,7 @@ impl Corners {
         merged: &mut impl FnMut(u32, u32),
     ) -> u32 {
         let apex = self.vertex(from_apex);
-        let [p, q] = [stays, goes].map(|side| self.twin(side));
+        let (p, q) = (self.twin(stays), self.twin(goes));
         let (edge, gone) = (self.edge(stays), self.edge(goes));
         if p != NONE {
             self.corner_mut(p).twin = q;

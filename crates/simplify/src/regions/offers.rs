@@ -26,7 +26,8 @@ pub(super) struct Offers {
 impl Offers {
     #[inline(always)]
     pub(super) fn place(&self, lane: usize) -> DVec3 {
-        DVec3::from_array(self.places.map(|row| row[lane]))
+        let [x, y, z] = &self.places;
+        DVec3::new(x[lane], y[lane], z[lane])
     }
 }
 

@@ -131,10 +131,9 @@ impl Patch {
         let twin = corners.twin(side);
         let ends = [corners.vertex(side), corners.target(side)];
         let origin = vertices[ends[0] as usize].position + half;
-        let apexes = [side, twin]
-            .map(|side| if side == NONE { NONE } else { corners.vertex(previous(side)) });
+        let apexes = [corners.apex(side), corners.apex(twin)];
         let at = |v: u32| (v != NONE).then(|| vertices[v as usize].position - origin);
-        self.apexes = apexes.map(at);
+        self.apexes = [at(apexes[0]), at(apexes[1])];
         self.half = half;
         self.number = self.number.wrapping_add(1);
         self.fan.clear();

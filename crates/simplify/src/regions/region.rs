@@ -111,7 +111,11 @@ impl Region {
             let (Ok(place) | Err(place)) = strangers.binary_search(&v);
             (own.len() + place) as u32
         };
-        let triangles = faces.iter().map(|&face| corners(face).map(number)).collect();
+        let triangle = |&face: &u32| {
+            let [a, b, c] = corners(face);
+            [number(a), number(b), number(c)]
+        };
+        let triangles = faces.iter().map(triangle).collect();
         let half_edges = if rules.record {
             faces.iter().map(|&face| sheet.half_edges(face as usize)).collect()
         } else {
@@ -219,7 +223,8 @@ impl Region {
         let left: Vec<usize> = (0..own).filter(|&v| !is_gone[v]).collect();
         let (mut triangles, mut faces, mut half_edges) = (Vec::new(), Vec::new(), Vec::new());
         for (face, triangle) in tile.triangles().take_while(|&(face, _)| face < handed_on) {
-            triangles.push(triangle.map(|v| vertices[v as usize]));
+            let [a, b, c] = triangle;
+            triangles.push([vertices[a as usize], vertices[b as usize], vertices[c as usize]]);
             faces.push(face_ids[face]);
             if rules.record {
                 half_edges.push(tile.half_edges(face));

@@ -74,7 +74,10 @@ impl<'a> Sheet<'a> {
         let Some(mesh) = self.whole else { return Some(self.triangles[face]) };
         let face = FaceId::from_index(face);
         let is_there = mesh.topology().contains_face(face);
-        is_there.then(|| mesh.topology().face_vertices(face).map(VertexId::get))
+        is_there.then(|| {
+            let [a, b, c] = mesh.topology().face_vertices(face);
+            [a.get(), b.get(), c.get()]
+        })
     }
 
     /// The half-edges of the original that are left of the sides of a face.

@@ -310,10 +310,10 @@ impl Tile {
             return Ok(Turn::Later(due));
         }
         let ends = self.ends(side);
-        let [a, b] = ends.map(|v| &self.vertices[v as usize]);
-        let half = 0.5 * (b.position - a.position);
+        let [a, b] = [ends[0] as usize, ends[1] as usize];
+        let half = 0.5 * (self.vertices[b].position - self.vertices[a].position);
         self.patch.gather(simd, &self.corners, &mut self.vertices, side, half)?;
-        let [a, b] = ends.map(|v| self.vertices[v as usize].quadric());
+        let (a, b) = (self.vertices[a].quadric(), self.vertices[b].quadric());
         let quadric = a.joined(&b, half);
         let mut offer = Offer { side, half, quadric, x, cost };
         if self.rules.keep_volume {
@@ -345,8 +345,7 @@ impl Tile {
     fn collapse(&mut self, offer: &Offer, [removed, kept]: [u32; 2], at: usize) -> u32 {
         let Offer { side, half, quadric, x, cost } = *offer;
         let half_edge = self.half_edges.get(side as usize).copied();
-        let apexes = [side, self.corners.twin(side)]
-            .map(|side| if side == NONE { NONE } else { self.corners.vertex(previous(side)) });
+        let apexes = [self.corners.apex(side), self.corners.apex(self.corners.twin(side))];
         let faces = self.corners.faces();
         let half_edges = &mut self.half_edges;
         self.corners.collapse(side, self.patch.fan(), self.patch.is_at_rim(), |stays, across| {
@@ -429,7 +428,8 @@ fn remember_faces(
     with_border: bool,
 ) {
     for (face, t) in triangles.iter().enumerate() {
-        let [a, b, c] = t.map(|v| vertices[v as usize].position);
+        let at = |v: u32| vertices[v as usize].position;
+        let (a, b, c) = (at(t[0]), at(t[1]), at(t[2]));
         let cross = (b - a).cross(c - a);
         let double_area = cross.length();
         if double_area <= 0.0 {
@@ -440,8 +440,9 @@ fn remember_faces(
         for i in 0..3 {
             if with_border && corners.twin((STRIDE * face + i) as u32) == NONE {
                 let ends = [t[i], t[(i + 1) % 3]];
-                let [from, to] = ends.map(|v| vertices[v as usize].position);
-                let across = (to - from).cross(cross / double_area);
+                let along =
+                    vertices[ends[1] as usize].position - vertices[ends[0] as usize].position;
+                let across = along.cross(cross / double_area);
                 let border = rows(&Quadric::plane(across, 0.0, 0.5));
                 ends.into_iter().for_each(|v| vertices[v as usize].add(&border));
             }
@@ -468,7 +469,8 @@ impl Offer {
             Some(x) if x.length_squared() <= near => x,
             _ => {
                 let places = [DVec3::ZERO, -self.half, self.half];
-                let values = places.map(|x| self.quadric.value(x));
+                let value = |i: usize| self.quadric.value(places[i]);
+                let values = [value(0), value(1), value(2)];
                 let best =
                     (1..3).fold(0, |best, i| if values[i] < values[best] { i } else { best });
                 places[best]

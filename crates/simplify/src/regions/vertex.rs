@@ -28,8 +28,9 @@ impl Vertex {
 
     #[inline(always)]
     pub(super) fn quadric(&self) -> Quadric {
-        let [diagonal, mixed, linear] = self.quadric.map(|[x, y, z, _]| DVec3::new(x, y, z));
-        let constant = self.quadric[0][3];
+        let [[dx, dy, dz, constant], [mx, my, mz, _], [lx, ly, lz, _]] = self.quadric;
+        let (diagonal, mixed) = (DVec3::new(dx, dy, dz), DVec3::new(mx, my, mz));
+        let linear = DVec3::new(lx, ly, lz);
         Quadric { matrix: Symmetric3 { diagonal, mixed }, linear, constant }
     }
 

@@ -60,8 +60,9 @@ impl Element {
         target: &Target,
         weighting: &Weighting,
     ) {
-        let [a, b, c] = corners.map(|corner| corner - target.point);
-        let gap = a * weights.x + b * weights.y + c * weights.z;
+        let [a, b, c] = *corners;
+        let from = |corner: DVec3| corner - target.point;
+        let gap = from(a) * weights.x + from(b) * weights.y + from(c) * weights.z;
         let squared = gap.length_squared();
         let weight = target.share * weighting.of(squared);
         let mut matrix = Symmetric3::square(target.normal, weight);

@@ -51,14 +51,14 @@ impl Equations<'_> {
             BLOCK,
             |places| {
                 let start = places.start;
-                let mut elements = [Element::default(); BLOCK];
+                let mut elements = vec![Element::default(); places.len()];
                 let spots: Vec<Spot> = spread.spots(corners, spread.on(places.clone())).collect();
                 let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();
                 let closest = self.original.closest_to_neighbours(&points);
                 for (spot, closest) in spots.iter().zip(closest) {
                     let share = self.density * spot.share;
-                    let (on, point) = (closest.triangle, closest.point);
-                    let target = Target::on_triangle(self.original, on, point, share);
+                    let on = self.original.triangle(closest.triangle as usize);
+                    let target = Target::on_triangle(on, closest.point, share);
                     let corners = corners(spot.triangle);
                     elements[spot.place - start].add(
                         &corners,

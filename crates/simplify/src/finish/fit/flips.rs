@@ -67,8 +67,8 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, power: Power, edge: EdgeId
     }
     let [h, twin] = edge.half_edges();
     let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return false };
-    let [a, b] = topology.edge_vertices(edge).map(|v| mesh.position(v));
-    let (c, d) = (mesh.position(c), mesh.position(d));
+    let [a, b] = topology.edge_vertices(edge);
+    let [a, b, c, d] = [mesh.position(a), mesh.position(b), mesh.position(c), mesh.position(d)];
     let new = [[c, a, d], [d, b, c]];
     let cross = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p);
     let normal = cross([a, b, c]) + cross([b, a, d]);
@@ -80,8 +80,9 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, power: Power, edge: EdgeId
     let before: f64 = targets().map(|(_, squared)| power.of(squared)).sum();
     let mut left = before * (1.0 - 1e-9);
     for (point, _) in targets() {
-        let [p, q] = [&new[0], &new[1]].map(|t| closest_on_triangle(point, t).length_squared());
-        left -= power.of(p.min(q));
+        let squared = |triangle| closest_on_triangle(point, triangle).length_squared();
+        let [first, second] = &new;
+        left -= power.of(squared(first).min(squared(second)));
         // Most flips are for the worse, as the first few targets tell.
         if left <= 0.0 || left.is_nan() {
             return false;

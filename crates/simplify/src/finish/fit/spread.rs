@@ -41,7 +41,7 @@ pub(crate) struct Spot {
 pub(crate) struct Spots {
     place: usize,
     pub(crate) triangle: u32,
-    corners: [DVec3; 3],
+    pub(crate) corners: [DVec3; 3],
     numbers: Range<usize>,
     /// The area that each stands for, relative to the mean.
     pub(crate) share: f64,
@@ -127,6 +127,7 @@ impl<'a> Spread<'a> {
     }
 
     /// The triangle in a place, and its points.
+    #[inline]
     pub(crate) fn spots_on(&self, corners: impl Fn(u32) -> [DVec3; 3], place: usize) -> Spots {
         let numbers = self.on(place..place + 1);
         let triangle = self.order[place];
@@ -138,6 +139,7 @@ impl<'a> Spread<'a> {
 }
 
 impl Spots {
+    #[inline]
     fn spot(&self, number: usize) -> Spot {
         let Self { place, triangle, corners: [a, b, c], share, .. } = *self;
         let weights = self.weights(number);
@@ -174,6 +176,7 @@ fn turned([p, q, r]: [f64; 3], by: usize) -> DVec3 {
     }
 }
 
+#[inline]
 pub(crate) fn area(&[a, b, c]: &[DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }

@@ -17,8 +17,8 @@ pub(crate) struct Target {
 
 impl Target {
     /// A point of a triangle of the original.
-    pub(crate) fn on_triangle(original: &Surface, triangle: u32, point: DVec3, share: f64) -> Self {
-        let [a, b, c] = original.triangle(triangle as usize);
+    #[inline]
+    pub(crate) fn on_triangle([a, b, c]: [DVec3; 3], point: DVec3, share: f64) -> Self {
         Self { point, normal: (b - a).cross(c - a).normalize_or_zero(), share }
     }
 }
@@ -64,6 +64,6 @@ impl<'a> Targets<'a> {
         let on = self
             .spread
             .spots_on(|t| self.original.triangle(t as usize), self.places[index] as usize);
-        Target::on_triangle(self.original, on.triangle, self.points[index], density * on.share)
+        Target::on_triangle(on.corners, self.points[index], density * on.share)
     }
 }

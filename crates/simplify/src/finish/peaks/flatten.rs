@@ -113,8 +113,9 @@ impl Peaks<'_> {
         let mut all: Vec<(FaceId, Target)> = Vec::new();
         for (spot, closest) in spots.iter().zip(self.surface.closest_to_neighbours(&points)) {
             if moves[closest.face.index()] {
-                let (on, share) = (spot.triangle, share * spot.share);
-                all.push((closest.face, Target::on_triangle(original, on, spot.point, share)));
+                let on = corners(spot.triangle);
+                let target = Target::on_triangle(on, spot.point, share * spot.share);
+                all.push((closest.face, target));
             }
         }
         for (&point, closest) in self.points.all.iter().zip(&self.forward).take(self.points.samples)
