@@ -1,5 +1,5 @@
 //! Plots of curves as SVG, to be put into a page: colours and fonts come from its style sheet
-//! (classes `plot`, `curve`, `mark`, `grid`, `tick`, and `s1` to `s6` for the series).
+//! (classes `plot`, `curve`, `mark`, `grid`, `tick`, and `s1` to `s7` for the series).
 
 use maud::{Markup, html};
 use mesh_render::ticks;
@@ -39,9 +39,10 @@ const STYLE: &str = "\
     .grid { stroke: #dde2e8; } .frame { stroke: #59626e; fill: none; } \
     .curve { fill: none; stroke-width: 2; } \
     .s1 { stroke: #2f6fd0; } .s2 { stroke: #d1622b; } .s3 { stroke: #2c8f5a; } \
-    .s4 { stroke: #8a4fc7; } .s5 { stroke: #b8325a; } .s6 { stroke: #6f7782; } \
+    .s4 { stroke: #8a4fc7; } .s5 { stroke: #b8325a; } .s6 { stroke: #6f7782; } .s7 { stroke: #1c2128; } \
     .mark.s1 { fill: #2f6fd0; } .mark.s2 { fill: #d1622b; } .mark.s3 { fill: #2c8f5a; } \
-    .mark.s4 { fill: #8a4fc7; } .mark.s5 { fill: #b8325a; } .mark.s6 { fill: #6f7782; }";
+    .mark.s4 { fill: #8a4fc7; } .mark.s5 { fill: #b8325a; } .mark.s6 { fill: #6f7782; } \
+    .mark.s7 { fill: #1c2128; }";
 /// Room for labels around the frame.
 const LEFT: f64 = 84.0;
 const RIGHT: f64 = 20.0;
@@ -136,7 +137,7 @@ impl Plot {
 }
 
 fn style_class(index: usize) -> String {
-    format!("s{}", index % 6 + 1)
+    format!("s{}", index % 7 + 1)
 }
 
 fn dashes(series: &Series) -> Option<&'static str> {
