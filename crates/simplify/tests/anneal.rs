@@ -18,11 +18,12 @@ fn sphere() -> TriMesh {
     TriMesh::from_soup(&Sphere { radius: 1.0 }.irregular_icosphere(5, irregular).unwrap()).unwrap()
 }
 
-/// Of the preset, with annealing of the layout alone and less of it.
+/// Of the preset, with annealing of one layout alone and less of it.
 fn annealing(sweeps: usize) -> Options {
     let mut options = Options::preset(Preset::Extreme);
     options.finish.peaks = None;
-    options.finish.anneal = Some(AnnealOptions { sweeps, rounds: 0, ..AnnealOptions::default() });
+    let one = AnnealOptions { sweeps, starts: 1, rounds: 0, ..AnnealOptions::default() };
+    options.finish.anneal = Some(one);
     options
 }
 
@@ -124,13 +125,64 @@ fn an_ellipsoid_is_laid_out_anew_and_comes_nearer() {
     assert!(result.vertex_map.iter().all(near));
 }
 
-/// Laid out anew from 100 faces, traded, and the peaks taken down.
+/// Of six layouts one is made first; of the five others, begun with 100 faces, two are cut in four.
+#[test]
+fn the_closest_of_several_layouts_is_kept_on_smooth_surfaces_alone() {
+    let mesh = sphere();
+    let original = Surface::new(&mesh).unwrap();
+    let start = simplify(&mesh, &Options::preset(Preset::Quality).to_faces(400)).unwrap().mesh;
+    let run = |starts| {
+        let options = AnnealOptions { sweeps: 40, starts, rounds: 0, ..AnnealOptions::default() };
+        let mut mesh = start.clone();
+        let report =
+            anneal(&mut mesh, &original, &mut FitConstraints::default(), &options).unwrap();
+        assert_eq!(mesh.topology().face_count(), 400);
+        report
+    };
+    let (one, six) = (run(1), run(6));
+    assert_eq!((one.layouts, one.sweeps), (1, 40 + 10));
+    assert_eq!((six.layouts, six.sweeps), (6, 6 * 40 + 3 * 10));
+    assert!(one.rms_after < one.rms_before);
+    // It would be the same where none of the others is closer.
+    assert!(six.rms_after < one.rms_after, "{} {}", one.rms_after, six.rms_after);
+
+    // Bumps that 100 faces know nothing of.
+    let mut mesh = mesh;
+    for p in mesh.positions_mut() {
+        let [x, y, z] = p.to_array().map(|x| (9.0 * x).sin());
+        *p *= 1.0 + 0.2 * x * y * z;
+    }
+    let mut options = annealing(12).to_faces(400);
+    options.finish.anneal.as_mut().unwrap().starts = 6;
+    let result = simplify(&mesh, &options).unwrap();
+    assert_eq!(result.anneal.unwrap().layouts, 1);
+}
+
+/// Stopped among the later layouts it keeps the first one.
+#[test]
+fn a_layout_that_is_better_outlives_a_stop() {
+    let mesh = sphere();
+    let mut options = annealing(20).to_faces(400);
+    options.finish.anneal.as_mut().unwrap().starts = 6;
+    let mut asked = 0;
+    let result = simplify_observed(&mesh, &options, &mut |now| {
+        asked += usize::from(now.phase == Phase::Anneal);
+        if asked > 60 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })
+    .unwrap();
+    assert_eq!(result.stop, StopReason::Cancelled);
+    let report = result.anneal.unwrap();
+    assert!(report.layouts == 6 && report.is_layout_kept, "{report:?}");
+    assert!(report.rms_after < report.rms_before);
+}
+
+/// Laid out anew from 100 faces, six times, traded, and the peaks taken down.
 #[test]
 fn threads_do_not_change_a_bit() {
     let mesh = sphere();
     for norm in [FitNorm::L2, FitNorm::Max] {
         let mut options = Options::preset(Preset::Extreme).to_faces(400);
-        let quick = AnnealOptions { sweeps: 12, rounds: 1, ..AnnealOptions::default() };
+        let quick = AnnealOptions { sweeps: 12, starts: 6, rounds: 1, ..AnnealOptions::default() };
         options.finish.anneal = Some(quick);
         options.finish = options.finish.minimising(norm);
         let run = |threads: usize| {

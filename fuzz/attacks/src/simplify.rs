@@ -41,7 +41,7 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
         *fit = FitOptions { rounds: fit.rounds.min(2), samples_per_face: 4, ..*fit };
     }
     if let Some(anneal) = &mut options.finish.anneal {
-        *anneal = AnnealOptions { rounds: 2, samples_per_face: 4, ..*anneal };
+        *anneal = AnnealOptions { starts: 3, rounds: 2, samples_per_face: 4, ..*anneal };
         anneal.fit.samples_per_face = 4;
     }
     if let Some(peaks) = &mut options.finish.peaks {

@@ -1,7 +1,7 @@
 //! Annealing the layout, and trading faces from where they do little for where they are missed.
 //!
-//! First the mesh is laid out anew from coarse to fine, see [`nested`](super::nested); where that is no
-//! better, its own vertices and edges are annealed, see [`layout`](super::layout).
+//! First the mesh is laid out anew from coarse to fine, see [`nested`](super::nested), and where that is
+//! better, again from other beginnings; where it is no better, its own vertices and edges are annealed, see [`layout`](super::layout).
 //! Then each round cuts the edges with the largest error in two, fits, collapses the cheapest edges until
 //! there are as many faces as before, and fits again. The result is kept when it is closer to the
 //! original.
@@ -21,7 +21,7 @@ use crate::finish::density::Density;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::{FitOptions, MOST_SAMPLES_PER_FACE, fit_observed};
 use crate::finish::layout::{Schedule, anneal_layout};
-use crate::finish::nested::{Nested, counterparts, lay_out_nested};
+use crate::finish::nested::{Beginnings, Nested, counterparts, lay_out_nested};
 use crate::finish::norm::Power;
 use crate::finish::observer::Observer;
 
@@ -33,6 +33,9 @@ pub struct AnnealOptions {
     pub sweeps: usize,
     /// How far vertices jump at first, in mean lengths of their edges.
     pub jump: f64,
+    /// How many layouts are begun on a smooth surface, at least 1. The closest fourth of them is carried on
+    /// at each finer stage, so that 16 take two to four times as long as one.
+    pub starts: usize,
     /// The longest time for all of it. The only option that makes results depend on the machine.
     pub time_limit: Option<Duration>,
     /// How many rounds of trading faces.
@@ -51,6 +54,7 @@ impl Default for AnnealOptions {
         Self {
             sweeps: 160,
             jump: 0.2,
+            starts: 16,
             time_limit: None,
             rounds: 12,
             share: 0.03,
@@ -65,6 +69,7 @@ impl AnnealOptions {
     pub(crate) fn check(&self) -> Result<(), SimplifyError> {
         let is_length = self.jump >= 0.0 && self.jump.is_finite();
         SimplifyError::unless(is_length, "anneal jump", self.jump, "at least 0 and finite")?;
+        SimplifyError::unless(self.starts > 0, "anneal starts", 0.0, "at least 1")?;
         let is_part = (0.0..=1.0).contains(&self.share);
         SimplifyError::unless(is_part, "anneal share", self.share, "between 0 and 1")?;
         let samples = self.samples_per_face;
@@ -82,7 +87,9 @@ const SETTLE: usize = 6;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnnealReport {
-    /// How many sweeps were made.
+    /// How many layouts were begun, from coarse to fine: more than one where the first one was better.
+    pub layouts: usize,
+    /// How many sweeps were made, of all layouts.
     pub sweeps: usize,
     /// Whether what they left was better, and kept.
     pub is_layout_kept: bool,
@@ -132,6 +139,7 @@ pub(crate) fn anneal_observed(
     let mut state = State::new(mesh.clone(), constraints.clone(), &points, power)?;
     let rms_before = state.rms();
     let deadline = options.time_limit.and_then(|limit| Instant::now().checked_add(limit));
+    let mut layouts = 0;
     let mut sweeps = 0;
     let mut is_layout_kept = false;
     if options.sweeps > 0 && !observer.is_stopped() {
@@ -144,28 +152,36 @@ pub(crate) fn anneal_observed(
             is_smooth: false,
         };
         let settle = FitOptions { rounds: options.fit.rounds.max(SETTLE), ..options.fit };
-        let mut density = Density::new(&state.mesh, original, power)?;
-        let with = (&schedule, &mut density, &options.fit);
-        if let Some(nested) =
-            lay_out_nested(&state.mesh, original, &state.constraints, with, observer)?
-        {
-            let Nested { mesh: mut next, constraints, sweeps: made } = nested;
+        let density = &Density::new(mesh, original, power)?;
+        let (fit, points) = (&options.fit, &*points);
+        let schedule = &schedule;
+        // The others only where the first one is better: where the surface is smooth.
+        for starts in [0..1, 1..options.starts] {
+            if starts.is_empty() || (starts.start > 0 && !is_layout_kept) {
+                break;
+            }
+            layouts += starts.len();
+            let beginnings = Beginnings { starts, schedule, density, fit, points, power };
+            let laid_out = lay_out_nested(mesh, original, constraints, &beginnings, observer)?;
+            let Some(Nested { mesh: mut next, constraints, sweeps: made }) = laid_out else {
+                break;
+            };
             sweeps += made;
             fit_observed(&mut next, original, &constraints, &settle, observer)?;
             let map = counterparts(mesh, &next)?;
-            let next = State { map, ..State::new(next, constraints, &points, power)? };
-            is_layout_kept = next.sum < state.sum;
-            if is_layout_kept {
+            let next = State { map, ..State::new(next, constraints, points, power)? };
+            if next.sum < state.sum {
+                is_layout_kept = true;
                 state = next;
             }
         }
         if !is_layout_kept {
             let mut next = state.mesh.clone();
-            let mut density = Density::new(&state.mesh, original, power)?;
-            let with = (&schedule, &mut density);
+            let mut density = density.clone();
+            let with = (schedule, &mut density);
             sweeps += anneal_layout(&mut next, original, &state.constraints, with, observer);
             fit_observed(&mut next, original, &state.constraints, &settle, observer)?;
-            let next = State::new(next, state.constraints.clone(), &points, power)?;
+            let next = State::new(next, state.constraints.clone(), points, power)?;
             is_layout_kept = next.sum < state.sum;
             if is_layout_kept {
                 state = next;
@@ -195,6 +211,7 @@ pub(crate) fn anneal_observed(
     let rms_after = state.rms();
     (*mesh, *constraints) = (state.mesh, state.constraints);
     Ok(AnnealReport {
+        layouts,
         sweeps,
         is_layout_kept,
         rounds,

@@ -9,6 +9,8 @@
 //! A mesh with about the wanted number of faces tells H, as it is at that scale, and by E / a³ how many
 //! faces each part should have; see [`Power::faces_per_area`]. From there the distance itself leads on.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3};
 use mesh_core::{FaceId, Handle, TriMesh, VertexId, parallel};
 use mesh_metric::{Surface, SurfaceError, closest_on_triangle};
@@ -21,14 +23,20 @@ use crate::finish::norm::Power;
 /// Vertices that go to the mean of the centroids of their faces, weighted by area and by a density, end up
 /// denser where the density is larger; how much denser depends on how the surface bends and how the faces
 /// are stretched. So the density starts at the wanted number of faces per area, and follows the distance.
+#[derive(Clone)]
 pub(crate) struct Density {
+    told: Arc<Told>,
+    /// For each face of the mesh that told it: the logarithm of what the wanted density is multiplied by.
+    more: Vec<f64>,
+}
+
+/// What a mesh tells, the same however the density goes on from there.
+struct Told {
     power: Power,
     mesh: TriMesh,
     surface: Surface,
-    /// For each face of the mesh: what is wanted at first, the logarithm of what it is multiplied by, and
-    /// the metric.
+    /// For each face of the mesh: the density that is wanted at first, and the metric.
     wanted: Vec<f64>,
-    more: Vec<f64>,
     metrics: Vec<DMat3>,
 }
 
@@ -78,29 +86,30 @@ impl Density {
         gather(mesh, &mut sums);
         let wanted = sums.into_iter().map(|[squares, cubes]| power.faces_per_area(squares / cubes));
         let more = vec![0.0; topology.face_capacity()];
-        let surface = Surface::new(mesh)?;
-        Ok(Self { power, mesh: mesh.clone(), surface, wanted: wanted.collect(), more, metrics })
+        let (wanted, surface) = (wanted.collect(), Surface::new(mesh)?);
+        let told = Arc::new(Told { power, mesh: mesh.clone(), surface, wanted, metrics });
+        Ok(Self { told, more })
     }
 
     /// The faces closest to points that are neighbours among each other.
     pub(crate) fn places(&self, points: &[DVec3]) -> impl Iterator<Item = FaceId> + '_ {
-        self.surface.closest_to_neighbours(points).into_iter().map(|closest| closest.face)
+        self.told.surface.closest_to_neighbours(points).into_iter().map(|closest| closest.face)
     }
 
     /// The density there.
     pub(crate) fn at(&self, place: FaceId) -> f64 {
-        self.wanted[place.index()] * self.more[place.index()].exp()
+        self.told.wanted[place.index()] * self.more[place.index()].exp()
     }
 
     /// The metric in which faces should be equilateral there, its trace 1 or a little more.
     pub(crate) fn metric(&self, place: FaceId) -> DMat3 {
-        self.metrics[place.index()]
+        self.told.metrics[place.index()]
     }
 
     /// How many faces there should be in place of one with an area and a mean squared distance, up to a
     /// factor.
     pub(crate) fn faces_for(&self, area: f64, squared: f64) -> f64 {
-        area * self.power.faces_per_area(squared / (area * area))
+        area * self.told.power.faces_per_area(squared / (area * area))
     }
 
     /// Raises the density where there are fewer faces than there should be: `found` has places, and how
@@ -113,7 +122,7 @@ impl Density {
             *sum = [sum[0] + faces, sum[1] + 1.0];
             all = [all[0] + faces, all[1] + 1.0];
         }
-        gather(&self.mesh, &mut sums);
+        gather(&self.told.mesh, &mut sums);
         let mean = all[0] / all[1];
         for (more, [sum, count]) in self.more.iter_mut().zip(sums).filter(|(_, s)| s[0] > 0.0) {
             *more = (*more + GAIN * (sum / count / mean).ln()).clamp(-MOST, MOST);

@@ -7,8 +7,13 @@
 //! has as many faces as the one that was given. What is left to be healed at each stage are the few
 //! vertices that are of another valence in the coarsest mesh.
 //!
+//! How many those are, and where, is a matter of luck, and the coarsest mesh costs least: so several are
+//! begun, and only the closest of them are carried on to the next stage.
+//!
 //! That is for surfaces that are smooth at the scale of the faces. Where they are not, the coarse mesh
 //! knows nothing of what the fine one should show, and what comes out is worse and not kept.
+
+use core::ops::Range;
 
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, VertexMap};
@@ -23,14 +28,35 @@ use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::spread::area;
 use crate::finish::fit::{FitOptions, fit_observed};
 use crate::finish::layout::{Schedule, anneal_layout};
+use crate::finish::norm::Power;
 use crate::finish::observer::Observer;
+
+/// Which layouts to begin, and how.
+pub(crate) struct Beginnings<'a> {
+    /// Each of them with jumps of its own; the first one with those of the seed itself.
+    pub(crate) starts: Range<usize>,
+    pub(crate) schedule: &'a Schedule,
+    /// Where each of them starts from.
+    pub(crate) density: &'a Density,
+    pub(crate) fit: &'a FitOptions,
+    /// Points of the original, and the power of the distances from them that is to be small.
+    pub(crate) points: &'a [DVec3],
+    pub(crate) power: Power,
+}
 
 /// A mesh that was laid out anew, with as many faces or fewer, to be fitted.
 pub(crate) struct Nested {
     pub(crate) mesh: TriMesh,
     pub(crate) constraints: FitConstraints,
-    /// How many sweeps were made.
+    /// How many sweeps were made, all beginnings together.
     pub(crate) sweeps: usize,
+}
+
+/// One of several layouts.
+struct Trial {
+    mesh: TriMesh,
+    density: Density,
+    seed: u64,
 }
 
 /// The fewest faces to begin with.
@@ -40,16 +66,19 @@ const COOLER: f64 = 0.25;
 const SHORTER: usize = 4;
 /// How many rounds of fitting there are after each stage.
 const ROUNDS: usize = 3;
+/// Of so many layouts one goes on to the next stage.
+const ONE_OF: usize = 4;
 
-/// Lays out a mesh anew. `None` when there are too few faces, or something holds its vertices: features,
-/// locks, or a boundary without a curve to follow.
+/// Lays out a mesh anew, the best of several beginnings. `None` when there are too few faces, or something
+/// holds its vertices: features, locks, or a boundary without a curve to follow.
 pub(crate) fn lay_out_nested(
     mesh: &TriMesh,
     original: &Surface,
     constraints: &FitConstraints,
-    (schedule, density, fit): (&Schedule, &mut Density, &FitOptions),
+    beginnings: &Beginnings<'_>,
     observer: &mut Observer<'_>,
 ) -> Result<Option<Nested>, SimplifyError> {
+    let &Beginnings { schedule, density, points, power, .. } = beginnings;
     let faces = mesh.topology().face_count();
     let stages = stages(faces);
     if stages == 0 || is_held(mesh, constraints) {
@@ -69,28 +98,59 @@ pub(crate) fn lay_out_nested(
     if mesh.topology().face_count() > coarse.faces {
         return Ok(None);
     }
+    let trial = |start: usize| {
+        // Far from the seeds next to this one, which users take in turn.
+        let seed = schedule.seed.wrapping_add((start as u64) << 32);
+        Trial { mesh: mesh.clone(), density: density.clone(), seed }
+    };
+    let mut trials: Vec<Trial> = beginnings.starts.clone().map(trial).collect();
     let mut schedule = Schedule { is_smooth: true, ..*schedule };
-    let fit = FitOptions { rounds: ROUNDS, ..*fit };
+    let fit = FitOptions { rounds: ROUNDS, ..*beginnings.fit };
     let mut sweeps = 0;
     for stage in (0..=stages).rev() {
-        top_up(&mut mesh, faces_at(stage, faces));
-        let with = (&schedule, &mut *density);
-        sweeps += anneal_layout(&mut mesh, original, &constraints, with, observer);
-        if observer.is_stopped() || (stage > 0 && schedule.is_over()) {
-            return Ok(None);
-        }
-        if stage > 0 {
-            fit_observed(&mut mesh, original, &constraints, &fit, observer)?;
-            if !quadruple(&mut mesh) {
+        let is_last = stage == 0;
+        let is_alone = trials.len() == 1;
+        for Trial { mesh, density, seed } in &mut trials {
+            top_up(mesh, faces_at(stage, faces));
+            schedule.seed = *seed;
+            sweeps += anneal_layout(mesh, original, &constraints, (&schedule, density), observer);
+            if observer.is_stopped() || (!is_last && schedule.is_over()) {
                 return Ok(None);
             }
+            if !(is_last && is_alone) {
+                fit_observed(mesh, original, &constraints, &fit, observer)?;
+            }
+        }
+        if !is_alone {
+            let carried = if is_last { 1 } else { trials.len().div_ceil(ONE_OF) };
+            trials = closest(trials, carried, points, power)?;
+        }
+        if !is_last && !trials.iter_mut().all(|trial| quadruple(&mut trial.mesh)) {
+            return Ok(None);
         }
         if stage == stages {
             schedule.jump *= COOLER;
             schedule.sweeps = schedule.sweeps.div_ceil(SHORTER);
         }
     }
-    Ok(Some(Nested { mesh, constraints, sweeps }))
+    Ok(trials.pop().map(|Trial { mesh, .. }| Nested { mesh, constraints, sweeps }))
+}
+
+/// So many of the layouts: those whose powers of distances from the points have the least sums.
+fn closest(
+    trials: Vec<Trial>,
+    count: usize,
+    points: &[DVec3],
+    power: Power,
+) -> Result<Vec<Trial>, SurfaceError> {
+    let mut ranked = Vec::with_capacity(trials.len());
+    for trial in trials {
+        let closest = Surface::new(&trial.mesh)?.closest_points(points);
+        let powers = closest.iter().map(|closest| power.of(closest.offset.length_squared()));
+        ranked.push((powers.sum::<f64>(), trial));
+    }
+    ranked.sort_by(|p, q| p.0.total_cmp(&q.0));
+    Ok(ranked.into_iter().take(count).map(|(_, trial)| trial).collect())
 }
 
 /// For each vertex of a mesh the closest one of another, on the same side of the surface.
