@@ -242,8 +242,16 @@ fn ends_of(surface: &Surface, [a, b]: [u32; 2]) -> [DVec3; 2] {
 
 /// How many points lie inside an edge.
 fn points_within([p, q]: [DVec3; 2], spacing: f64, limit: usize) -> usize {
-    ((p.distance(q) / spacing) as usize).min(limit)
+    let squared = p.distance_squared(q);
+    // Most edges are short, and a root and a quotient take longer than all else here.
+    if squared < SHORT * spacing * spacing {
+        return 0;
+    }
+    ((squared.sqrt() / spacing) as usize).min(limit)
 }
+
+/// The square of what is surely less than 1, however it is rounded.
+const SHORT: f64 = 0.999;
 
 fn point_within([p, q]: [DVec3; 2], index: usize, count: usize) -> DVec3 {
     p + (q - p) * ((index + 1) as f64 / (count + 1) as f64)

@@ -185,37 +185,32 @@ impl<'a> Peaks<'a> {
             .collect();
         // Without one that has changed there is none to come closer to.
         let nearby = Surface::from_triangles(mesh.positions(), &triangles).ok();
+        let is_near = nearby.as_ref().map(|nearby| self.faces_near(before, nearby));
         let forward = in_blocks(self.forward.len(), |range| {
             let (old, points) = (&self.forward[range.clone()], &self.points.all[range]);
-            let kept: Vec<Option<FaceId>> =
-                old.iter().map(|closest| new_faces[closest.face.index()]).collect();
-            let lost: Vec<DVec3> =
-                points.iter().zip(&kept).filter(|(_, k)| k.is_none()).map(|(&p, _)| p).collect();
-            let mut asked = surface.closest_points(&lost).into_iter();
-            let bounds: Vec<f64> = old
-                .iter()
-                .zip(&kept)
-                .map(|(closest, kept)| if kept.is_some() { closest.distance } else { 0.0 })
-                .collect();
-            let closer = nearby.as_ref().map(|nearby| nearby.closer_points(points, &bounds));
+            let pairs = || old.iter().zip(points);
+            let is_near =
+                |face: FaceId| is_near.as_ref().is_some_and(|is_near| is_near[face.index()]);
+            let lost = pairs().filter(|(old, _)| new_faces[old.face.index()].is_none());
+            let lost: Vec<DVec3> = lost.map(|(_, &point)| point).collect();
+            let mut anew = surface.closest_points(&lost).into_iter();
+            let near = pairs()
+                .filter(|(old, _)| new_faces[old.face.index()].is_some() && is_near(old.face));
+            let (near, bounds): (Vec<DVec3>, Vec<f64>) =
+                near.map(|(old, &point)| (point, old.distance)).unzip();
+            let closer = nearby.as_ref().map(|nearby| nearby.closer_points(&near, &bounds));
             let mut closer = closer.into_iter().flatten();
-            let pairs = old.iter().zip(kept);
-            pairs
-                .filter_map(|(old, kept)| {
-                    let closer = closer.next().flatten();
-                    match (kept, closer) {
-                        (None, _) => {
-                            let found = asked.next()?;
-                            Some(Closest { distance: found.distance, face: found.face })
-                        }
-                        (Some(face), None) => Some(Closest { distance: old.distance, face }),
-                        (Some(_), Some(found)) => {
-                            let face = changed[found.triangle as usize];
-                            Some(Closest { distance: found.distance, face })
-                        }
-                    }
-                })
-                .collect()
+            let now = |old: &Closest| {
+                let Some(face) = new_faces[old.face.index()] else {
+                    let found = anew.next()?;
+                    return Some(Closest { distance: found.distance, face: found.face });
+                };
+                let found = if is_near(old.face) { closer.next().flatten() } else { None };
+                let taken = found.map(|found| (found.distance, changed[found.triangle as usize]));
+                let (distance, face) = taken.unwrap_or((old.distance, face));
+                Some(Closest { distance, face })
+            };
+            old.iter().filter_map(now).collect()
         });
         let points = self.points;
         let (largest, mean, rms) = (0.0, 0.0, 0.0);
@@ -223,6 +218,32 @@ impl<'a> Peaks<'a> {
             Self { points, surface, forward, of_vertex, of_edge, of_face, largest, mean, rms };
         new.ask(mesh, original);
         Ok(new)
+    }
+
+    /// Which faces of the mesh have points that may be closer to another surface, by index. A point at the
+    /// distance d from its face is at most r + d from the centroid of that, where r is as far as the
+    /// corners are, and so what is closer to the point than d is within r + 2 d of the centroid.
+    fn faces_near(&self, mesh: &TriMesh, other: &Surface) -> Vec<bool> {
+        let topology = mesh.topology();
+        let mut farthest = vec![0.0_f64; topology.face_capacity()];
+        for closest in &self.forward {
+            let farthest = &mut farthest[closest.face.index()];
+            *farthest = farthest.max(closest.distance);
+        }
+        let faces: Vec<FaceId> = topology.faces().collect();
+        let balls = parallel::collect(faces.len(), |i| {
+            let triangle = mesh.triangle(faces[i]);
+            let centroid = triangle.iter().sum::<DVec3>() / 3.0;
+            let corners = triangle.iter().map(|corner| corner.distance_squared(centroid));
+            let radius = corners.fold(0.0, f64::max).sqrt() + 2.0 * farthest[faces[i].index()];
+            (centroid, (1.0 + ROUNDING) * radius)
+        });
+        let (centroids, radii): (Vec<DVec3>, Vec<f64>) = balls.into_iter().unzip();
+        let mut is_near = vec![false; topology.face_capacity()];
+        for (face, found) in faces.iter().zip(other.closer_points(&centroids, &radii)) {
+            is_near[face.index()] = found.is_some();
+        }
+        is_near
     }
 
     /// Finds the distances from the original that are unknown, and sums up.
@@ -264,6 +285,9 @@ impl<'a> Peaks<'a> {
         (self.mean, self.rms) = (sum / count, (squares / count).sqrt());
     }
 }
+
+/// More than the rounding of a distance between points of a mesh, relative to it.
+const ROUNDING: f64 = 1e-9;
 
 /// A distance that was not asked for yet.
 const UNKNOWN: f64 = -1.0;
