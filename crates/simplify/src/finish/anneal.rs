@@ -2,14 +2,16 @@
 //!
 //! First the mesh is laid out anew from coarse to fine, see [`nested`](super::nested), and where that is
 //! better, again from other beginnings; where it is no better, its own vertices and edges are annealed, see [`layout`](super::layout).
-//! Then each round cuts the edges with the largest error in two, fits, collapses the cheapest edges until
-//! there are as many faces as before, and fits again. The result is kept when it is closer to the
-//! original.
+//! Then each round cuts some edges in two, drawn at random but the more likely the larger the error is there;
+//! fits; collapses the cheapest edges until there are as many faces as before; and fits again. The result
+//! is kept when it is closer to the original. More edges are cut at once after a round that was kept, and
+//! fewer after one that was not, so that about one in five is.
 
 use core::time::Duration;
 use std::time::Instant;
 
 use glam::DVec3;
+use mesh_core::shapes::SplitMix64;
 use mesh_core::{EdgeId, Handle, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError, sample_surface};
 
@@ -38,9 +40,9 @@ pub struct AnnealOptions {
     pub starts: usize,
     /// The longest time for all of it. The only option that makes results depend on the machine.
     pub time_limit: Option<Duration>,
-    /// How many rounds of trading faces.
+    /// How many rounds of trading faces at most. It ends earlier when cutting one edge does not help either.
     pub rounds: usize,
-    /// The part of the edges that are cut in each round, before it is adapted to what succeeds.
+    /// The part of the edges that are cut in the first round; it is adapted to what succeeds.
     pub share: f64,
     /// Samples per face that errors are measured with.
     pub samples_per_face: usize,
@@ -56,8 +58,8 @@ impl Default for AnnealOptions {
             jump: 0.2,
             starts: 16,
             time_limit: None,
-            rounds: 12,
-            share: 0.03,
+            rounds: 200,
+            share: 0.05,
             samples_per_face: 120,
             fit,
         }
@@ -82,6 +84,15 @@ impl AnnealOptions {
 
 /// The fewest rounds of fitting after that.
 const SETTLE: usize = 6;
+
+/// By how much the share of the edges that are cut changes after a round that was kept, and after one in
+/// vain: it stays as it is where one in five is kept, which serves searches like this best (Rechenberg 1973).
+const MORE: f64 = 1.3;
+const LESS: f64 = 0.9365;
+/// The largest share, as long as that is more than what was asked for.
+const LARGEST_SHARE: f64 = 0.1;
+/// A share of less than so many edges ends the search: there were several rounds with one of them before.
+const LEAST_EDGES: f64 = 0.3;
 
 /// What annealing did.
 #[derive(Clone, Debug, PartialEq)]
@@ -190,22 +201,26 @@ pub(crate) fn anneal_observed(
     }
     let mut kept = 0;
     let mut share = options.share;
+    let mut random = SplitMix64::new(options.fit.seed);
     let mut rounds = 0;
     for round in 0..options.rounds {
-        let is_over = deadline.is_some_and(|deadline| Instant::now() >= deadline);
+        let is_over = deadline.is_some_and(|deadline| Instant::now() >= deadline)
+            || share * (state.mesh.topology().edge_count() as f64) < LEAST_EDGES;
         if is_over || observer.stops(Phase::Anneal, &state.mesh) {
             break;
         }
         let seed = options.fit.seed.wrapping_add(round as u64);
         let fit_options = FitOptions { seed, ..options.fit };
-        let next = state.step(original, &points, share, &fit_options, observer)?;
+        let edges = state.edges_to_cut(share, &mut random);
+        let next = state.step(original, &points, &edges, &fit_options, observer)?;
         rounds += 1;
         if next.topology_faces() <= faces && next.sum < state.sum {
             state = next;
             kept += 1;
+            share = (MORE * share).min(LARGEST_SHARE.max(options.share));
         } else {
             // Smaller changes are more likely to be for the better.
-            share *= 0.7;
+            share *= LESS;
         }
     }
     let rms_after = state.rms();
@@ -277,17 +292,17 @@ impl State {
         self.mesh.topology().face_count()
     }
 
-    /// The next state, whether it is better or not.
+    /// The next state, after some edges were cut, whether it is better or not.
     fn step(
         &self,
         original: &Surface,
         points: &[DVec3],
-        share: f64,
+        cut: &[EdgeId],
         options: &FitOptions,
         observer: &mut Observer<'_>,
     ) -> Result<Self, SimplifyError> {
         let mut mesh = self.mesh.clone();
-        for edge in self.worst_edges(share) {
+        for &edge in cut {
             let [a, b] = mesh.segment(edge);
             if let Ok(split) = mesh.topology().check_split_edge(edge) {
                 mesh.split_edge(split, a + 0.5 * (b - a));
@@ -316,8 +331,8 @@ impl State {
             .map_err(SimplifyError::from)
     }
 
-    /// The edges whose faces have the largest error, no two of them at the same face.
-    fn worst_edges(&self, share: f64) -> Vec<EdgeId> {
+    /// A share of the edges, no two of them at the same face, each as likely as the error of its faces says.
+    fn edges_to_cut(&self, share: f64, random: &mut SplitMix64) -> Vec<EdgeId> {
         let topology = self.mesh.topology();
         let is_feature = |e: EdgeId| {
             let features = self.constraints.features.as_ref();
@@ -329,28 +344,25 @@ impl State {
         };
         let candidates =
             topology.edges().filter(|&e| !topology.is_boundary_edge(e) && !is_feature(e));
-        let length = |e: EdgeId| {
-            let [a, b] = self.mesh.segment(e);
-            a.distance_squared(b)
-        };
-        // Of the edges of a face, the longest.
-        let mut ranked: Vec<(f64, f64, EdgeId)> =
-            candidates.map(|e| (error(e), length(e), e)).collect();
-        ranked.sort_by(|p, q| q.0.total_cmp(&p.0).then(q.1.total_cmp(&p.1)).then(p.2.cmp(&q.2)));
+        // Each waits for a time with an exponential distribution whose rate is its error, and the first ones
+        // are taken (Efraimidis and Spirakis 2006).
+        let mut waiting: Vec<(f64, EdgeId)> =
+            candidates.map(|e| (-random.uniform().ln() / error(e), e)).collect();
+        waiting.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
         let count = ((share * topology.edge_count() as f64) as usize).max(1);
         let mut used = vec![false; topology.face_capacity()];
-        let mut worst = Vec::with_capacity(count);
-        for (_, _, e) in ranked {
+        let mut chosen = Vec::with_capacity(count);
+        for (_, e) in waiting {
             let faces = topology.edge_faces(e);
             if faces.iter().flatten().any(|f| used[f.index()]) {
                 continue;
             }
             faces.iter().flatten().for_each(|f| used[f.index()] = true);
-            worst.push(e);
-            if worst.len() == count {
+            chosen.push(e);
+            if chosen.len() == count {
                 break;
             }
         }
-        worst
+        chosen
     }
 }
