@@ -98,7 +98,7 @@ const LEAST_EDGES: f64 = 0.3;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnnealReport {
-    /// How many layouts were begun, from coarse to fine: more than one where the first one was better.
+    /// How many layouts were made from coarse to fine: more than one where the first one was better.
     pub layouts: usize,
     /// How many sweeps were made, of all layouts.
     pub sweeps: usize,
@@ -150,81 +150,12 @@ pub(crate) fn anneal_observed(
     let mut state = State::new(mesh.clone(), constraints.clone(), &points, power)?;
     let rms_before = state.rms();
     let deadline = options.time_limit.and_then(|limit| Instant::now().checked_add(limit));
-    let mut layouts = 0;
-    let mut sweeps = 0;
-    let mut is_layout_kept = false;
-    if options.sweeps > 0 && !observer.is_stopped() {
-        let schedule = Schedule {
-            sweeps: options.sweeps,
-            jump: options.jump,
-            seed: options.fit.seed,
-            forbid_intersections: options.fit.forbid_intersections,
-            deadline,
-            is_smooth: false,
-        };
-        let settle = FitOptions { rounds: options.fit.rounds.max(SETTLE), ..options.fit };
-        let density = &Density::new(mesh, original, power)?;
-        let (fit, points) = (&options.fit, &*points);
-        let schedule = &schedule;
-        // The others only where the first one is better: where the surface is smooth.
-        for starts in [0..1, 1..options.starts] {
-            if starts.is_empty() || (starts.start > 0 && !is_layout_kept) {
-                break;
-            }
-            layouts += starts.len();
-            let beginnings = Beginnings { starts, schedule, density, fit, points, power };
-            let laid_out = lay_out_nested(mesh, original, constraints, &beginnings, observer)?;
-            let Some(Nested { mesh: mut next, constraints, sweeps: made }) = laid_out else {
-                break;
-            };
-            sweeps += made;
-            fit_observed(&mut next, original, &constraints, &settle, observer)?;
-            let map = counterparts(mesh, &next)?;
-            let next = State { map, ..State::new(next, constraints, points, power)? };
-            if next.sum < state.sum {
-                is_layout_kept = true;
-                state = next;
-            }
-        }
-        if !is_layout_kept {
-            let mut next = state.mesh.clone();
-            let mut density = density.clone();
-            let with = (schedule, &mut density);
-            sweeps += anneal_layout(&mut next, original, &state.constraints, with, observer);
-            fit_observed(&mut next, original, &state.constraints, &settle, observer)?;
-            let next = State::new(next, state.constraints.clone(), points, power)?;
-            is_layout_kept = next.sum < state.sum;
-            if is_layout_kept {
-                state = next;
-            }
-        }
-    }
-    let mut kept = 0;
-    let mut share = options.share;
-    let mut random = SplitMix64::new(options.fit.seed);
-    let mut rounds = 0;
-    for round in 0..options.rounds {
-        let is_over = deadline.is_some_and(|deadline| Instant::now() >= deadline)
-            || share * (state.mesh.topology().edge_count() as f64) < LEAST_EDGES;
-        if is_over || observer.stops(Phase::Anneal, &state.mesh) {
-            break;
-        }
-        let seed = options.fit.seed.wrapping_add(round as u64);
-        let fit_options = FitOptions { seed, ..options.fit };
-        let edges = state.edges_to_cut(share, &mut random);
-        let next = state.step(original, &points, &edges, &fit_options, observer)?;
-        rounds += 1;
-        if next.topology_faces() <= faces && next.sum < state.sum {
-            state = next;
-            kept += 1;
-            share = (MORE * share).min(LARGEST_SHARE.max(options.share));
-        } else {
-            // Smaller changes are more likely to be for the better.
-            share *= LESS;
-        }
-    }
+    let search = Search { original, points: &points, options, most_faces: faces, deadline };
+    let laid_out = search.lay_out(&mut state, observer)?;
+    let (rounds, kept) = search.trade(&mut state, observer)?;
     let rms_after = state.rms();
     (*mesh, *constraints) = (state.mesh, state.constraints);
+    let LaidOut { layouts, sweeps, is_kept: is_layout_kept } = laid_out;
     Ok(AnnealReport {
         layouts,
         sweeps,
@@ -235,6 +166,117 @@ pub(crate) fn anneal_observed(
         rms_after,
         vertex_map: state.map,
     })
+}
+
+/// What the state of a mesh is improved by.
+struct Search<'a> {
+    original: &'a Surface,
+    points: &'a [DVec3],
+    options: &'a AnnealOptions,
+    most_faces: usize,
+    deadline: Option<Instant>,
+}
+
+/// What [`Search::lay_out`] did.
+#[derive(Default)]
+struct LaidOut {
+    layouts: usize,
+    sweeps: usize,
+    is_kept: bool,
+}
+
+impl Search<'_> {
+    fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
+    /// Tries other layouts, and takes the closest one.
+    fn lay_out(
+        &self,
+        state: &mut State,
+        observer: &mut Observer<'_>,
+    ) -> Result<LaidOut, SimplifyError> {
+        let &Self { original, points, options, deadline, .. } = self;
+        let mut done = LaidOut::default();
+        if options.sweeps == 0 || observer.is_stopped() {
+            return Ok(done);
+        }
+        let (fit, power) = (&options.fit, state.power);
+        let schedule = &Schedule {
+            sweeps: options.sweeps,
+            jump: options.jump,
+            seed: fit.seed,
+            forbid_intersections: fit.forbid_intersections,
+            deadline,
+            is_smooth: false,
+        };
+        let settle = FitOptions { rounds: fit.rounds.max(SETTLE), ..*fit };
+        let (mesh, constraints) = (state.mesh.clone(), state.constraints.clone());
+        let density = &Density::new(&mesh, original, power)?;
+        // The others only where the first one is better: where the surface is smooth.
+        for starts in [0..1, 1..options.starts] {
+            if starts.is_empty() || (starts.start > 0 && !done.is_kept) {
+                break;
+            }
+            let count = starts.len();
+            let beginnings = Beginnings { starts, schedule, density, fit, points, power };
+            let nested = lay_out_nested(&mesh, original, &constraints, &beginnings, observer)?;
+            let Some(Nested { mesh: mut next, constraints, sweeps }) = nested else { break };
+            done.layouts += count;
+            done.sweeps += sweeps;
+            fit_observed(&mut next, original, &constraints, &settle, observer)?;
+            let map = counterparts(&mesh, &next)?;
+            let next = State { map, ..State::new(next, constraints, points, power)? };
+            if next.sum < state.sum {
+                done.is_kept = true;
+                *state = next;
+            }
+        }
+        if !done.is_kept {
+            let mut next = mesh;
+            let with = (schedule, &mut density.clone());
+            done.sweeps += anneal_layout(&mut next, original, &constraints, with, observer);
+            fit_observed(&mut next, original, &constraints, &settle, observer)?;
+            let next = State::new(next, constraints, points, power)?;
+            done.is_kept = next.sum < state.sum;
+            if done.is_kept {
+                *state = next;
+            }
+        }
+        Ok(done)
+    }
+
+    /// Trades faces. Says how many rounds were made, and how many of them were kept.
+    fn trade(
+        &self,
+        state: &mut State,
+        observer: &mut Observer<'_>,
+    ) -> Result<(usize, usize), SimplifyError> {
+        let &Self { original, points, options, most_faces, .. } = self;
+        let mut share = options.share;
+        let mut random = SplitMix64::new(options.fit.seed);
+        let (mut rounds, mut kept) = (0, 0);
+        while rounds < options.rounds {
+            let is_in_vain = share * (state.mesh.topology().edge_count() as f64) < LEAST_EDGES;
+            if is_in_vain || self.is_over() || observer.stops(Phase::Anneal, &state.mesh) {
+                break;
+            }
+            let seed = options.fit.seed.wrapping_add(rounds as u64);
+            let fit = FitOptions { seed, ..options.fit };
+            let edges = state.edges_to_cut(share, &mut random);
+            let next = state.step(original, points, &edges, &fit, observer)?;
+            rounds += 1;
+            if next.topology_faces() <= most_faces && next.sum < state.sum {
+                *state = next;
+                kept += 1;
+                share = (MORE * share).min(LARGEST_SHARE.max(options.share));
+            } else {
+                // Smaller changes are more likely to be for the better.
+                share *= LESS;
+            }
+        }
+        Ok((rounds, kept))
+    }
 }
 
 /// A mesh and its error.
