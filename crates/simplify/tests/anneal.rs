@@ -9,8 +9,8 @@ use mesh_core::shapes::{Diagonals, Ellipsoid, Irregular, Saddle, Sphere};
 use mesh_core::{TriMesh, VertexId};
 use mesh_metric::{Surface, sample_surface};
 use simplify::{
-    AnnealOptions, FitConstraints, FitNorm, FitOptions, Options, Phase, Preset, StopReason, anneal,
-    simplify, simplify_observed,
+    AnnealOptions, AnnealReport, FitConstraints, FitNorm, FitOptions, Options, Phase, Preset,
+    StopReason, anneal, simplify, simplify_observed,
 };
 
 fn sphere() -> TriMesh {
@@ -25,6 +25,17 @@ fn annealing(sweeps: usize) -> Options {
     let one = AnnealOptions { sweeps, starts: 1, rounds: 0, ..AnnealOptions::default() };
     options.finish.anneal = Some(one);
     options
+}
+
+/// What annealing makes of a mesh, and the report.
+fn annealed(
+    start: &TriMesh,
+    original: &Surface,
+    options: &AnnealOptions,
+) -> (TriMesh, AnnealReport) {
+    let mut mesh = start.clone();
+    let report = anneal(&mut mesh, original, &mut FitConstraints::default(), options).unwrap();
+    (mesh, report)
 }
 
 /// Over the least root mean square distance of as many triangles from a unit sphere:
@@ -58,9 +69,7 @@ fn it_repeats_itself_and_is_never_worse() {
     let run = |seed| {
         let fit = FitOptions { seed, ..FitOptions::default() };
         let options = AnnealOptions { sweeps: 12, rounds: 1, fit, ..AnnealOptions::default() };
-        let mut mesh = start.clone();
-        let report =
-            anneal(&mut mesh, &original, &mut FitConstraints::default(), &options).unwrap();
+        let (mesh, report) = annealed(&start, &original, &options);
         assert!(report.rms_after <= report.rms_before);
         (mesh.positions().to_vec(), report)
     };
@@ -77,9 +86,7 @@ fn a_boundary_stays_and_a_limit_of_time_ends_it() {
     for time_limit in [None, Some(Duration::ZERO)] {
         let options =
             AnnealOptions { sweeps: 10, rounds: 0, time_limit, ..AnnealOptions::default() };
-        let mut mesh = start.clone();
-        let report =
-            anneal(&mut mesh, &original, &mut FitConstraints::default(), &options).unwrap();
+        let (mesh, report) = annealed(&start, &original, &options);
         assert_eq!(report.sweeps, if time_limit.is_some() { 0 } else { 10 });
         for v in start.topology().vertices().filter(|&v| start.topology().is_boundary_vertex(v)) {
             assert_eq!(mesh.position(v), start.position(v));
@@ -133,9 +140,7 @@ fn the_closest_of_several_layouts_is_kept_on_smooth_surfaces_alone() {
     let start = simplify(&mesh, &Options::preset(Preset::Quality).to_faces(400)).unwrap().mesh;
     let run = |starts| {
         let options = AnnealOptions { sweeps: 40, starts, rounds: 0, ..AnnealOptions::default() };
-        let mut mesh = start.clone();
-        let report =
-            anneal(&mut mesh, &original, &mut FitConstraints::default(), &options).unwrap();
+        let (mesh, report) = annealed(&start, &original, &options);
         assert_eq!(mesh.topology().face_count(), 400);
         report
     };

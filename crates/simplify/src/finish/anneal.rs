@@ -1,7 +1,8 @@
 //! Annealing the layout, and trading faces from where they do little for where they are missed.
 //!
 //! First the mesh is laid out anew from coarse to fine, see [`nested`](super::nested), and where that is
-//! better, again from other beginnings; where it is no better, its own vertices and edges are annealed, see [`layout`](super::layout).
+//! better, again from other beginnings; where it is no better, its own vertices and edges are annealed,
+//! see [`layout`](super::layout).
 //! Then each round cuts some edges in two, drawn at random but the more likely the larger the error is there;
 //! fits; collapses the cheapest edges until there are as many faces as before; and fits again. The result
 //! is kept when it is closer to the original. More edges are cut at once after a round that was kept, and
@@ -149,8 +150,15 @@ pub(crate) fn anneal_observed(
     let power = options.fit.norm.last_power();
     let mut state = State::new(mesh.clone(), constraints.clone(), &points, power)?;
     let rms_before = state.rms();
-    let deadline = options.time_limit.and_then(|limit| Instant::now().checked_add(limit));
-    let search = Search { original, points: &points, options, most_faces: faces, deadline };
+    let schedule = Schedule {
+        sweeps: options.sweeps,
+        jump: options.jump,
+        seed: options.fit.seed,
+        forbid_intersections: options.fit.forbid_intersections,
+        deadline: options.time_limit.and_then(|limit| Instant::now().checked_add(limit)),
+        is_smooth: false,
+    };
+    let search = Search { original, points: &points, options, most_faces: faces, schedule };
     let laid_out = search.lay_out(&mut state, observer)?;
     let (rounds, kept) = search.trade(&mut state, observer)?;
     let rms_after = state.rms();
@@ -174,7 +182,7 @@ struct Search<'a> {
     points: &'a [DVec3],
     options: &'a AnnealOptions,
     most_faces: usize,
-    deadline: Option<Instant>,
+    schedule: Schedule,
 }
 
 /// What [`Search::lay_out`] did.
@@ -186,30 +194,18 @@ struct LaidOut {
 }
 
 impl Search<'_> {
-    fn is_over(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
-    }
-
     /// Tries other layouts, and takes the closest one.
     fn lay_out(
         &self,
         state: &mut State,
         observer: &mut Observer<'_>,
     ) -> Result<LaidOut, SimplifyError> {
-        let &Self { original, points, options, deadline, .. } = self;
+        let &Self { original, points, options, ref schedule, .. } = self;
         let mut done = LaidOut::default();
         if options.sweeps == 0 || observer.is_stopped() {
             return Ok(done);
         }
         let (fit, power) = (&options.fit, state.power);
-        let schedule = &Schedule {
-            sweeps: options.sweeps,
-            jump: options.jump,
-            seed: fit.seed,
-            forbid_intersections: fit.forbid_intersections,
-            deadline,
-            is_smooth: false,
-        };
         let settle = FitOptions { rounds: fit.rounds.max(SETTLE), ..*fit };
         let (mesh, constraints) = (state.mesh.clone(), state.constraints.clone());
         let density = &Density::new(&mesh, original, power)?;
@@ -258,7 +254,7 @@ impl Search<'_> {
         let (mut rounds, mut kept) = (0, 0);
         while rounds < options.rounds {
             let is_in_vain = share * (state.mesh.topology().edge_count() as f64) < LEAST_EDGES;
-            if is_in_vain || self.is_over() || observer.stops(Phase::Anneal, &state.mesh) {
+            if is_in_vain || self.schedule.is_over() || observer.stops(Phase::Anneal, &state.mesh) {
                 break;
             }
             let seed = options.fit.seed.wrapping_add(rounds as u64);
@@ -376,16 +372,13 @@ impl State {
     /// A share of the edges, no two of them at the same face, each as likely as the error of its faces says.
     fn edges_to_cut(&self, share: f64, random: &mut SplitMix64) -> Vec<EdgeId> {
         let topology = self.mesh.topology();
-        let is_feature = |e: EdgeId| {
-            let features = self.constraints.features.as_ref();
-            features.and_then(|map| map.get(e)).is_some_and(|&feature| feature)
-        };
         let error = |e: EdgeId| {
             let faces = topology.edge_faces(e).into_iter().flatten();
             faces.map(|f| self.of_face[f.index()]).sum::<f64>()
         };
-        let candidates =
-            topology.edges().filter(|&e| !topology.is_boundary_edge(e) && !is_feature(e));
+        let may_be_cut =
+            |&e: &EdgeId| !topology.is_boundary_edge(e) && !self.constraints.is_feature(e);
+        let candidates = topology.edges().filter(may_be_cut);
         // Each waits for a time with an exponential distribution whose rate is its error, and the first ones
         // are taken (Efraimidis and Spirakis 2006).
         let mut waiting: Vec<(f64, EdgeId)> =
