@@ -135,7 +135,11 @@ def main():
     mesh = read(source)
     least, total, peak = float("inf"), 0.0, "-"
     for count in range(int(repeats)):
-        work, arrays = PACKAGES[package](*mesh, kind, float(value), int(threads))
+        try:
+            work, arrays = PACKAGES[package](*mesh, kind, float(value), int(threads))
+        except ImportError as error:
+            # Installed it is, so something that it links to is not there.
+            sys.exit(f"{package} cannot start: {error}; install that, or leave it out with --tools")
         before = None
         if count == 0:
             try:
