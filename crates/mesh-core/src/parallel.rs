@@ -125,6 +125,38 @@ pub fn both(first: impl FnOnce() + Send, second: impl FnOnce() + Send) {
     }
 }
 
+/// How many threads there are to share the work.
+#[must_use]
+pub fn threads() -> usize {
+    #[cfg(feature = "rayon")]
+    return rayon::current_num_threads();
+    #[cfg(not(feature = "rayon"))]
+    return 1;
+}
+
+/// Does one thing on this thread, for which it need not be fit to be sent to another; and, where there
+/// are other threads, something with each of the elements meanwhile.
+pub fn beside<T: Send, H, R: Send>(
+    here: impl FnOnce() -> H,
+    elements: &mut [T],
+    there: impl Fn(&mut T) -> R + Sync,
+) -> (H, Vec<R>) {
+    #[cfg(feature = "rayon")]
+    {
+        let mut results: Vec<Option<R>> = elements.iter().map(|_| None).collect();
+        let there = &there;
+        let here = rayon::in_place_scope(|scope| {
+            for (element, result) in elements.iter_mut().zip(&mut results) {
+                scope.spawn(move |_| *result = Some(there(element)));
+            }
+            here()
+        });
+        (here, results.into_iter().flatten().collect())
+    }
+    #[cfg(not(feature = "rayon"))]
+    (here(), elements.iter_mut().map(there).collect())
+}
+
 /// Folds the values of a function of the index, from 0 to `count`: each block from `zero` upwards,
 /// then the blocks in order.
 pub fn fold<T: Send + Sync + Copy>(
@@ -191,5 +223,20 @@ mod tests {
         });
         assert!(in_blocks.into_iter().eq((0..count).map(Some)));
         assert!(collect_blocks(0, || (), |_, _| [0; 4]).is_empty());
+    }
+
+    #[test]
+    fn one_thing_stays_on_its_thread_and_the_others_are_in_order() {
+        let own = std::thread::current().id();
+        let mut elements: Vec<usize> = (0..10).collect();
+        let double = |element: &mut usize| {
+            *element *= 2;
+            *element + 1
+        };
+        let (here, results) = beside(|| std::thread::current().id(), &mut elements, double);
+        assert_eq!(here, own);
+        assert!(elements.into_iter().eq((0..10).map(|i| 2 * i)));
+        assert!(results.into_iter().eq((0..10).map(|i| 2 * i + 1)));
+        assert!(threads() > 0);
     }
 }

@@ -13,14 +13,15 @@
 //! That is for surfaces that are smooth at the scale of the faces. Where they are not, the coarse mesh
 //! knows nothing of what the fine one should show, and what comes out is worse and not kept.
 
-use core::ops::Range;
+use core::ops::{ControlFlow, Range};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
-use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, VertexMap, parallel};
 use mesh_metric::{Surface, SurfaceError};
 
 use crate::collapse::constraint::Boundary;
-use crate::collapse::run::Phase;
+use crate::collapse::run::{Phase, Progress};
 use crate::error::SimplifyError;
 use crate::finish::collapse_back::{CollapseBack, collapse_back};
 use crate::finish::density::Density;
@@ -110,15 +111,17 @@ pub(crate) fn lay_out_nested(
     for stage in (0..=stages).rev() {
         let is_last = stage == 0;
         let is_alone = trials.len() == 1;
-        for Trial { mesh, density, seed } in &mut trials {
-            top_up(mesh, faces_at(stage, faces));
-            schedule.seed = *seed;
-            sweeps += anneal_layout(mesh, original, &constraints, (&schedule, density), observer);
+        let step = Step {
+            original,
+            constraints: &constraints,
+            schedule: &schedule,
+            faces: faces_at(stage, faces),
+            fit: (!(is_last && is_alone)).then_some(&fit),
+        };
+        for group in trials.chunks_mut(parallel::threads()) {
+            sweeps += step.take_all(group, observer)?;
             if observer.is_stopped() || (!is_last && schedule.is_over()) {
                 return Ok(None);
-            }
-            if !(is_last && is_alone) {
-                fit_observed(mesh, original, &constraints, &fit, observer)?;
             }
         }
         if !is_alone {
@@ -134,6 +137,56 @@ pub(crate) fn lay_out_nested(
         }
     }
     Ok(trials.pop().map(|Trial { mesh, .. }| Nested { mesh, constraints, sweeps }))
+}
+
+/// What is done with each layout at a stage.
+struct Step<'a> {
+    original: &'a Surface,
+    constraints: &'a FitConstraints,
+    schedule: &'a Schedule,
+    faces: usize,
+    fit: Option<&'a FitOptions>,
+}
+
+impl Step<'_> {
+    /// Takes the step with some layouts at the same time. The observer is asked by the first one, as it
+    /// stays on this thread. Says how many sweeps were made.
+    fn take_all(
+        &self,
+        trials: &mut [Trial],
+        observer: &mut Observer<'_>,
+    ) -> Result<usize, SimplifyError> {
+        let Some((first, others)) = trials.split_first_mut() else { return Ok(0) };
+        let is_over = &AtomicBool::new(false);
+        let here = || {
+            let made = self.take(first, observer);
+            is_over.store(made.is_err() || observer.is_stopped(), Ordering::Relaxed);
+            made
+        };
+        let there = |trial: &mut Trial| {
+            let ask = &mut |_: &Progress| match is_over.load(Ordering::Relaxed) {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            };
+            self.take(trial, &mut Observer::new(0, 0, ask))
+        };
+        let (made, others) = parallel::beside(here, others, there);
+        others.into_iter().try_fold(made?, |sum, made| Ok(sum + made?))
+    }
+
+    fn take(&self, trial: &mut Trial, observer: &mut Observer<'_>) -> Result<usize, SimplifyError> {
+        let &Self { original, constraints, schedule, faces, fit } = self;
+        let Trial { mesh, density, seed } = trial;
+        top_up(mesh, faces);
+        let schedule = Schedule { seed: *seed, ..*schedule };
+        let sweeps = anneal_layout(mesh, original, constraints, (&schedule, density), observer);
+        if let Some(fit) = fit
+            && !observer.is_stopped()
+        {
+            fit_observed(mesh, original, constraints, fit, observer)?;
+        }
+        Ok(sweeps)
+    }
 }
 
 /// So many of the layouts: those whose powers of distances from the points have the least sums.
