@@ -105,7 +105,8 @@ pub(crate) struct Policy {
     /// - draft:         for when only speed counts
     /// - fast:          quadrics that keep the volume, nothing after them
     /// - default:       quadrics with a little curvature, then a short fit to the input
-    /// - quality:       the same with a long fit, and the largest errors taken down
+    /// - quality:       the same with a long fit, and the largest errors taken down; much smaller
+    ///                  results trade some faces, too
     /// - extreme:       the same, then annealed; takes many times as long
     /// - thin-features: as default, with much curvature: thin parts stay
     /// - paper-l1, paper-l2: the curvature norms of Kim, Kim, Levin 2002 as published
@@ -127,7 +128,7 @@ pub(crate) struct Policy {
     /// What of the distances from the input the fit makes small [default: l2]
     #[arg(long, value_enum)]
     norm: Option<NormName>,
-    /// Anneal for so many seconds at most, with the preset extreme
+    /// Anneal for so many seconds at most, with the presets quality and extreme
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     anneal_time: Option<Duration>,
     /// Keep every boundary vertex where it is
@@ -209,7 +210,10 @@ impl Policy {
             given.refuse(&["norm"], "the result is not fitted: add --fit-rounds")?;
         }
         if !self.choices().anneals() {
-            given.refuse(&["anneal_time"], "the result is not annealed: add --preset extreme")?;
+            given.refuse(
+                &["anneal_time"],
+                "the result is not annealed: add --preset quality or extreme",
+            )?;
         }
         Ok(())
     }

@@ -299,7 +299,9 @@ impl Piece {
         if let Some(options) = &options.fit {
             fit(&mut self.mesh, original, &constraints, options)?;
         }
-        if let Some(options) = &options.anneal {
+        if let Some(options) = &options.anneal
+            && options.has_work(&self.mesh, original)
+        {
             let report = anneal(&mut self.mesh, original, &mut constraints, options)?;
             self.follow(&report.vertex_map);
         }

@@ -301,7 +301,7 @@ impl Options {
         let corners = attributes.counting().map(|_| "attributes.corners");
         conflict(corners, norm, "take another metric, or none of the attributes")?;
         let no_fit = finish.fit.is_none().then_some("finish.fit = None");
-        conflict(finish.anneal.map(|_| "finish.anneal"), no_fit, "fit as well")?;
+        conflict(finish.anneal.map(|_| "finish.anneal"), no_fit, "fit as well, or do not anneal")?;
         let unchecked = limit.check.is_none().then_some("limit.check = None");
         let cure = "say how the distance is found: sampled or certified";
         conflict(limit.distance.map(|_| "limit.distance"), unchecked, cure)?;

@@ -62,10 +62,10 @@ pub struct Simplified {
     pub boundary_shift: Option<f64>,
     /// What fitting did, if it was asked for.
     pub fit: Option<FitReport>,
-    /// What annealing did, if it was asked for; `None` when it was undone because it folded the
-    /// texture.
+    /// What annealing did, if it was asked for; `None` when there was nothing to do, see
+    /// [`AnnealOptions::has_work`], or when it was undone because it folded the texture.
     pub anneal: Option<AnnealReport>,
-    /// What was done about the largest errors; `None` as for `anneal`.
+    /// What was done about the largest errors; `None` when not asked for or undone as well.
     pub peaks: Option<PeakReport>,
 }
 

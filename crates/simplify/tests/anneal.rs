@@ -282,3 +282,21 @@ fn new_layouts_do_not_cross_when_that_is_forbidden() {
     assert!(result.anneal.unwrap().sweeps >= 12);
     assert_eq!(crossings(&result.mesh), 0);
 }
+
+/// `quality` trades faces where the original has far more than the result, and in proportion to that.
+#[test]
+fn rounds_are_in_proportion_to_the_reduction() {
+    let mesh = sphere();
+    let options = Options::preset(Preset::Quality);
+    let few = options.finish.anneal.unwrap();
+    let faces = mesh.topology().face_count();
+    let original = Surface::new(&mesh).unwrap();
+    for (wanted, most) in [(30, 4), (60, 2), (200, 0)] {
+        let result = simplify(&mesh, &options.clone().to_faces(wanted)).unwrap();
+        assert_eq!(faces / wanted / few.reduction_per_round as usize, most);
+        assert_eq!(few.has_work(&result.mesh, &original), most > 0);
+        assert_eq!(result.anneal.map_or(0, |report| report.rounds), most);
+        let all = AnnealOptions { reduction_per_round: 0.0, rounds: 7, ..few };
+        assert_eq!(annealed(&result.mesh, &original, &all).1.rounds, 7);
+    }
+}

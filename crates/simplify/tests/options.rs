@@ -45,6 +45,7 @@ fn options_of_fit_peaks_and_annealing_are_checked() {
         ("anneal jump", AnnealOptions { jump: f64::NAN, ..anneal_ok }),
         ("anneal share", AnnealOptions { share: 2.0, ..anneal_ok }),
         ("anneal starts", AnnealOptions { starts: 0, ..anneal_ok }),
+        ("anneal reduction_per_round", AnnealOptions { reduction_per_round: -1.0, ..anneal_ok }),
         ("anneal samples_per_face", AnnealOptions { samples_per_face: 0, ..anneal_ok }),
         ("fit pull", AnnealOptions { fit: FitOptions { pull: -1.0, ..fit_ok }, ..anneal_ok }),
     ];

@@ -69,6 +69,7 @@ fn a_guard_from_outside_holds_in_all_steps() {
     let peaks_only = {
         let mut options = Options::preset(Preset::Quality).to_faces(500);
         options.finish.fit = None;
+        options.finish.anneal = None;
         options
     };
     let within = Options::default().within(0.05, ErrorCheck::Sampled);

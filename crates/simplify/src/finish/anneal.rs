@@ -43,6 +43,9 @@ pub struct AnnealOptions {
     pub time_limit: Option<Duration>,
     /// How many rounds of trading faces at most. It ends earlier when cutting one edge does not help either.
     pub rounds: usize,
+    /// For each of these rounds, how many times the faces of the mesh the original has at least, so that they
+    /// take a small part of the time that the collapses took; 0 for as many rounds as `rounds` says.
+    pub reduction_per_round: f64,
     /// The part of the edges that are cut in the first round; it is adapted to what succeeds.
     pub share: f64,
     /// Samples per face that errors are measured with.
@@ -60,6 +63,7 @@ impl Default for AnnealOptions {
             starts: 16,
             time_limit: None,
             rounds: 200,
+            reduction_per_round: 0.0,
             share: 0.05,
             samples_per_face: 120,
             fit,
@@ -73,6 +77,10 @@ impl AnnealOptions {
         let is_length = self.jump >= 0.0 && self.jump.is_finite();
         SimplifyError::unless(is_length, "anneal jump", self.jump, "at least 0 and finite")?;
         SimplifyError::unless(self.starts > 0, "anneal starts", 0.0, "at least 1")?;
+        let reduction = self.reduction_per_round;
+        let is_ratio = reduction >= 0.0 && reduction.is_finite();
+        let name = "anneal reduction_per_round";
+        SimplifyError::unless(is_ratio, name, reduction, "at least 0 and finite")?;
         let is_part = (0.0..=1.0).contains(&self.share);
         SimplifyError::unless(is_part, "anneal share", self.share, "between 0 and 1")?;
         let samples = self.samples_per_face;
@@ -80,6 +88,22 @@ impl AnnealOptions {
         let name = "anneal samples_per_face";
         SimplifyError::unless(fits, name, samples as f64, "between 1 and 100000")?;
         self.fit.check()
+    }
+
+    /// Whether there is anything to do for a mesh with the options. If not, [`anneal`] only measures it.
+    #[must_use]
+    pub fn has_work(&self, mesh: &TriMesh, original: &Surface) -> bool {
+        self.sweeps > 0 || self.rounds_for(mesh, original) > 0
+    }
+
+    /// How many rounds of trading faces there are at most.
+    fn rounds_for(&self, mesh: &TriMesh, original: &Surface) -> usize {
+        if self.reduction_per_round == 0.0 {
+            return self.rounds;
+        }
+        let faces = mesh.topology().face_count().max(1);
+        let reduction = original.triangle_count() as f64 / faces as f64;
+        self.rounds.min((reduction / self.reduction_per_round) as usize)
     }
 }
 
@@ -251,8 +275,9 @@ impl Search<'_> {
         let &Self { original, points, options, most_faces, .. } = self;
         let mut share = options.share;
         let mut random = SplitMix64::new(options.fit.seed);
+        let most_rounds = options.rounds_for(&state.mesh, original);
         let (mut rounds, mut kept) = (0, 0);
-        while rounds < options.rounds {
+        while rounds < most_rounds {
             let is_in_vain = share * (state.mesh.topology().edge_count() as f64) < LEAST_EDGES;
             if is_in_vain || self.schedule.is_over() || observer.stops(Phase::Anneal, &state.mesh) {
                 break;

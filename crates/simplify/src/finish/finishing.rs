@@ -131,6 +131,7 @@ impl<'a> Finishing<'a> {
             });
         }
         if let Some(options) = &self.steps.anneal
+            && options.has_work(&done.mesh, self.original)
             && !observer.is_stopped()
         {
             let mut next = done.mesh.clone();
