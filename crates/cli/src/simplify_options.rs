@@ -105,8 +105,7 @@ pub(crate) struct Policy {
     /// - draft:         for when only speed counts
     /// - fast:          quadrics that keep the volume, nothing after them
     /// - default:       quadrics with a little curvature, then a short fit to the input
-    /// - quality:       the same with a long fit, and the largest errors taken down; much smaller
-    ///                  results trade some faces, too
+    /// - quality:       the same with a long fit, the largest errors taken down, a few faces traded
     /// - extreme:       the same, then annealed; takes many times as long
     /// - thin-features: as default, with much curvature: thin parts stay
     /// - paper-l1, paper-l2: the curvature norms of Kim, Kim, Levin 2002 as published
