@@ -149,6 +149,8 @@ pub(crate) fn cut_peaks_observed(
     // As many as there are; when that is too many, the farthest only.
     let (mut share, mut returning) = (options.share, usize::MAX);
     let mut failed = 0;
+    // Which vertices the last round put where, when that was in vain: again, or nothing at all, would be, too.
+    let mut in_vain = Vec::new();
     while rounds < options.rounds && failed < PATIENCE && peaks.largest > 0.0 {
         if observer.stops(Phase::Peaks, mesh) {
             break;
@@ -161,24 +163,35 @@ pub(crate) fn cut_peaks_observed(
         let mut placed =
             peaks.bring_back(&mut next, original, (constraints, &mut found), bar, returning);
         placed.extend(peaks.put_vertices(&mut next, constraints, &mut found, bar, count));
-        let step = CollapseBack {
-            faces,
-            locked: &placed,
-            boundary: Boundary::Quadrics,
-            forbid_intersections: options.forbid_intersections,
-            min_component_vertices: options.min_component_vertices,
-        };
-        let back = collapse_back(&mut next, constraints, &step, Phase::Peaks, observer);
-        let found = peaks.after(mesh, &next, original, Became::Other(&back.remap))?;
-        let left = next.topology().face_count();
-        if is_better(&found, &peaks, most) && (options.min_faces..=faces).contains(&left) {
+        let places: Vec<_> = placed.iter().map(|&v| (v, next.position(v))).collect();
+        let mut better = None;
+        if places != in_vain {
+            let step = CollapseBack {
+                faces,
+                locked: &placed,
+                boundary: Boundary::Quadrics,
+                forbid_intersections: options.forbid_intersections,
+                min_component_vertices: options.min_component_vertices,
+            };
+            let back = collapse_back(&mut next, constraints, &step, Phase::Peaks, observer);
+            let found = peaks.after(mesh, &next, original, Became::Other(&back.remap))?;
+            let left = next.topology().face_count();
+            if is_better(&found, &peaks, most) && (options.min_faces..=faces).contains(&left) {
+                better = Some((back, found));
+            }
+        }
+        if let Some((back, found)) = better {
             for new in map.as_mut_slice() {
                 *new = new.and_then(|v| back.vertex_map.get(v).copied().flatten());
             }
             (*mesh, *constraints, peaks) = (next, back.constraints, found);
             peaks.flatten(mesh, original, constraints, &fit, most, observer)?;
+            in_vain.clear();
             (kept, failed) = (kept + 1, 0);
-        } else if returning > count {
+            continue;
+        }
+        in_vain = places;
+        if returning > count {
             returning = count;
         } else {
             share *= LESS;
