@@ -44,10 +44,48 @@ pub fn closest_on_triangle(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     best
 }
 
+/// The perpendicular foot of a point in the plane of a triangle; made by [`foot_inside`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// From the point to the foot.
+    pub offset: DVec3,
+    /// The unit normal of the triangle.
+    pub normal: DVec3,
+}
+
+/// The perpendicular foot of a point, if it lies inside the triangle, and the point is near compared with
+/// the size of the triangle: at most about a fifth of its sides away.
+///
+/// Where a surface bends little over the length of a side, no other point of it nearby is closer.
+#[inline]
+#[must_use]
+pub fn foot_inside(point: DVec3, triangle: &[DVec3; 3]) -> Option<Foot> {
+    let (a, b, c) = (triangle[0] - point, triangle[1] - point, triangle[2] - point);
+    let cross = (b - a).cross(c - a);
+    let is_inside = cross.dot(a.cross(b)) >= 0.0
+        && cross.dot(b.cross(c)) >= 0.0
+        && cross.dot(c.cross(a)) >= 0.0;
+    if !is_inside {
+        return None;
+    }
+    let length = cross.length();
+    let normal = cross / length;
+    let height = normal.dot(a);
+    // Where there is no area there is no normal, and nothing is near.
+    (height * height <= NEAR * length).then(|| Foot { offset: height * normal, normal })
+}
+
+/// A point is near when the square of its height over a triangle is at most this part of twice the area.
+const NEAR: f64 = 0.05;
+
 /// Barycentric coordinates of the point of a triangle that is closest to `point`: none is negative,
 /// and they add up to one. Those of a triangle without area are all a third.
+#[inline]
 #[must_use]
 pub fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
+    if let Some(weights) = weights_inside(point, triangle) {
+        return weights;
+    }
     let at = point + closest_on_triangle(point, triangle);
     let (a, b, c) = (triangle[0] - at, triangle[1] - at, triangle[2] - at);
     let normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
@@ -55,6 +93,20 @@ pub fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     let parts = parts.max(DVec3::ZERO);
     let sum = parts.element_sum();
     if sum > 0.0 { parts / sum } else { DVec3::splat(1.0 / 3.0) }
+}
+
+/// The same where the perpendicular foot lies inside and the triangle is not thin: they are the parts of the
+/// area, seen along the normal.
+#[inline]
+fn weights_inside(point: DVec3, triangle: &[DVec3; 3]) -> Option<DVec3> {
+    let (a, b, c) = (triangle[0] - point, triangle[1] - point, triangle[2] - point);
+    let (ab, ac) = (b - a, c - a);
+    let normal = ab.cross(ac);
+    let parts = DVec3::new(normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b)));
+    let squared = normal.length_squared();
+    let is_inside = parts.min_element() >= 0.0
+        && squared > THIN * THIN * ab.length_squared() * ac.length_squared();
+    is_inside.then(|| parts / parts.element_sum())
 }
 
 /// The vector from the origin to the closest point of the segment from `start` along `along`.
@@ -111,6 +163,18 @@ mod tests {
             assert!(found.distance(expected) < 1e-14, "{point}: {found}, not {expected}");
         }
         assert_eq!(weights_of_closest(DVec3::Z, &[DVec3::X; 3]), DVec3::splat(1.0 / 3.0));
+    }
+
+    #[test]
+    fn a_foot_is_found_inside_and_near_only() {
+        let at = |x: f64, y: f64, z: f64| foot_inside(DVec3::new(x, y, z), &TRIANGLE);
+        let foot = at(1.0, 1.0, -0.5).unwrap();
+        assert_eq!((foot.offset, foot.normal), (0.5 * DVec3::Z, DVec3::Z));
+        // Beyond a side, though as near; above the inside, but farther than the square root of 0.6.
+        assert_eq!([at(2.1, 1.5, 0.5), at(1.0, -0.1, 0.0), at(1.0, 1.0, 0.78)], [None; 3]);
+        assert!(at(1.0, 1.0, 0.77).is_some() && at(1.0, 0.0, 0.5).is_some());
+        assert_eq!(foot_inside(DVec3::ZERO, &[DVec3::ZERO, DVec3::X, 3.0 * DVec3::X]), None);
+        assert_eq!(foot_inside(DVec3::NAN, &TRIANGLE), None);
     }
 
     #[test]

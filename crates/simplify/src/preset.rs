@@ -111,6 +111,7 @@ impl Options {
         let long_fit = FitOptions {
             rounds: 8,
             samples_per_face: 30,
+            own_samples_per_face: 12,
             samples_per_triangle: 6,
             ..FitOptions::default()
         };

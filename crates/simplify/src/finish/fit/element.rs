@@ -3,12 +3,16 @@
 use glam::DVec3;
 
 use crate::collapse::symmetric::Symmetric3;
-use crate::finish::fit::targets::Target;
 use crate::finish::norm::Power;
 
 /// Pairs count as though there were so many samples of a face, however many there are: so much as a
 /// point of a line counts one.
 pub(super) const USUAL_SAMPLES: usize = 30;
+
+/// How much a point counts where a face has so many.
+pub(crate) fn share_of_one(points_per_face: usize) -> f64 {
+    USUAL_SAMPLES as f64 / points_per_face.max(1) as f64
+}
 
 /// How much a pair counts.
 #[derive(Clone, Copy)]
@@ -37,6 +41,18 @@ impl Weighting {
     }
 }
 
+/// A point of a face and a point of the original.
+pub(super) struct Pair {
+    /// The weights of the corners of the face.
+    pub(super) weights: DVec3,
+    /// From the point of the original to that of the face.
+    pub(super) gap: DVec3,
+    /// The normal of the original.
+    pub(super) normal: DVec3,
+    /// How much of the area it stands for.
+    pub(super) share: f64,
+}
+
 /// The part of one face in the normal equations: blocks of three by three.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Element {
@@ -50,31 +66,23 @@ pub(super) struct Element {
 }
 
 impl Element {
-    /// Adds a pair: the point with these weights of the corners, and its target, which stands for
-    /// so much of the area.
+    /// Adds a pair.
     #[inline]
-    pub(super) fn add(
-        &mut self,
-        corners: &[DVec3; 3],
-        weights: DVec3,
-        target: &Target,
-        weighting: &Weighting,
-    ) {
-        let [a, b, c] = *corners;
-        let from = |corner: DVec3| corner - target.point;
-        let gap = from(a) * weights.x + from(b) * weights.y + from(c) * weights.z;
+    pub(super) fn add(&mut self, pair: &Pair, weighting: &Weighting) {
+        let Pair { weights, gap, normal, share } = *pair;
         let squared = gap.length_squared();
-        let weight = target.share * weighting.of(squared);
-        let mut matrix = Symmetric3::square(target.normal, weight);
+        let weight = share * weighting.of(squared);
+        let mut matrix = Symmetric3::square(normal, weight);
         matrix.diagonal += weight * weighting.pull;
         let force = matrix.times(gap);
+        let weights = weights.to_array();
         for i in 0..3 {
             self.of_corner[i] += weights[i] * weights[i] * matrix;
             self.of_side[i] += weights[i] * weights[(i + 1) % 3] * matrix;
             self.residual[i] -= weights[i] * force;
         }
-        self.tally.squares += target.share * squared;
-        self.tally.shares += target.share;
+        self.tally.squares += share * squared;
+        self.tally.shares += share;
     }
 }
 

@@ -2,13 +2,13 @@
 
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh, parallel};
-use mesh_metric::Surface;
+use mesh_metric::{Surface, foot_inside, weights_of_closest};
 
 use crate::finish::blocks::for_blocks_in_turn;
-use crate::finish::fit::element::{Element, Tally, Weighting};
+use crate::finish::fit::element::{Element, Pair, Tally, Weighting, share_of_one};
 use crate::finish::fit::spread::{Spot, Spread};
 use crate::finish::fit::system::System;
-use crate::finish::fit::targets::Target;
+use crate::finish::fit::targets::{Target, normal_and_area};
 
 /// What makes the equations of some faces, besides the targets that they draw.
 pub(super) struct Equations<'a> {
@@ -18,10 +18,8 @@ pub(super) struct Equations<'a> {
     pub(super) faces: &'a [FaceId],
     /// The indices of those that count, neighbours in space close to each other.
     pub(super) order: &'a [u32],
-    /// How many points of these faces are drawn to the original.
+    /// How many points of each of these faces are drawn to the original.
     pub(super) samples: usize,
-    /// How much each counts.
-    pub(super) density: f64,
     pub(super) seed: u64,
 }
 
@@ -38,13 +36,14 @@ impl Equations<'_> {
         targets_of: impl Fn(FaceId, &mut dyn FnMut(&Target)) + Sync,
     ) -> Tally {
         let corners = |index: u32| self.mesh.triangle(self.faces[index as usize]);
-        let spread = Spread::new(self.order, corners, self.samples, self.seed);
+        let spread = Spread::on_each(self.order, corners, self.samples, self.seed);
         let own_weighting = match weighting.tail > 0.0 {
             true => {
                 Weighting { largest: self.farthest(&spread).max(weighting.largest), ..weighting }
             }
             false => weighting,
         };
+        let density = share_of_one(self.samples);
         let mut tally = Tally::default();
         for_blocks_in_turn(
             self.order.len(),
@@ -52,28 +51,33 @@ impl Equations<'_> {
             |places| {
                 let start = places.start;
                 let mut elements = vec![Element::default(); places.len()];
-                let spots: Vec<Spot> = spread.spots(corners, spread.on(places.clone())).collect();
-                let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();
-                let closest = self.original.closest_to_neighbours(&points);
-                for (spot, closest) in spots.iter().zip(closest) {
-                    let share = self.density * spot.share;
-                    let on = self.original.triangle(closest.triangle as usize);
-                    let target = Target::on_triangle(on, closest.point, share);
-                    let corners = corners(spot.triangle);
-                    elements[spot.place - start].add(
-                        &corners,
-                        spot.weights,
-                        &target,
-                        &own_weighting,
-                    );
-                }
+                let (mut near, mut asked) = (Vec::new(), Vec::new());
                 for (place, element) in places.zip(&mut elements) {
                     let face = self.faces[self.order[place] as usize];
                     let corners = self.mesh.triangle(face);
+                    near.clear();
                     targets_of(face, &mut |target| {
-                        let weights = mesh_metric::weights_of_closest(target.point, &corners);
-                        element.add(&corners, weights, target, &weighting);
+                        element.add(&draw(&corners, target), &weighting);
+                        near.extend(target.triangle.map(|triangle| (target.point, triangle)));
                     });
+                    for spot in spread.spots_on(|_| corners, place).iter() {
+                        match self.foot_near(&spot, density, &near) {
+                            Some(pair) => element.add(&pair, &own_weighting),
+                            None => asked.push(spot),
+                        }
+                    }
+                }
+                let points: Vec<DVec3> = asked.iter().map(|spot| spot.point).collect();
+                let closest = self.original.closest_to_neighbours(&points);
+                for (spot, closest) in asked.iter().zip(closest) {
+                    let on = self.original.triangle(closest.triangle as usize);
+                    let pair = Pair {
+                        weights: spot.weights,
+                        gap: -closest.offset,
+                        normal: normal_and_area(on).0,
+                        share: density * spot.share,
+                    };
+                    elements[spot.place - start].add(&pair, &own_weighting);
                 }
                 (start, elements)
             },
@@ -85,6 +89,22 @@ impl Equations<'_> {
             },
         );
         tally
+    }
+
+    /// A sample with its foot on the triangle of the nearest of these points of the original, if it falls
+    /// inside and the surface is near: as a rule that is the closest point, and found at once.
+    #[inline]
+    fn foot_near(&self, spot: &Spot, density: f64, near: &[(DVec3, u32)]) -> Option<Pair> {
+        let (mut least, mut nearest) = (f64::INFINITY, None);
+        for &(point, triangle) in near {
+            let squared = (point - spot.point).length_squared();
+            if squared < least {
+                (least, nearest) = (squared, Some(triangle));
+            }
+        }
+        let foot = foot_inside(spot.point, &self.original.triangle(nearest? as usize))?;
+        let (weights, share) = (spot.weights, density * spot.share);
+        Some(Pair { weights, gap: -foot.offset, normal: foot.normal, share })
     }
 
     /// The largest squared distance of a sample from the original.
@@ -105,4 +125,14 @@ impl Equations<'_> {
         );
         of_blocks.into_iter().fold(0.0, f64::max)
     }
+}
+
+/// A target and the point of the face that is closest to it.
+#[inline]
+fn draw(corners: &[DVec3; 3], target: &Target) -> Pair {
+    let weights = weights_of_closest(target.point, corners);
+    let from = |corner: DVec3| corner - target.point;
+    let [a, b, c] = *corners;
+    let gap = from(a) * weights.x + from(b) * weights.y + from(c) * weights.z;
+    Pair { weights, gap, normal: target.normal, share: target.share }
 }

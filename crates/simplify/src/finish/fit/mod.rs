@@ -39,7 +39,7 @@ use crate::collapse::intersection::Intersections;
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
 use crate::finish::fit::constraints::FitConstraints;
-use crate::finish::fit::element::{USUAL_SAMPLES, Weighting};
+use crate::finish::fit::element::Weighting;
 use crate::finish::fit::equations::Equations;
 use crate::finish::fit::flips::flip_edges;
 use crate::finish::fit::freedom::{Freedom, freedoms};
@@ -47,10 +47,11 @@ use crate::finish::fit::lines::Lines;
 use crate::finish::fit::moves::move_vertices;
 use crate::finish::fit::pairs::Pairs;
 use crate::finish::fit::system::System;
-use crate::finish::fit::targets::Targets;
+use crate::finish::fit::targets::{Count, Targets};
 use crate::finish::norm::{FitNorm, Power};
 use crate::finish::observer::Observer;
 
+pub(crate) use crate::finish::fit::element::share_of_one;
 pub(crate) use crate::finish::fit::targets::Target;
 
 /// How to fit; see [`fit`].
@@ -59,10 +60,13 @@ pub(crate) use crate::finish::fit::targets::Target;
 pub struct FitOptions {
     /// How many rounds.
     pub rounds: usize,
-    /// Samples per face of the mesh, in each direction.
+    /// Samples of the original per face of the mesh.
     pub samples_per_face: usize,
-    /// The most samples in each direction per triangle of the original, on average: where the mesh has
-    /// not many faces fewer, more tell little.
+    /// Samples of each face of the mesh; fewer where it has few triangles of the original to tell of, but at
+    /// least twice as many as a triangle has.
+    pub own_samples_per_face: usize,
+    /// The most samples of the original per triangle of it: where there would be more, each triangle has so
+    /// many.
     pub samples_per_triangle: usize,
     /// What is made small. Where edges are flipped, they are flipped for the same.
     pub norm: FitNorm,
@@ -89,6 +93,7 @@ impl Default for FitOptions {
         Self {
             rounds: 2,
             samples_per_face: 20,
+            own_samples_per_face: 10,
             samples_per_triangle: 3,
             norm: FitNorm::L2,
             pull: 4e-4,
@@ -113,10 +118,14 @@ impl FitOptions {
         let weight = "at least 0 and finite";
         SimplifyError::unless(is_weight(self.pull), "fit pull", self.pull, weight)?;
         SimplifyError::unless(is_weight(self.tail), "fit tail", self.tail, weight)?;
-        let samples = self.samples_per_face;
-        let fits = samples <= MOST_SAMPLES_PER_FACE;
-        let name = "fit samples_per_face";
-        SimplifyError::unless(fits, name, samples as f64, "at most 100000")
+        for (name, samples) in [
+            ("fit samples_per_face", self.samples_per_face),
+            ("fit own_samples_per_face", self.own_samples_per_face),
+        ] {
+            let fits = samples <= MOST_SAMPLES_PER_FACE;
+            SimplifyError::unless(fits, name, samples as f64, "at most 100000")?;
+        }
+        Ok(())
     }
 }
 
@@ -159,15 +168,12 @@ pub(crate) fn fit_observed(
     observer: &mut Observer<'_>,
 ) -> Result<FitReport, SimplifyError> {
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
-    let wanted = sample_count(options, faces.len());
-    let most = options.samples_per_triangle.saturating_mul(original.triangle_count());
-    let count = wanted.min(most);
-    let density = share_of_one(options.samples_per_face) * wanted as f64 / count.max(1) as f64;
-    let targets = Targets::new(original, count, options.seed);
+    let counts = Counts::new(options, faces.len(), original.triangle_count());
     let mut report = FitReport { norm: options.norm, ..FitReport::default() };
     let lines = Lines::new(mesh, original, constraints);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
     let mut surface = Surface::new(mesh)?;
+    let mut kept: Option<Pairs<'_>> = None;
     for round in 0..options.rounds {
         if observer.stops(Phase::Fit, mesh) {
             break;
@@ -175,14 +181,17 @@ pub(crate) fn fit_observed(
         if round > 0 {
             surface.follow(mesh)?;
         }
-        // The first of several rounds is a rough one, unless few points have to speak for many triangles,
-        // or these have limited them: half of the points of a quadrature are none.
-        let is_rough = round == 0
-            && options.rounds > 1
-            && count > original.triangle_count()
-            && count == wanted;
-        let every = if is_rough { 2 } else { 1 };
-        let mut paired = Pairs::new(mesh, &surface, &targets, every);
+        let mut paired = match kept.take() {
+            Some(mut paired) => {
+                paired.follow(mesh, &surface);
+                paired
+            }
+            None => {
+                let targets = Targets::new(original, counts.targets(round), options.seed);
+                Pairs::new(mesh, &surface, targets)
+            }
+        };
+        let density = share_of_one(1) * faces.len() as f64 / paired.target_count().max(1) as f64;
         let power = options.norm.power(round);
         if options.tail > 0.0 {
             paired.push_far(&surface, original);
@@ -198,8 +207,7 @@ pub(crate) fn fit_observed(
             original,
             faces: &faces,
             order: surface.in_space(),
-            samples: count / every,
-            density: every as f64 * density,
+            samples: counts.own,
             seed: options.seed.wrapping_add(round as u64 + 1),
         };
         let FitOptions { tail, .. } = *options;
@@ -214,7 +222,12 @@ pub(crate) fn fit_observed(
         if round == 0 {
             report.rms_before = tally.rms();
         }
-        drop(paired);
+        let is_last = round + 1 == options.rounds;
+        if !is_last && counts.targets(round) == counts.targets(round + 1) {
+            kept = Some(paired);
+        } else {
+            drop(paired);
+        }
         let mut moved = system.solve(mesh, &freedoms, constraints, ROUGHLY);
         let part = power.part_of_step();
         if part < 1.0 {
@@ -263,8 +276,7 @@ impl<'a> LocalFit<'a> {
             original: self.original,
             faces: &self.faces,
             order: &order,
-            samples: sample_count(options, order.len()),
-            density: share_of_one(options.samples_per_face),
+            samples: options.own_samples_per_face,
             seed: options.seed.wrapping_add(1),
         };
         let FitOptions { pull, tail, .. } = *options;
@@ -276,11 +288,6 @@ impl<'a> LocalFit<'a> {
         let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
         move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
     }
-}
-
-/// How much a point counts where a face has so many.
-pub(crate) fn share_of_one(points_per_face: usize) -> f64 {
-    USUAL_SAMPLES as f64 / points_per_face.max(1) as f64
 }
 
 /// Steps of the whole mesh are cut short and rounds follow: more digits make no difference.
@@ -312,16 +319,70 @@ const USUAL_BEND: f64 = 0.005;
 /// The least part of the pull, so that vertices on flat ground are held.
 const LEAST_PULL: f64 = 0.01;
 
-/// How many samples of each surface there are.
-fn sample_count(options: &FitOptions, faces: usize) -> usize {
-    options.samples_per_face.saturating_mul(faces).min(MOST_SAMPLES)
+/// Of so many triangles of the original the points of a face tell as much as those of one: the others lie on
+/// the same triangles as its targets, where they say the same.
+const FEW: usize = 6;
+/// So many times the samples per triangle a face has nevertheless.
+const FEWEST_OWN: usize = 2;
+
+/// How many points there are of both surfaces.
+#[derive(Clone, Copy)]
+struct Counts {
+    /// Points of the original in all rounds but the first one, and in that.
+    targets: Count,
+    rough: Count,
+    /// Points of each face of the mesh.
+    own: usize,
+}
+
+impl Counts {
+    /// For so many faces of the mesh, and triangles of the original.
+    fn new(options: &FitOptions, faces: usize, triangles: usize) -> Self {
+        let FitOptions { samples_per_face, samples_per_triangle, .. } = *options;
+        let wanted = samples_per_face.saturating_mul(faces).min(MOST_SAMPLES);
+        // As many of each triangle where these are few: then they are the points of a quadrature, and no
+        // triangle goes unseen. The first of several rounds is a rough one, unless few points have to speak
+        // for many triangles.
+        let (targets, rough) = if wanted >= samples_per_triangle.saturating_mul(triangles) {
+            (Count::OnEach(samples_per_triangle), Count::OnEach(samples_per_triangle.min(1)))
+        } else if wanted > triangles {
+            (Count::About(wanted), Count::About(wanted / 2))
+        } else {
+            (Count::About(wanted), Count::About(wanted))
+        };
+        let rough = if options.rounds > 1 { rough } else { targets };
+        let least = samples_per_triangle.saturating_mul(FEWEST_OWN);
+        let in_proportion = samples_per_triangle.saturating_mul(triangles) / (FEW * faces.max(1));
+        let most = MOST_SAMPLES / faces.max(1);
+        let own = options.own_samples_per_face.min(least.max(in_proportion)).min(most);
+        Self { targets, rough, own }
+    }
+
+    fn targets(&self, round: usize) -> Count {
+        if round == 0 { self.rough } else { self.targets }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::bend;
+    use super::{Count, Counts, FitOptions, bend};
     use mesh_core::TriMesh;
     use mesh_core::shapes::Sphere;
+
+    #[test]
+    fn there_are_as_many_points_as_there_is_to_know() {
+        let of = |faces, triangles| {
+            let counts = Counts::new(&FitOptions::default(), faces, triangles);
+            (counts.targets(0), counts.targets(1), counts.own)
+        };
+        // Three triangles a face, ten, twenty, and many.
+        assert_eq!(of(1000, 3000), (Count::OnEach(1), Count::OnEach(3), 6));
+        assert_eq!(of(1000, 10_000), (Count::About(10_000), Count::About(20_000), 6));
+        assert_eq!(of(1000, 20_000), (Count::About(20_000), Count::About(20_000), 10));
+        assert_eq!(of(1000, 500_000), (Count::About(20_000), Count::About(20_000), 10));
+        let once = FitOptions { rounds: 1, ..FitOptions::default() };
+        assert_eq!(Counts::new(&once, 1000, 3000).targets(0), Count::OnEach(3));
+    }
 
     #[test]
     fn the_bend_of_a_fine_sphere_is_the_mean_square_of_the_angle_to_it() {

@@ -1,18 +1,17 @@
 //! Points of the original and the faces of the mesh that they draw.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh};
-use mesh_metric::{Surface, closest_on_triangle};
+use mesh_core::{FaceId, Handle, TriMesh};
+use mesh_metric::{Surface, closest_on_triangle, foot_inside};
 
 use crate::finish::blocks::for_blocks_in_turn;
 use crate::finish::face_lists::FaceLists;
-use crate::finish::fit::targets::{Target, Targets};
+use crate::finish::fit::targets::{Ground, Target, Targets};
 use crate::finish::norm::Power;
 
-/// Points by the face that is closest to them: every so many-th of the targets, and some more.
+/// Points by the face that is closest to them: the targets, and some more.
 pub(super) struct Pairs<'a> {
-    targets: &'a Targets<'a>,
-    every: usize,
+    targets: Targets<'a>,
     /// Points beyond the targets.
     more: Vec<Target>,
     lists: FaceLists,
@@ -24,32 +23,71 @@ pub(super) struct Pairs<'a> {
 const BLOCK: usize = 1024;
 
 impl<'a> Pairs<'a> {
-    /// Pairs every so many-th of the targets with the closest face.
-    pub(super) fn new(
-        mesh: &TriMesh,
-        surface: &Surface,
-        targets: &'a Targets<'a>,
-        every: usize,
-    ) -> Self {
-        let count = targets.len().div_ceil(every);
-        let mut lists = FaceLists::new(mesh.topology().face_capacity());
-        let mut squares = Vec::with_capacity(count);
+    /// Pairs the targets with the closest faces.
+    pub(super) fn new(mesh: &TriMesh, surface: &Surface, targets: Targets<'a>) -> Self {
+        let mut new = Self {
+            lists: FaceLists::new(mesh.topology().face_capacity()),
+            squares: Vec::with_capacity(targets.len()),
+            targets,
+            more: Vec::new(),
+        };
+        new.pair(|points, _| {
+            let closest = surface.closest_to_neighbours(points).into_iter();
+            closest.map(|c| (c.face, c.offset.length_squared())).collect()
+        });
+        new
+    }
+
+    /// Pairs the targets again, after the vertices have moved. A target stays with its face as long as its foot
+    /// is inside, though at a concave edge the face beyond it may be a little closer; the closest face of the
+    /// others is looked for.
+    pub(super) fn follow(&mut self, mesh: &TriMesh, surface: &Surface) {
+        let mut faces = vec![0; self.targets.len()];
+        for face in mesh.topology().faces() {
+            for index in self.lists.of_face(face) {
+                if let Some(slot) = faces.get_mut(index as usize) {
+                    *slot = face.index() as u32;
+                }
+            }
+        }
+        self.more.clear();
+        self.squares.clear();
+        self.lists = FaceLists::new(mesh.topology().face_capacity());
+        self.pair(|points, start| {
+            let stay = points.iter().zip(&faces[start..]).map(|(&point, &face)| {
+                let face = FaceId::from_index(face as usize);
+                let foot = foot_inside(point, &mesh.triangle(face))?;
+                Some((face, foot.offset.length_squared()))
+            });
+            let stay: Vec<_> = stay.collect();
+            let lost = points.iter().zip(&stay).filter(|(_, stays)| stays.is_none());
+            let lost: Vec<DVec3> = lost.map(|(&point, _)| point).collect();
+            let found = surface.closest_to_neighbours(&lost).into_iter();
+            let mut found = found.map(|c| (c.face, c.offset.length_squared()));
+            stay.into_iter().filter_map(|stays| stays.or_else(|| found.next())).collect()
+        });
+    }
+
+    /// Pairs all targets, block by block: with the face and the squared distance that come for each of some
+    /// consecutive points, of which the number of the first is told.
+    fn pair(&mut self, find: impl Fn(&[DVec3], usize) -> Vec<(FaceId, f64)> + Sync) {
+        let Self { targets, lists, squares, .. } = self;
         for_blocks_in_turn(
-            count,
+            targets.len(),
             BLOCK,
-            |indices| {
-                let points: Vec<DVec3> = indices.map(|i| targets.point(every * i)).collect();
-                let closest = surface.closest_to_neighbours(&points).into_iter();
-                closest.map(|c| (c.face, c.offset.length_squared())).collect::<Vec<_>>()
-            },
-            |closest| {
-                for (face, squared) in closest {
+            |indices| find(targets.points(indices.clone()), indices.start),
+            |found| {
+                for (face, squared) in found {
                     lists.push(face, squares.len() as u32);
                     squares.push(squared);
                 }
             },
         );
-        Self { targets, every, more: Vec::new(), lists, squares }
+    }
+
+    /// How many targets there are.
+    pub(super) fn target_count(&self) -> usize {
+        self.targets.len()
     }
 
     /// The largest squared distance.
@@ -65,7 +103,7 @@ impl<'a> Pairs<'a> {
     fn point(&self, index: usize) -> DVec3 {
         let own = self.squares.len() - self.more.len();
         match index.checked_sub(own) {
-            None => self.targets.point(self.every * index),
+            None => self.targets.point(index),
             Some(beyond) => self.more[beyond].point,
         }
     }
@@ -80,12 +118,18 @@ impl<'a> Pairs<'a> {
     /// area of all.
     pub(super) fn for_each_of(&self, face: FaceId, density: f64, mut act: impl FnMut(&Target)) {
         let own = self.squares.len() - self.more.len();
-        let density = density * self.every as f64;
+        let mut ground: Option<Ground> = None;
         for index in self.lists.of_face(face).map(|index| index as usize) {
-            match index.checked_sub(own) {
-                None => act(&self.targets.target(self.every * index, density)),
-                Some(beyond) => act(&self.more[beyond]),
+            if let Some(beyond) = index.checked_sub(own) {
+                act(&self.more[beyond]);
+                continue;
             }
+            // Several targets of a triangle mostly come one after the other.
+            let place = self.targets.place(index);
+            let same = ground.take().filter(|ground| ground.place == place);
+            let on = same.unwrap_or_else(|| self.targets.on(place, density));
+            act(&on.target(self.targets.point(index)));
+            ground = Some(on);
         }
     }
 
@@ -109,7 +153,7 @@ impl<'a> Pairs<'a> {
                     self.lists.push(closest.face, self.squares.len() as u32);
                     self.squares.push(closest.offset.length_squared());
                     let normal = closest.offset.normalize_or_zero();
-                    self.more.push(Target { point, normal, share: 1.0 });
+                    self.more.push(Target { point, normal, share: 1.0, triangle: None });
                 }
             },
         );
@@ -141,7 +185,45 @@ impl<'a> Pairs<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::finish::fit::targets::Count;
     use mesh_core::shapes::Sphere;
+
+    /// Those that stay with their face and those that are looked for anew are as far as closest points.
+    #[test]
+    fn pairs_follow_a_mesh_whose_vertices_move() {
+        let sphere = |cuts| {
+            let soup = Sphere { radius: 1.0 }.icosphere(cuts).unwrap();
+            TriMesh::from_soup(&soup).unwrap()
+        };
+        let (fine, mut mesh) = (sphere(3), sphere(1));
+        let (original, mut surface) = (Surface::new(&fine).unwrap(), Surface::new(&mesh).unwrap());
+        let targets = || Targets::new(&original, Count::OnEach(3), 1);
+        let mut pairs = Pairs::new(&mesh, &surface, targets());
+        pairs.push_far(&surface, &original);
+        for (i, p) in mesh.positions_mut().iter_mut().enumerate() {
+            let [x, y, z] = [1.0, 2.0, 3.0].map(|k| 0.02 * (k * i as f64).sin());
+            *p = 1.01 * *p + DVec3::new(x, y, z);
+        }
+        surface.follow(&mesh).unwrap();
+        let before = pairs.squares.len();
+        pairs.follow(&mesh, &surface);
+        let anew = Pairs::new(&mesh, &surface, targets());
+        assert!(pairs.squares.len() == anew.squares.len() && before > pairs.squares.len());
+        assert_eq!(pairs.target_count(), anew.target_count());
+        let both = pairs.squares.iter().zip(&anew.squares);
+        let more: Vec<f64> = both.map(|(found, least)| found.sqrt() - least.sqrt()).collect();
+        // A few stay with one of two faces that are about as far.
+        assert!(more.iter().all(|&more| more > -1e-12 && more < 1e-3));
+        assert!(more.iter().filter(|&&more| more > 1e-12).count() < more.len() / 500);
+        let listed: usize = mesh.topology().faces().map(|f| pairs.of_face(f).count()).sum();
+        assert_eq!(listed, anew.squares.len());
+        for face in mesh.topology().faces() {
+            for (point, squared) in pairs.of_face(face) {
+                let offset = closest_on_triangle(point, &mesh.triangle(face));
+                assert!((offset.length_squared() - squared).abs() < 1e-12);
+            }
+        }
+    }
 
     #[test]
     fn vertices_more_than_half_as_far_as_the_farthest_point_are_added() {
@@ -151,8 +233,8 @@ mod tests {
         };
         let (fine, mesh) = (sphere(3), sphere(1));
         let [original, surface] = [&fine, &mesh].map(|mesh| Surface::new(mesh).unwrap());
-        let targets = Targets::new(&original, 500, 1);
-        let mut pairs = Pairs::new(&mesh, &surface, &targets, 1);
+        let targets = Targets::new(&original, Count::About(500), 1);
+        let mut pairs = Pairs::new(&mesh, &surface, targets);
         let (count, bar) = (pairs.squares.len(), 0.5 * pairs.largest().sqrt());
         pairs.push_far(&surface, &original);
         let distance = |p: DVec3| {

@@ -14,14 +14,38 @@ use mesh_core::shapes::SplitMix64;
 pub(crate) struct Spread<'a> {
     /// Indices of triangles, neighbours in space.
     order: &'a [u32],
-    /// The number of points up to and including each of them.
-    ends: Vec<u32>,
+    numbers: Numbers,
     /// The area that a point stands for on average.
     step: f64,
     /// Whether every triangle has a point, or else all points stand for the same area.
-    on_each: bool,
+    shares: bool,
     /// Where the sequence across the triangles starts, in [0, 1).
     shift: f64,
+}
+
+/// Which points each triangle has.
+enum Numbers {
+    /// So many.
+    Each(usize),
+    /// Those up to this number that the triangles before it do not have.
+    Until(Vec<u32>),
+}
+
+/// The place of the triangle that each point is on.
+pub(crate) enum Places {
+    /// So many points follow each other in each place.
+    Each(usize),
+    Of(Vec<u32>),
+}
+
+impl Places {
+    #[inline]
+    pub(crate) fn of(&self, number: usize) -> usize {
+        match self {
+            Self::Each(count) => number / count,
+            Self::Of(places) => places[number] as usize,
+        }
+    }
 }
 
 /// One of the points.
@@ -67,11 +91,41 @@ impl<'a> Spread<'a> {
         count: usize,
         seed: u64,
     ) -> Self {
+        Self::by_area(order, corners, count, (order.len() <= count, seed))
+    }
+
+    /// About `count` points that all stand for the same area: small triangles may have none.
+    pub(crate) fn even(
+        order: &'a [u32],
+        corners: impl Fn(u32) -> [DVec3; 3] + Sync,
+        count: usize,
+        seed: u64,
+    ) -> Self {
+        Self::by_area(order, corners, count, (false, seed))
+    }
+
+    /// So many points on each triangle, however large that is; none where there is no area at all.
+    pub(crate) fn on_each(
+        order: &'a [u32],
+        corners: impl Fn(u32) -> [DVec3; 3] + Sync,
+        count: usize,
+        seed: u64,
+    ) -> Self {
+        let total = parallel::sum(order.len(), |i| area(&corners(order[i])));
+        let count = if total > 0.0 { count } else { 0 };
+        let step = total / (order.len() * count).max(1) as f64;
+        Self { order, numbers: Numbers::Each(count), step, shares: true, shift: shift(seed) }
+    }
+
+    fn by_area(
+        order: &'a [u32],
+        corners: impl Fn(u32) -> [DVec3; 3] + Sync,
+        count: usize,
+        (on_each, seed): (bool, u64),
+    ) -> Self {
         let areas = parallel::collect(order.len(), |i| area(&corners(order[i])));
         let total: f64 = areas.iter().sum();
-        let on_each = order.len() <= count;
         let step = total / count.max(1) as f64;
-        let shift = SplitMix64::new(!seed).uniform();
         let (mut covered, mut given, mut end) = (0.0, 0, 0);
         let ends = areas.iter().map(|&area| {
             covered += area;
@@ -82,31 +136,40 @@ impl<'a> Spread<'a> {
             end += if area > 0.0 { points } else { 0 };
             end.min(u64::from(u32::MAX)) as u32
         });
-        let ends = ends.collect();
-        Self { order, ends, step, on_each, shift }
+        let numbers = Numbers::Until(ends.collect());
+        Self { order, numbers, step, shares: on_each, shift: shift(seed) }
     }
 
     /// How many points there are.
     pub(crate) fn len(&self) -> usize {
-        self.ends.last().map_or(0, |&end| end as usize)
+        self.until(self.order.len())
     }
 
     /// The points on the triangles in a range of places.
     pub(crate) fn on(&self, places: Range<usize>) -> Range<usize> {
-        let until = |place: usize| match place.checked_sub(1) {
-            Some(last) => self.ends[last] as usize,
-            None => 0,
-        };
-        until(places.start)..until(places.end)
+        self.until(places.start)..self.until(places.end)
+    }
+
+    /// How many points are on the triangles before a place.
+    fn until(&self, place: usize) -> usize {
+        match &self.numbers {
+            Numbers::Each(count) => place * count,
+            Numbers::Until(ends) => place.checked_sub(1).map_or(0, |last| ends[last] as usize),
+        }
     }
 
     /// The place of the triangle that each point is on.
-    pub(crate) fn places(&self) -> Vec<u32> {
-        let mut places = Vec::with_capacity(self.len());
-        for (place, &end) in self.ends.iter().enumerate() {
-            places.resize(end as usize, place as u32);
+    pub(crate) fn places(&self) -> Places {
+        match &self.numbers {
+            Numbers::Each(count) => Places::Each(*count),
+            Numbers::Until(ends) => {
+                let mut places = Vec::with_capacity(self.len());
+                for (place, &end) in ends.iter().enumerate() {
+                    places.resize(end as usize, place as u32);
+                }
+                Places::Of(places)
+            }
         }
-        places
     }
 
     /// Points by their numbers, in order.
@@ -115,7 +178,10 @@ impl<'a> Spread<'a> {
         corners: impl Fn(u32) -> [DVec3; 3] + 's,
         range: Range<usize>,
     ) -> impl Iterator<Item = Spot> + 's {
-        let first = self.ends.partition_point(|&end| end as usize <= range.start);
+        let first = match &self.numbers {
+            Numbers::Each(count) => range.start / (*count).max(1),
+            Numbers::Until(ends) => ends.partition_point(|&end| end as usize <= range.start),
+        };
         (first..self.order.len())
             .map(move |place| self.spots_on(&corners, place))
             .take_while(move |spots| spots.numbers.start < range.end)
@@ -126,19 +192,34 @@ impl<'a> Spread<'a> {
             })
     }
 
+    /// The area that each point on the triangle in a place stands for, relative to the mean.
+    #[inline]
+    pub(crate) fn share(&self, place: usize, area: impl FnOnce() -> f64) -> f64 {
+        let count = self.on(place..place + 1).len().max(1) as f64;
+        if self.shares { area() / (count * self.step) } else { 1.0 }
+    }
+
+    /// The triangle in a place.
+    pub(crate) fn triangle(&self, place: usize) -> u32 {
+        self.order[place]
+    }
+
     /// The triangle in a place, and its points.
     #[inline]
     pub(crate) fn spots_on(&self, corners: impl Fn(u32) -> [DVec3; 3], place: usize) -> Spots {
         let numbers = self.on(place..place + 1);
         let triangle = self.order[place];
         let corners = corners(triangle);
-        let part = 1.0 / numbers.len().max(1) as f64;
-        let share = if self.on_each { part * area(&corners) / self.step } else { 1.0 };
+        let share = self.share(place, || area(&corners));
         Spots { place, triangle, corners, numbers, share, shift: self.shift }
     }
 }
 
 impl Spots {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Spot> + '_ {
+        self.numbers.clone().map(|number| self.spot(number))
+    }
+
     #[inline]
     fn spot(&self, number: usize) -> Spot {
         let Self { place, triangle, corners: [a, b, c], share, .. } = *self;
@@ -176,6 +257,11 @@ fn turned([p, q, r]: [f64; 3], by: usize) -> DVec3 {
     }
 }
 
+/// Where the sequence across the triangles starts.
+fn shift(seed: u64) -> f64 {
+    SplitMix64::new(!seed).uniform()
+}
+
 #[inline]
 pub(crate) fn area(&[a, b, c]: &[DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
@@ -207,6 +293,37 @@ mod tests {
     }
 
     #[test]
+    fn each_triangle_has_as_many_points_and_its_share_of_the_area() {
+        let order = [3, 0, 2];
+        let spread = Spread::on_each(&order, strip, 6, 1);
+        let all: Vec<Spot> = spread.spots(strip, 0..spread.len()).collect();
+        assert_eq!((all.len(), spread.on(1..2)), (18, 6..12));
+        let total: f64 = order.iter().map(|&t| area(&strip(t))).sum();
+        for (number, spot) in all.iter().enumerate() {
+            assert_eq!((spot.place, spread.places().of(number)), (number / 6, number / 6));
+            assert_eq!(spot.weights.min_element(), SIX[2]);
+            let share = 18.0 * area(&strip(spot.triangle)) / (6.0 * total);
+            assert!((spot.share - share).abs() < 1e-14);
+        }
+        let part: Vec<DVec3> = spread.spots(strip, 5..13).map(|spot| spot.point).collect();
+        assert!(part.iter().eq(all[5..13].iter().map(|spot| &spot.point)));
+        // Without area there is nothing to share.
+        assert_eq!(Spread::on_each(&[0, 1], |_| [DVec3::ONE; 3], 6, 1).len(), 0);
+        assert_eq!(Spread::on_each(&order, strip, 0, 1).spots(strip, 0..0).count(), 0);
+    }
+
+    #[test]
+    fn even_points_stand_for_the_same_area() {
+        let order: Vec<u32> = (0..100).collect();
+        let spread = Spread::even(&order, strip, 300, 3);
+        let counts: Vec<usize> = (0..100).map(|place| spread.on(place..place + 1).len()).collect();
+        let areas = order.iter().map(|&t| area(&strip(t)));
+        let step = areas.clone().sum::<f64>() / 300.0;
+        assert!(counts.iter().zip(areas).all(|(&n, area)| (n as f64 - area / step).abs() <= 1.0));
+        assert!(spread.spots(strip, 0..300).all(|spot| spot.share == 1.0));
+    }
+
+    #[test]
     fn points_are_on_their_triangles_and_numbered_through() {
         let order = [3, 0, 2];
         let spread = Spread::new(&order, strip, 40, 1);
@@ -216,8 +333,9 @@ mod tests {
         for (spot, same) in all[5..17].iter().zip(&part) {
             assert_eq!((spot.triangle, spot.point), (same.triangle, same.point));
         }
-        for (number, (spot, &place)) in all.iter().zip(&spread.places()).enumerate() {
-            let on = spread.spots_on(strip, place as usize);
+        let places = spread.places();
+        for (number, spot) in all.iter().enumerate() {
+            let on = spread.spots_on(strip, places.of(number));
             assert!(on.numbers.contains(&number));
             assert_eq!((spot.place, spot.triangle, spot.share), (on.place, on.triangle, on.share));
         }

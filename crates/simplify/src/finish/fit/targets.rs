@@ -1,10 +1,12 @@
 //! Points of the original that the mesh is drawn to.
 
+use core::ops::Range;
+
 use glam::DVec3;
 use mesh_metric::Surface;
 
 use crate::finish::blocks::for_blocks_in_turn;
-use crate::finish::fit::spread::Spread;
+use crate::finish::fit::spread::{Places, Spread};
 
 /// A point of the original that the mesh is drawn to.
 #[derive(Clone, Copy, Debug)]
@@ -13,14 +15,30 @@ pub(crate) struct Target {
     pub(crate) normal: DVec3,
     /// How much of the area it stands for, relative to that of a pair at the usual density.
     pub(crate) share: f64,
+    /// The triangle that it lies on, if that is known.
+    pub(crate) triangle: Option<u32>,
 }
 
 impl Target {
     /// A point of a triangle of the original.
     #[inline]
-    pub(crate) fn on_triangle([a, b, c]: [DVec3; 3], point: DVec3, share: f64) -> Self {
-        Self { point, normal: (b - a).cross(c - a).normalize_or_zero(), share }
+    pub(crate) fn on_triangle(
+        triangle: u32,
+        corners: [DVec3; 3],
+        point: DVec3,
+        share: f64,
+    ) -> Self {
+        Self { point, normal: normal_and_area(corners).0, share, triangle: Some(triangle) }
     }
+}
+
+/// The unit normal of a triangle, zero where it has none, and its area.
+#[inline]
+pub(super) fn normal_and_area([a, b, c]: [DVec3; 3]) -> (DVec3, f64) {
+    let cross = (b - a).cross(c - a);
+    let length = cross.length();
+    let normal = cross / length;
+    (if normal.is_finite() { normal } else { DVec3::ZERO }, 0.5 * length)
 }
 
 /// Points of the original, neighbours close to each other.
@@ -28,18 +46,28 @@ pub(super) struct Targets<'a> {
     original: &'a Surface,
     spread: Spread<'a>,
     points: Vec<DVec3>,
-    /// The place of the triangle of each.
-    places: Vec<u32>,
+    places: Places,
+}
+
+/// How many points there are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Count {
+    /// So many on each triangle.
+    OnEach(usize),
+    /// About so many in all, by area.
+    About(usize),
 }
 
 /// Points that are made by one thread at a time.
 const BLOCK: usize = 512;
 
 impl<'a> Targets<'a> {
-    /// About `count` points, by area.
-    pub(super) fn new(original: &'a Surface, count: usize, seed: u64) -> Self {
-        let corners = |t: u32| original.triangle(t as usize);
-        let spread = Spread::new(original.in_space(), corners, count, seed);
+    pub(super) fn new(original: &'a Surface, count: Count, seed: u64) -> Self {
+        let (order, corners) = (original.in_space(), |t: u32| original.triangle(t as usize));
+        let spread = match count {
+            Count::OnEach(count) => Spread::on_each(order, corners, count, seed),
+            Count::About(count) => Spread::new(order, corners, count, seed),
+        };
         let mut points = Vec::with_capacity(spread.len());
         for_blocks_in_turn(
             spread.len(),
@@ -55,15 +83,41 @@ impl<'a> Targets<'a> {
         self.points.len()
     }
 
+    pub(super) fn points(&self, range: Range<usize>) -> &[DVec3] {
+        &self.points[range]
+    }
+
     pub(super) fn point(&self, index: usize) -> DVec3 {
         self.points[index]
     }
 
-    /// A point as a target; `density` is the share of one that stands for the mean area of all.
-    pub(super) fn target(&self, index: usize, density: f64) -> Target {
-        let on = self
-            .spread
-            .spots_on(|t| self.original.triangle(t as usize), self.places[index] as usize);
-        Target::on_triangle(on.corners, self.points[index], density * on.share)
+    /// Where among the triangles a point is.
+    #[inline]
+    pub(super) fn place(&self, index: usize) -> usize {
+        self.places.of(index)
+    }
+
+    /// What the targets on the triangle in a place have in common; `density` is the share of one that stands
+    /// for the mean area of all.
+    pub(super) fn on(&self, place: usize, density: f64) -> Ground {
+        let triangle = self.spread.triangle(place);
+        let (normal, area) = normal_and_area(self.original.triangle(triangle as usize));
+        Ground { place, triangle, normal, share: density * self.spread.share(place, || area) }
+    }
+}
+
+/// A triangle of the original as its targets see it.
+pub(super) struct Ground {
+    pub(super) place: usize,
+    triangle: u32,
+    normal: DVec3,
+    share: f64,
+}
+
+impl Ground {
+    #[inline]
+    pub(super) fn target(&self, point: DVec3) -> Target {
+        let Self { normal, share, triangle, .. } = *self;
+        Target { point, normal, share, triangle: Some(triangle) }
     }
 }

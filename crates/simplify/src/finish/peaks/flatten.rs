@@ -95,7 +95,7 @@ impl Peaks<'_> {
         }
         // The triangles of the original with a corner that is closest to such a face.
         let mut is_near = vec![false; original.positions().len()];
-        for (vertex, closest) in original.used_vertices().into_iter().zip(&self.forward) {
+        for (&vertex, closest) in self.points.vertices.iter().zip(&self.forward) {
             is_near[vertex as usize] = moves[closest.face.index()];
         }
         let order = original.in_space().iter().copied();
@@ -114,7 +114,7 @@ impl Peaks<'_> {
         for (spot, closest) in spots.iter().zip(self.surface.closest_to_neighbours(&points)) {
             if moves[closest.face.index()] {
                 let on = corners(spot.triangle);
-                let target = Target::on_triangle(on, spot.point, share * spot.share);
+                let target = Target::on_triangle(spot.triangle, on, spot.point, share * spot.share);
                 all.push((closest.face, target));
             }
         }
@@ -123,7 +123,7 @@ impl Peaks<'_> {
             if moves[closest.face.index()] && closest.distance > 0.5 * self.largest {
                 let offset = closest_on_triangle(point, &mesh.triangle(closest.face));
                 let normal = offset.normalize_or_zero();
-                all.push((closest.face, Target { point, normal, share: 1.0 }));
+                all.push((closest.face, Target { point, normal, share: 1.0, triangle: None }));
             }
         }
         all.sort_by_key(|(face, _)| *face);

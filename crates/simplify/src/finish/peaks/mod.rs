@@ -66,6 +66,7 @@ impl Default for PeakOptions {
             fit: FitOptions {
                 rounds: 0,
                 samples_per_face: 30,
+                own_samples_per_face: 30,
                 tail: 300.0,
                 ..FitOptions::default()
             },

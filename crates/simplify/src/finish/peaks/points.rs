@@ -4,15 +4,19 @@
 //! only have come closer, to a face that has changed.
 
 use glam::DVec3;
-use mesh_core::{EdgeId, FaceId, Handle, Remap, RemapOf, TriMesh, VertexId, parallel};
-use mesh_metric::{Surface, SurfaceError, edge_points, sample_surface};
+use mesh_core::{EdgeId, FaceId, Remap, RemapOf, TriMesh, VertexId, parallel};
+use mesh_metric::{Surface, SurfaceError, edge_points};
 
 use crate::finish::blocks::for_blocks_in_turn;
+use crate::finish::fit::spread::{Spread, area};
 
 /// Points of the original, to be asked how far they are from the mesh.
 pub(super) struct Points {
-    /// The vertices, points on edges that are longer than most, and samples.
+    /// The vertices, points on edges that are longer than most, and samples; vertices and samples so that
+    /// neighbours in order are close to each other.
     pub(super) all: Vec<DVec3>,
+    /// The vertices, as they come first among the points.
+    pub(super) vertices: Vec<u32>,
     /// From here on samples, uniform by area: the averages are those of these.
     pub(super) samples: usize,
 }
@@ -23,24 +27,39 @@ impl Points {
     pub(super) fn new(original: &Surface, spacing: f64, faces: usize) -> Self {
         let count = original.triangle_count();
         let samples = (SAMPLES_PER_FACE * faces).min((count / 2).max(LEAST_SAMPLES));
-        let area = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
-        let area = parallel::sum(count, |t| area(original.triangle(t)));
-        let spacing = spacing * (area / count as f64).sqrt();
+        let whole = parallel::sum(count, |t| area(&original.triangle(t)));
+        let spacing = spacing * (whole / count as f64).sqrt();
         let most = (MAX_ON_EDGES_PER_FACE * count).max(LEAST_ON_EDGES);
         let on_edges = edge_points(original, spacing, MAX_ON_EDGE, most);
-        let vertices = original.used_vertices();
+        let vertices = vertices_in_space(original);
         let first = vertices.len() + on_edges.len();
-        let mut all = Vec::with_capacity(first + samples);
-        all.extend(vertices.into_iter().map(|v| original.positions()[v as usize]));
+        let corners = |t: u32| original.triangle(t as usize);
+        let spread = Spread::even(original.in_space(), corners, samples, SEED);
+        let mut all = Vec::with_capacity(first + spread.len());
+        all.extend(vertices.iter().map(|&v| original.positions()[v as usize]));
         all.extend(on_edges);
-        all.extend(sample_surface(original, samples, SEED).iter().map(|sample| sample.position));
-        Self { all, samples: first }
+        all.extend(spread.spots(corners, 0..spread.len()).map(|spot| spot.point));
+        Self { all, vertices, samples: first }
     }
+}
+
+/// The vertices that belong to a triangle, neighbours close to each other.
+fn vertices_in_space(surface: &Surface) -> Vec<u32> {
+    let mut is_there = vec![false; surface.positions().len()];
+    let mut vertices = Vec::with_capacity(surface.positions().len());
+    for &triangle in surface.in_space() {
+        for v in surface.triangles()[triangle as usize] {
+            if !core::mem::replace(&mut is_there[v as usize], true) {
+                vertices.push(v);
+            }
+        }
+    }
+    vertices
 }
 
 const SAMPLES_PER_FACE: usize = 10;
 /// So many samples may there be however few triangles the original has.
-const LEAST_SAMPLES: usize = 20_000;
+const LEAST_SAMPLES: usize = 40_000;
 const SEED: u64 = 1;
 
 /// The most points on an edge of the original.
@@ -115,7 +134,7 @@ impl<'a> Peaks<'a> {
     ) -> Result<Self, SurfaceError> {
         let surface = Surface::new(mesh)?;
         let forward = in_blocks(points.all.len(), |range| {
-            let closest = surface.closest_points(&points.all[range]).into_iter();
+            let closest = surface.closest_to_neighbours(&points.all[range]).into_iter();
             closest.map(|c| Closest { distance: c.distance, face: c.face }).collect()
         });
         let topology = mesh.topology();
@@ -193,7 +212,7 @@ impl<'a> Peaks<'a> {
                 |face: FaceId| is_near.as_ref().is_some_and(|is_near| is_near[face.index()]);
             let lost = pairs().filter(|(old, _)| new_faces[old.face.index()].is_none());
             let lost: Vec<DVec3> = lost.map(|(_, &point)| point).collect();
-            let mut anew = surface.closest_points(&lost).into_iter();
+            let mut anew = surface.closest_to_neighbours(&lost).into_iter();
             let near = pairs()
                 .filter(|(old, _)| new_faces[old.face.index()].is_some() && is_near(old.face));
             let (near, bounds): (Vec<DVec3>, Vec<f64>) =
@@ -248,29 +267,18 @@ impl<'a> Peaks<'a> {
 
     /// Finds the distances from the original that are unknown, and sums up.
     fn ask(&mut self, mesh: &TriMesh, original: &Surface) {
-        let topology = mesh.topology();
-        let is_used = |&i: &usize| {
-            let v = VertexId::from_index(i);
-            topology.contains_vertex(v) && !topology.is_isolated_vertex(v)
-        };
-        let vertex = |i: usize| mesh.position(VertexId::from_index(i));
-        let has_face = |&i: &usize| {
-            let e = EdgeId::from_index(i);
-            topology.contains_edge(e) && topology.edge_faces(e).iter().any(Option::is_some)
-        };
-        let middle = |i: usize| {
-            let ends = topology.edge_vertices(EdgeId::from_index(i));
-            let [a, b] = ends.map(|v| mesh.position(v));
-            a + 0.5 * (b - a)
-        };
-        let is_face = |&i: &usize| topology.contains_face(FaceId::from_index(i));
-        let center = |i: usize| {
-            let [a, b, c] = mesh.triangle(FaceId::from_index(i));
-            a + ((b - a) + (c - a)) / 3.0
-        };
-        ask_unknown(&mut self.of_vertex, original, is_used, vertex);
-        ask_unknown(&mut self.of_edge, original, has_face, middle);
-        ask_unknown(&mut self.of_face, original, is_face, center);
+        let (asked, points) = self.unknown(mesh);
+        let found = in_blocks(points.len(), |range| {
+            let closest = original.closest_to_neighbours(&points[range]).into_iter();
+            closest.map(|closest| closest.distance).collect()
+        });
+        for (element, distance) in asked.into_iter().zip(found) {
+            *self.slot(element) = distance;
+        }
+        // What is left has no face.
+        for distances in [&mut self.of_vertex, &mut self.of_edge, &mut self.of_face] {
+            distances.iter_mut().filter(|d| is_unknown(**d)).for_each(|d| *d = 0.0);
+        }
         let backward = self.of_vertex.iter().chain(&self.of_edge).chain(&self.of_face).copied();
         let forward = self.forward.iter().map(|closest| closest.distance);
         self.largest = forward.chain(backward).fold(0.0, f64::max);
@@ -284,6 +292,51 @@ impl<'a> Peaks<'a> {
         let count = samples.len().max(1) as f64;
         (self.mean, self.rms) = (sum / count, (squares / count).sqrt());
     }
+
+    /// The elements of faces whose distance is unknown, each with its point: face by face, so that
+    /// neighbours in order are close to each other.
+    fn unknown(&mut self, mesh: &TriMesh) -> (Vec<Element>, Vec<DVec3>) {
+        let topology = mesh.topology();
+        let faces: Vec<FaceId> = topology.faces().collect();
+        let (mut elements, mut points) = (Vec::new(), Vec::new());
+        for &place in self.surface.in_space() {
+            let face = faces[place as usize];
+            let [a, b, c] = mesh.triangle(face);
+            let mut visit = |element: Element, distance: &mut f64, point: DVec3| {
+                if is_unknown(*distance) {
+                    *distance = 0.0;
+                    elements.push(element);
+                    points.push(point);
+                }
+            };
+            let distance = &mut self.of_face[face.index()];
+            visit(Element::Face(face), distance, a + ((b - a) + (c - a)) / 3.0);
+            for side in topology.face_half_edges(face) {
+                let (v, edge) = (topology.origin(side), side.edge());
+                visit(Element::Vertex(v), &mut self.of_vertex[v.index()], mesh.position(v));
+                let [p, q] = topology.edge_vertices(edge).map(|v| mesh.position(v));
+                let distance = &mut self.of_edge[edge.index()];
+                visit(Element::Edge(edge), distance, p + 0.5 * (q - p));
+            }
+        }
+        (elements, points)
+    }
+
+    fn slot(&mut self, element: Element) -> &mut f64 {
+        match element {
+            Element::Vertex(v) => &mut self.of_vertex[v.index()],
+            Element::Edge(e) => &mut self.of_edge[e.index()],
+            Element::Face(f) => &mut self.of_face[f.index()],
+        }
+    }
+}
+
+/// An element of the mesh that has a distance.
+#[derive(Clone, Copy)]
+enum Element {
+    Vertex(VertexId),
+    Edge(EdgeId),
+    Face(FaceId),
 }
 
 /// More than the rounding of a distance between points of a mesh, relative to it.
@@ -294,25 +347,6 @@ const UNKNOWN: f64 = -1.0;
 
 fn is_unknown(distance: f64) -> bool {
     distance < 0.0
-}
-
-/// Fills in what is unknown of the elements that count, and 0 for the others.
-fn ask_unknown(
-    distances: &mut [f64],
-    original: &Surface,
-    counts: impl Fn(&usize) -> bool,
-    place: impl Fn(usize) -> DVec3 + Sync,
-) {
-    let unknown: Vec<usize> = (0..distances.len()).filter(|&i| is_unknown(distances[i])).collect();
-    unknown.iter().for_each(|&i| distances[i] = 0.0);
-    let asked: Vec<usize> = unknown.into_iter().filter(counts).collect();
-    let found = in_blocks(asked.len(), |range| {
-        let points: Vec<DVec3> = asked[range].iter().map(|&i| place(i)).collect();
-        original.distances(&points)
-    });
-    for (i, distance) in asked.into_iter().zip(found) {
-        distances[i] = distance;
-    }
 }
 
 /// Values of consecutive indices, block by block on all cores.
