@@ -129,13 +129,22 @@ fn get([x, y, z]: &Columns, lane: usize) -> DVec3 {
 
 /// The smallest coordinates of some columns and the largest of others.
 fn bounds(low: &[Columns], high: &[Columns]) -> [DVec3; 2] {
-    let all = |sets: &[Columns], axis: usize, start: f64, pick: fn(f64, f64) -> f64| {
-        sets.iter().flat_map(|columns| columns[axis]).fold(start, pick)
-    };
-    let [x, y, z] = [0, 1, 2].map(|axis| {
-        [all(low, axis, f64::INFINITY, f64::min), all(high, axis, f64::NEG_INFINITY, f64::max)]
-    });
-    [0, 1].map(|end| DVec3::new(x[end], y[end], z[end]))
+    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for columns in low {
+        for axis in 0..3 {
+            for x in columns[axis] {
+                min[axis] = min[axis].min(x);
+            }
+        }
+    }
+    for columns in high {
+        for axis in 0..3 {
+            for x in columns[axis] {
+                max[axis] = max[axis].max(x);
+            }
+        }
+    }
+    [min, max].map(DVec3::from_array)
 }
 
 impl Bvh {

@@ -117,8 +117,7 @@ impl Equations<'_> {
             || (),
             |(), block| {
                 let range = block * POINTS..count.min((block + 1) * POINTS);
-                let points: Vec<DVec3> =
-                    spread.spots(corners, range).map(|spot| spot.point).collect();
+                let points = spread.points(corners, range);
                 let closest = self.original.closest_to_neighbours(&points);
                 closest.iter().map(|closest| closest.offset.length_squared()).fold(0.0, f64::max)
             },

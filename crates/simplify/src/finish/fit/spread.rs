@@ -172,17 +172,38 @@ impl<'a> Spread<'a> {
         }
     }
 
+    /// Where points are, by their numbers, in order.
+    pub(crate) fn points(
+        &self,
+        corners: impl Fn(u32) -> [DVec3; 3],
+        range: Range<usize>,
+    ) -> Vec<DVec3> {
+        let mut points = Vec::with_capacity(range.len());
+        let mut place = self.place_of(range.start);
+        while points.len() < range.len() && place < self.order.len() {
+            let spots = self.spots_with(&corners, place, |_| 1.0);
+            let numbers = spots.numbers.start.max(range.start)..spots.numbers.end.min(range.end);
+            points.extend(numbers.map(|number| spots.spot(number).point));
+            place += 1;
+        }
+        points
+    }
+
+    /// The place of the first triangle with a point from this number on.
+    fn place_of(&self, number: usize) -> usize {
+        match &self.numbers {
+            Numbers::Each(count) => number / (*count).max(1),
+            Numbers::Until(ends) => ends.partition_point(|&end| end as usize <= number),
+        }
+    }
+
     /// Points by their numbers, in order.
     pub(crate) fn spots<'s>(
         &'s self,
         corners: impl Fn(u32) -> [DVec3; 3] + 's,
         range: Range<usize>,
     ) -> impl Iterator<Item = Spot> + 's {
-        let first = match &self.numbers {
-            Numbers::Each(count) => range.start / (*count).max(1),
-            Numbers::Until(ends) => ends.partition_point(|&end| end as usize <= range.start),
-        };
-        (first..self.order.len())
+        (self.place_of(range.start)..self.order.len())
             .map(move |place| self.spots_on(&corners, place))
             .take_while(move |spots| spots.numbers.start < range.end)
             .flat_map(move |spots| {
@@ -207,10 +228,20 @@ impl<'a> Spread<'a> {
     /// The triangle in a place, and its points.
     #[inline]
     pub(crate) fn spots_on(&self, corners: impl Fn(u32) -> [DVec3; 3], place: usize) -> Spots {
+        self.spots_with(corners, place, |corners| self.share(place, || area(corners)))
+    }
+
+    #[inline]
+    fn spots_with(
+        &self,
+        corners: impl Fn(u32) -> [DVec3; 3],
+        place: usize,
+        share: impl FnOnce(&[DVec3; 3]) -> f64,
+    ) -> Spots {
         let numbers = self.on(place..place + 1);
         let triangle = self.order[place];
         let corners = corners(triangle);
-        let share = self.share(place, || area(&corners));
+        let share = share(&corners);
         Spots { place, triangle, corners, numbers, share, shift: self.shift }
     }
 }
@@ -305,7 +336,7 @@ mod tests {
             let share = 18.0 * area(&strip(spot.triangle)) / (6.0 * total);
             assert!((spot.share - share).abs() < 1e-14);
         }
-        let part: Vec<DVec3> = spread.spots(strip, 5..13).map(|spot| spot.point).collect();
+        let part = spread.points(strip, 5..13);
         assert!(part.iter().eq(all[5..13].iter().map(|spot| &spot.point)));
         // Without area there is nothing to share.
         assert_eq!(Spread::on_each(&[0, 1], |_| [DVec3::ONE; 3], 6, 1).len(), 0);

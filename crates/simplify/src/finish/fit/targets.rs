@@ -72,7 +72,7 @@ impl<'a> Targets<'a> {
         for_blocks_in_turn(
             spread.len(),
             BLOCK,
-            |range| spread.spots(corners, range).map(|spot| spot.point).collect::<Vec<_>>(),
+            |range| spread.points(corners, range),
             |made| points.extend(made),
         );
         let places = spread.places();

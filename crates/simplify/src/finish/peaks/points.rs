@@ -38,7 +38,7 @@ impl Points {
         let mut all = Vec::with_capacity(first + spread.len());
         all.extend(vertices.iter().map(|&v| original.positions()[v as usize]));
         all.extend(on_edges);
-        all.extend(spread.spots(corners, 0..spread.len()).map(|spot| spot.point));
+        all.extend(spread.points(corners, 0..spread.len()));
         Self { all, vertices, samples: first }
     }
 }
