@@ -83,14 +83,19 @@ impl Region {
         }
     }
 
+    /// Where it grows.
+    pub(crate) fn terrain(&self) -> &Terrain {
+        &self.terrain
+    }
+
     /// How many faces the region has that was grown last.
     pub(crate) fn len(&self) -> usize {
         self.faces.len()
     }
 
-    /// Whether a face belongs to it.
-    pub(crate) fn contains(&self, face: FaceId) -> bool {
-        self.face_marks.is_picked(self.terrain.place_of_face[face.index()] as usize)
+    /// Whether the face at a place belongs to it.
+    pub(crate) fn contains(&self, face: u32) -> bool {
+        self.face_marks.is_picked(face as usize)
     }
 
     /// Its faces with their corners, the last one that was reached first.
@@ -127,7 +132,7 @@ impl Region {
         self.faces.clear();
         self.face_marks.clear();
         self.vertex_marks.clear();
-        let base = self.terrain.place_of_face[base.index()];
+        let base = self.terrain.place(base);
         for corner in self.terrain.links[base as usize].corners {
             let at = patch.to_local(self.terrain.positions[corner as usize]);
             self.meet(corner, at, &mut pick)?;
@@ -165,8 +170,9 @@ impl Region {
             let FaceLinks { corners, beyond } = self.terrain.links[face as usize];
             let [a, b, c] = corners;
             let known = [self.locals[a as usize], self.locals[b as usize], self.locals[c as usize]];
-            for (side, neighbour) in beyond.into_iter().enumerate() {
-                if neighbour == NONE || self.face_marks.is_picked(neighbour as usize) {
+            for (side, entry) in beyond.into_iter().enumerate() {
+                let neighbour = entry / 3;
+                if entry == NONE || self.face_marks.is_picked(neighbour as usize) {
                     continue;
                 }
                 // The corner that is not on the common side.

@@ -155,7 +155,7 @@ pub struct PatchSizer<'e, 'a> {
     /// shapes share them.
     discs: Vec<(f64, Result<DiscCurvature, CurvatureError>)>,
     /// The sections of the face's own planes at the current point.
-    sections: Sections<'a>,
+    sections: Sections,
     /// Whether patches have become so large that a first look is quicker than a full test.
     is_large: bool,
     /// Faces of a region by the square of its patch's radius, the most so far.
@@ -367,7 +367,8 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         if let Some((_, disc)) = known {
             return *disc;
         }
-        let disc = self.estimator.at_again(&mut self.sections, point, radius);
+        let terrain = self.probe.terrain();
+        let disc = self.estimator.at_again(terrain, &mut self.sections, point, radius);
         self.discs.push((radius, disc));
         disc
     }
