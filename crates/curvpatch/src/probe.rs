@@ -143,12 +143,10 @@ impl<'a> PatchProbe<'a> {
     /// With `overhang`, test points whose nearest point of the mesh is on its boundary are ignored.
     pub fn full_error(&mut self, fit: &PatchFit, tolerance: f64, overhang: bool) -> PatchErrors {
         self.turns.set(TEST_ANGLES);
-        let mut points: Vec<TestPoint> = self
-            .turns
-            .full_test(&fit.patch)
-            .map(|local| TestPoint::new(fit.patch.to_world(local)))
-            .collect();
+        let points: Vec<DVec3> = self.turns.full_test(&fit.patch).collect();
         let heights = self.grow_whole(fit);
+        // What lies straight under the points is near, so that most faces need no closer look.
+        let mut points: Vec<TestPoint> = looked_under(&self.region, fit, &points).collect();
         self.region.widen(&fit.patch, reach(&fit.patch, tolerance));
         self.measure(&mut points);
         let points = points.iter().map(|point| point.error(overhang)).fold(0.0, f64::max);
