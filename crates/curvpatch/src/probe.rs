@@ -13,7 +13,7 @@ use crate::fit::PatchFit;
 use crate::height_bracket::HeightBracket;
 use crate::march::{Party, Strides, Walker, march};
 use crate::patch::Patch;
-use crate::region::Region;
+use crate::region::{Picker, Region};
 use crate::section::{SectionPlane, WalkEnd};
 use crate::terrain::Terrain;
 use crate::wide::{Columns, LANES, LanesOf, Wide, put};
@@ -319,30 +319,15 @@ impl<'a> PatchProbe<'a> {
         let patch = &fit.patch;
         let heights = Heights::new(patch, limits.tolerance);
         let Self { region, sample, .. } = self;
-        let mut met = 0;
-        region.grow(fit.point.face(), patch, |local| {
-            met += 1;
-            // Regions at one point begin with nearly the same vertices.
-            if met / SAMPLED > sample.len() {
-                sample.push(patch.to_world(local));
-            }
-            match heights.place_of_local(local) {
-                Place::Within => ControlFlow::Continue(true),
-                Place::Beyond if !limits.ends_only => ControlFlow::Break(()),
-                Place::Beyond | Place::Outside => ControlFlow::Continue(false),
-            }
-        })
+        let mut vetting = Vetting { heights, ends_only: limits.ends_only, met: 0, sample };
+        region.grow(fit.point.face(), patch, &mut vetting)
     }
 
     /// Grows the region and returns the largest height error.
     fn grow_whole(&mut self, fit: &PatchFit) -> f64 {
-        let patch = &fit.patch;
-        let mut heights = 0.0_f64;
-        let _ = self.region.grow(fit.point.face(), patch, |local| {
-            heights = heights.max(height_error(patch, local).unwrap_or(0.0));
-            ControlFlow::Continue(false)
-        });
-        heights
+        let mut measuring = Measuring { patch: &fit.patch, largest: 0.0 };
+        let _ = self.region.grow(fit.point.face(), &fit.patch, &mut measuring);
+        measuring.largest
     }
 
     /// The exact distances of points from the faces of the region.
@@ -353,6 +338,48 @@ impl<'a> PatchProbe<'a> {
                 measured.measure(point);
             }
         }
+    }
+}
+
+/// Picks the vertices that are within tolerance of a patch.
+struct Vetting<'p> {
+    heights: Heights<'p>,
+    /// Whether those beyond do not matter.
+    ends_only: bool,
+    met: usize,
+    sample: &'p mut Vec<DVec3>,
+}
+
+impl Picker for Vetting<'_> {
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, simd: S, met: &Wide<S>, count: usize) -> (u64, Option<usize>) {
+        let [within, beyond] = self.heights.places(simd, met, (1 << count) - 1);
+        let last = if self.ends_only { None } else { LanesOf(beyond).next() };
+        let count = last.map_or(count, |last| last + 1);
+        // Regions at one point begin with nearly the same vertices.
+        while (self.met + count) / SAMPLED > self.sample.len() {
+            let place = (self.sample.len() + 1) * SAMPLED - 1;
+            self.sample.push(self.heights.patch.to_world(met.at(place - self.met)));
+        }
+        self.met += count;
+        (within, last)
+    }
+}
+
+/// Finds out how far vertices are from a patch at most.
+struct Measuring<'p> {
+    patch: &'p Patch,
+    largest: f64,
+}
+
+impl Picker for Measuring<'_> {
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, _: S, met: &Wide<S>, count: usize) -> (u64, Option<usize>) {
+        for lane in 0..count {
+            let error = height_error(self.patch, met.at(lane));
+            self.largest = self.largest.max(error.unwrap_or(0.0));
+        }
+        (0, None)
     }
 }
 
@@ -460,20 +487,30 @@ impl<'p> Heights<'p> {
         let x = Wide::splat(simd, e1).dot(*offsets);
         let y = Wide::splat(simd, e2).dot(*offsets);
         let z = Wide::splat(simd, e3).dot(*offsets);
+        let [_, beyond] = self.places(simd, &Wide { x, y, z }, asked);
+        beyond
+    }
+
+    /// Which of eight points that are given in the frame of the patch are within tolerance, and which are
+    /// beyond, by bits, as far as someone has asked for them.
+    #[inline(always)]
+    fn places<S: Simd>(&self, simd: S, local: &Wide<S>, asked: u64) -> [u64; 2] {
         let [semi_x, semi_y] = self.patch.semi_axes();
-        let (share_x, share_y) = (x / f64x8::splat(simd, semi_x), y / f64x8::splat(simd, semi_y));
+        let share_x = local.x / f64x8::splat(simd, semi_x);
+        let share_y = local.y / f64x8::splat(simd, semi_y);
         let square = share_x * share_x + share_y * share_y;
         let asked = asked & square.simd_le(f64x8::splat(simd, 1.0)).to_bitmask();
-        let local = Wide { x, y, z };
-        let [within, beyond] = match &self.bracket {
-            Some(bracket) => bracket.are_within(simd, &local, self.tolerance, asked),
+        let [mut within, mut beyond] = match &self.bracket {
+            Some(bracket) => bracket.are_within(simd, local, self.tolerance, asked),
             None => [0; 2],
         };
-        let is_beyond = |lane: &usize| {
-            !height_error(self.patch, local.at(*lane)).is_none_or(|error| error <= self.tolerance)
-        };
-        let closer_look = LanesOf(asked & !(within | beyond)).filter(is_beyond);
-        closer_look.fold(beyond, |beyond, lane| beyond | 1 << lane)
+        for lane in LanesOf(asked & !(within | beyond)) {
+            match self.place_in_footprint(local.at(lane)) {
+                Place::Beyond => beyond |= 1 << lane,
+                Place::Within | Place::Outside => within |= 1 << lane,
+            }
+        }
+        [within, beyond]
     }
 
     /// The place of a point that is given in the frame of the patch.
@@ -483,10 +520,21 @@ impl<'p> Heights<'p> {
             return Place::Outside;
         }
         let quick = self.bracket.and_then(|bracket| bracket.is_within(local, self.tolerance));
-        let is_within = quick.unwrap_or_else(|| {
-            height_error(self.patch, local).is_none_or(|error| error <= self.tolerance)
-        });
-        if is_within { Place::Within } else { Place::Beyond }
+        match quick {
+            Some(true) => Place::Within,
+            Some(false) => Place::Beyond,
+            None => self.place_in_footprint(local),
+        }
+    }
+
+    /// As [`Heights::place_of_local`], the long way.
+    fn place_in_footprint(&self, local: DVec3) -> Place {
+        let error = height_error(self.patch, local);
+        if error.is_none_or(|error| error <= self.tolerance) {
+            Place::Within
+        } else {
+            Place::Beyond
+        }
     }
 }
 
