@@ -262,8 +262,9 @@ impl<'a> PatchProbe<'a> {
     }
 
     /// The faces whose vertices all lie in the footprint of the patch that was accepted last and
-    /// within tolerance of it. The footprint is convex, so it has the whole of these faces.
-    pub(crate) fn covered(&self) -> impl Iterator<Item = FaceId> + '_ {
+    /// within tolerance of it, with their areas. The footprint is convex, so it has the whole of these
+    /// faces.
+    pub(crate) fn covered(&self) -> impl Iterator<Item = (FaceId, f64)> + '_ {
         self.region.picked_faces()
     }
 

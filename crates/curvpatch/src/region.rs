@@ -156,15 +156,15 @@ impl Region {
             .map(|place| (terrain.face_at[place], terrain.triangle(terrain.links[place].corners)))
     }
 
-    /// The faces of it whose vertices were all picked.
-    pub(crate) fn picked_faces(&self) -> impl Iterator<Item = FaceId> + '_ {
+    /// The faces of it whose vertices were all picked, with their areas.
+    pub(crate) fn picked_faces(&self) -> impl Iterator<Item = (FaceId, f64)> + '_ {
         let terrain = &*self.terrain;
         let is_picked = |&place: &usize| {
             let [a, b, c] = terrain.links[place].corners;
             let is_picked = |v: u32| self.vertex_marks.is_picked(v as usize);
             is_picked(a) & is_picked(b) & is_picked(c)
         };
-        self.places().filter(is_picked).map(|place| terrain.face_at[place])
+        self.places().filter(is_picked).map(|place| (terrain.face_at[place], terrain.areas[place]))
     }
 
     /// Collects the faces that are reached from `base` over edges and faces whose normals make an

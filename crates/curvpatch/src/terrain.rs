@@ -28,6 +28,8 @@ pub(crate) struct Terrain {
     pub(crate) links: Vec<FaceLinks>,
     pub(crate) positions: Vec<DVec3>,
     pub(crate) face_at: Vec<FaceId>,
+    /// The areas of the faces.
+    pub(crate) areas: Vec<f64>,
     /// [`NONE`] for removed faces.
     place_of_face: Vec<u32>,
     /// What the processor can do.
@@ -67,7 +69,8 @@ impl Terrain {
                 }),
             }
         });
-        Self { links, positions, face_at, place_of_face, simd: Level::new() }
+        let areas = parallel::collect(face_at.len(), |place| mesh.face_area(face_at[place]));
+        Self { links, positions, face_at, areas, place_of_face, simd: Level::new() }
     }
 
     /// The place of a face of the mesh.
