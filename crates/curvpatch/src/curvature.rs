@@ -7,8 +7,9 @@ use crate::curvature_error::{CurvatureError, check_radius};
 use crate::params::{NormalRule, Params, PrincipalRule};
 use crate::section::{Section, SectionPlane, WalkEnd};
 use crate::section_curvature::{section_curvature, section_slope};
-use crate::sections::Sections;
+use crate::sections::{self, Sections};
 use crate::surface_point::SurfacePoint;
+use crate::terrain::Terrain;
 
 /// What kind of point a surface has, by its principal curvatures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -209,70 +210,70 @@ impl<'a> CurvatureEstimator<'a> {
         point: impl Into<SurfacePoint>,
         radius: f64,
     ) -> Result<DiscCurvature, CurvatureError> {
-        self.at_with(point.into(), radius, |_, plane, direction| {
-            self.section(plane, direction, radius)
+        self.at_with(point.into(), radius, |plane, _| {
+            let section = |direction: &Direction| {
+                let section_plane = plane.section_plane(direction);
+                Section::measure(self.mesh, plane.face, &section_plane, plane.normal, radius)
+            };
+            self.directions.iter().map(section).collect()
         })
     }
 
-    /// As [`CurvatureEstimator::at`], going on with sections of earlier radii at the same point.
+    /// As [`CurvatureEstimator::at`], walking on a terrain of the mesh, and going on with sections of
+    /// earlier radii at the same point.
     pub(crate) fn at_again(
         &self,
-        sections: &mut Sections<'a>,
+        terrain: &Terrain,
+        sections: &mut Sections,
         point: SurfacePoint,
         radius: f64,
     ) -> Result<DiscCurvature, CurvatureError> {
         sections.start(point);
-        self.at_with(point, radius, |number, plane, direction| {
-            let section_plane = plane.section_plane(direction);
-            sections.measure(number, self.mesh, &section_plane, plane.normal, radius)
+        self.at_with(point, radius, |plane, is_of_face| {
+            let start = terrain.place(plane.face);
+            let planes: Vec<SectionPlane> =
+                self.directions.iter().map(|direction| plane.section_plane(direction)).collect();
+            if is_of_face {
+                sections.measure(terrain, start, &planes, plane.normal, radius)
+            } else {
+                sections::measure(terrain, start, &planes, plane.normal, radius)
+            }
         })
     }
 
-    /// As [`CurvatureEstimator::at`], with the sections in the planes through the normal of the face
-    /// from somewhere else.
+    /// As [`CurvatureEstimator::at`], with the sections in all directions of a plane from somewhere else,
+    /// which is told whether it is that of the face.
     fn at_with(
         &self,
         point: SurfacePoint,
         radius: f64,
-        mut face_section: impl FnMut(usize, &TangentPlane, &Direction) -> Section,
+        mut sections: impl FnMut(&TangentPlane, bool) -> Vec<Section>,
     ) -> Result<DiscCurvature, CurvatureError> {
         check_radius(radius)?;
         let face_plane = self.face_plane(point)?;
-        let numbered = || self.directions.iter().enumerate();
-        let of_face =
-            numbered().map(|(i, direction)| (direction, face_section(i, &face_plane, direction)));
+        let of_face = sections(&face_plane, true);
         if self.params.normal == NormalRule::Face {
-            return self.disc(&face_plane, radius, false, of_face);
+            return self.disc(&face_plane, radius, false, &of_face);
         }
-        let of_face: Vec<(&Direction, Section)> = of_face.collect();
-        let fitted = self.disc_plane(&face_plane, radius, &of_face);
-        match fitted {
-            None => self.disc(&face_plane, radius, true, of_face.into_iter()),
-            Some(plane) => {
-                let of_disc = self
-                    .directions
-                    .iter()
-                    .map(|direction| (direction, self.section(&plane, direction, radius)));
-                self.disc(&plane, radius, false, of_disc)
-            }
+        match self.disc_plane(&face_plane, radius, &of_face) {
+            None => self.disc(&face_plane, radius, true, &of_face),
+            Some(plane) => self.disc(&plane, radius, false, &sections(&plane, false)),
         }
     }
 
     /// The curvature that follows from the sections in the planes through a normal.
-    fn disc<'d>(
+    fn disc(
         &self,
         plane: &TangentPlane,
         radius: f64,
         face_normal_kept: bool,
-        sections: impl Iterator<Item = (&'d Direction, Section)>,
+        sections: &[Section],
     ) -> Result<DiscCurvature, CurvatureError> {
-        let mut truncated = false;
-        let mut wrapped = false;
-        let sections = sections.map(|(direction, section)| {
-            truncated |= section.ended_by(|cause| cause == WalkEnd::Boundary);
-            wrapped |= section.ended_by(WalkEnd::is_round);
-            (direction, section)
-        });
+        let is_any_ended_by = |is_cause: fn(WalkEnd) -> bool| {
+            sections.iter().any(|section| section.ended_by(is_cause))
+        };
+        let truncated = is_any_ended_by(|cause| cause == WalkEnd::Boundary);
+        let wrapped = is_any_ended_by(WalkEnd::is_round);
         let principal = match self.params.principal {
             PrincipalRule::SignedExtremes => self.signed_extremes(sections),
             PrincipalRule::EulerFit => self.euler_fit(sections, radius),
@@ -357,11 +358,11 @@ impl<'a> CurvatureEstimator<'a> {
         &self,
         plane: &TangentPlane,
         radius: f64,
-        sections: &[(&Direction, Section)],
+        sections: &[Section],
     ) -> Option<TangentPlane> {
         let mut matrix = DMat2::ZERO;
         let mut right = DVec2::ZERO;
-        for (direction, section) in sections {
+        for (direction, section) in self.directions.iter().zip(sections) {
             let weight = section.weight(radius);
             let row = DVec2::new(direction.cos, direction.sin);
             matrix += DMat2::from_cols(weight * row.x * row, weight * row.y * row);
@@ -376,19 +377,11 @@ impl<'a> CurvatureEstimator<'a> {
         Some(TangentPlane::new(plane.face, plane.origin, normal, tangent))
     }
 
-    fn section(&self, plane: &TangentPlane, direction: &Direction, radius: f64) -> Section {
-        let section_plane = plane.section_plane(direction);
-        Section::measure(self.mesh, plane.face, &section_plane, plane.normal, radius)
-    }
-
     /// The smallest and the largest section curvature, the first of equal ones.
-    fn signed_extremes<'d>(
-        &self,
-        sections: impl Iterator<Item = (&'d Direction, Section)>,
-    ) -> Option<Principal> {
+    fn signed_extremes(&self, sections: &[Section]) -> Option<Principal> {
         let mut extremes: Option<[(f64, DVec2); 2]> = None;
-        for (direction, section) in sections {
-            let curvature = section_curvature(self.params.section, &section);
+        for (direction, section) in self.directions.iter().zip(sections) {
+            let curvature = section_curvature(self.params.section, section);
             let here = (curvature, DVec2::new(direction.cos, direction.sin));
             let [min, max] = extremes.get_or_insert([here; 2]);
             if curvature < min.0 {
@@ -403,15 +396,11 @@ impl<'a> CurvatureEstimator<'a> {
 
     /// Weighted least squares for κ(φ) = p + q cos 2φ + r sin 2φ. `None` when fewer than three
     /// directions have both arcs.
-    fn euler_fit<'d>(
-        &self,
-        sections: impl Iterator<Item = (&'d Direction, Section)>,
-        radius: f64,
-    ) -> Option<Principal> {
+    fn euler_fit(&self, sections: &[Section], radius: f64) -> Option<Principal> {
         let mut matrix = DMat3::ZERO;
         let mut right = DVec3::ZERO;
         let mut usable = 0;
-        for (direction, section) in sections {
+        for (direction, section) in self.directions.iter().zip(sections) {
             let weight = section.weight(radius);
             if weight > 0.0 {
                 usable += 1;
@@ -419,7 +408,7 @@ impl<'a> CurvatureEstimator<'a> {
             let row = DVec3::new(1.0, direction.cos_double, direction.sin_double);
             let weighted = weight * row;
             matrix += DMat3::from_cols(weighted, row.y * weighted, row.z * weighted);
-            right += section_curvature(self.params.section, &section) * weighted;
+            right += section_curvature(self.params.section, section) * weighted;
         }
         let solvable = usable >= 3 && matrix.determinant() > 1e-12 * matrix.x_axis.x.powi(3);
         let fit = solvable.then(|| matrix.inverse() * right)?;

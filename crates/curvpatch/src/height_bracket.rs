@@ -11,9 +11,12 @@
 //! with w: put in for w, a number below the root gives one nearer to it from below, and one above it
 //! one from above.
 
+use fearless_simd::f64x8;
+use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 
 use crate::patch::Patch;
+use crate::wide::Wide;
 
 /// Terms of g(s) up to s⁵; the rest is less than [`REST_OF_G`] s⁶ up to s = [`MAX_TURN`].
 const G: [f64; 6] = [1.0, 1.0 / 3.0, 1.0 / 15.0, 2.0 / 189.0, 1.0 / 675.0, 2.0 / 10_395.0];
@@ -94,6 +97,89 @@ impl HeightBracket {
         }
         None
     }
+
+    /// As [`HeightBracket::is_within`] for eight points: those that are, and those that are not, by bits;
+    /// of the others, it is too close to call, or no one has asked.
+    #[inline(always)]
+    pub(crate) fn are_within<S: Simd>(
+        &self,
+        simd: S,
+        local: &Wide<S>,
+        distance: f64,
+        asked: u64,
+    ) -> [u64; 2] {
+        // No closures here: what they do would not be compiled for the processor at hand.
+        let inverse_arcs = wide_pair(simd, self.inverse_arcs);
+        let turns = wide_pair(simd, self.turns);
+        let curvatures = wide_pair(simd, self.curvatures);
+        let one = f64x8::splat(simd, 1.0);
+        let squares = [local.x * local.x, local.y * local.y];
+        let weights = times(squares, inverse_arcs);
+        let start = weights[0] + weights[1];
+        let [mut low, mut high] = [start, (start * f64x8::splat(simd, self.growth)).min(one)];
+        let bend = times(curvatures, squares);
+        let height = local.z - f64x8::splat(simd, self.translation);
+        let size = (bend[0].abs() + bend[1].abs())
+            + local.z.abs()
+            + f64x8::splat(simd, self.translation.abs());
+        let slack = f64x8::splat(simd, ROUNDING) * size;
+        let (nearest, farthest) = (f64x8::splat(simd, -distance), f64x8::splat(simd, distance));
+        let (mut within, mut beyond) = (0, 0);
+        for narrowing in 0..=NARROWINGS {
+            let ends = [
+                times(bend, wide_above(simd, &F, 0.0, times(turns, [low; 2]))),
+                times(bend, wide_above(simd, &F, REST_OF_F, times(turns, [high; 2]))),
+            ];
+            let least = ends[0][0].min(ends[1][0]) + ends[0][1].min(ends[1][1]);
+            let most = ends[0][0].max(ends[1][0]) + ends[0][1].max(ends[1][1]);
+            let lowest = height + least - slack;
+            let highest = height + most + slack;
+            let is_within = nearest.simd_le(lowest) & highest.simd_le(farthest);
+            let is_beyond = highest.simd_lt(nearest) | lowest.simd_gt(farthest);
+            let open = asked & !(within | beyond);
+            within |= open & is_within.to_bitmask();
+            beyond |= open & is_beyond.to_bitmask();
+            if asked & !(within | beyond) == 0 {
+                break;
+            }
+            if narrowing < NARROWINGS {
+                let at_low = times(weights, wide_above(simd, &G, 0.0, times(turns, [low; 2])));
+                let at_high =
+                    times(weights, wide_above(simd, &G, REST_OF_G, times(turns, [high; 2])));
+                low = (at_low[0] + at_low[1]).min(one);
+                high = (at_high[0] + at_high[1]).min(one);
+            }
+        }
+        [within, beyond]
+    }
+}
+
+#[inline(always)]
+fn wide_pair<S: Simd>(simd: S, numbers: DVec2) -> [f64x8<S>; 2] {
+    [f64x8::splat(simd, numbers.x), f64x8::splat(simd, numbers.y)]
+}
+
+#[inline(always)]
+fn times<S: Simd>(a: [f64x8<S>; 2], b: [f64x8<S>; 2]) -> [f64x8<S>; 2] {
+    [a[0] * b[0], a[1] * b[1]]
+}
+
+/// As [`above`], of eight pairs.
+#[inline(always)]
+fn wide_above<S: Simd>(
+    simd: S,
+    coefficients: &[f64; 6],
+    last: f64,
+    at: [f64x8<S>; 2],
+) -> [f64x8<S>; 2] {
+    let mut sums = [f64x8::splat(simd, last); 2];
+    let mut place = coefficients.len();
+    while place > 0 {
+        place -= 1;
+        let coefficient = f64x8::splat(simd, coefficients[place]);
+        sums = [sums[0] * at[0] + coefficient, sums[1] * at[1] + coefficient];
+    }
+    sums
 }
 
 /// A polynomial with these coefficients, of two numbers.
@@ -112,6 +198,7 @@ fn above([c0, c1, c2, c3, c4, c5]: &[f64; 6], c6: f64, at: DVec2) -> DVec2 {
 mod tests {
     use super::*;
     use crate::patch::PatchData;
+    use fearless_simd::{Level, dispatch};
     use mesh_core::shapes::SplitMix64;
 
     #[test]
@@ -150,6 +237,12 @@ mod tests {
                 let answer = bracket.is_within(DVec3::new(x, y, height + off), tolerance);
                 asked += 1;
                 open += usize::from(answer.is_none());
+                let wide = dispatch!(Level::new(), simd => {
+                    let local = Wide::splat(simd, DVec3::new(x, y, height + off));
+                    bracket.are_within(simd, &local, tolerance, 0b1001_0110)
+                });
+                let bits = |is_so: bool| if is_so { 0b1001_0110 } else { 0 };
+                assert_eq!(wide, [bits(answer == Some(true)), bits(answer == Some(false))]);
                 assert!(answer.is_none_or(|within| within == (off.abs() <= tolerance)));
             }
         }

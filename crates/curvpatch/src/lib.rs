@@ -8,6 +8,7 @@ mod curvature_error;
 mod export;
 mod fit;
 mod height_bracket;
+mod march;
 mod params;
 mod patch;
 mod probe;
@@ -22,6 +23,7 @@ mod surface_point;
 mod terrain;
 mod tessellate;
 mod trace;
+mod wide;
 
 pub use cover::{
     Cover, CoverCandidates, CoverMethod, CoverOptions, CoverPatch, CoverProgress, Seeds, cover,

@@ -3,15 +3,20 @@
 use core::f64::consts::{FRAC_PI_6, TAU};
 use core::ops::ControlFlow;
 
+use fearless_simd::prelude::*;
+use fearless_simd::{dispatch, f64x8};
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
 
 use crate::closest::{Feature, closest_point};
 use crate::fit::PatchFit;
 use crate::height_bracket::HeightBracket;
+use crate::march::{Party, Strides, Walker, march};
 use crate::patch::Patch;
-use crate::region::Region;
-use crate::section::{SectionPlane, SectionWalk, WalkEnd};
+use crate::region::{Picker, Region};
+use crate::section::{SectionPlane, WalkEnd};
+use crate::terrain::Terrain;
+use crate::wide::{Columns, LANES, LanesOf, Wide, put};
 
 /// How far a patch and the mesh are apart, in model units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -138,12 +143,10 @@ impl<'a> PatchProbe<'a> {
     /// With `overhang`, test points whose nearest point of the mesh is on its boundary are ignored.
     pub fn full_error(&mut self, fit: &PatchFit, tolerance: f64, overhang: bool) -> PatchErrors {
         self.turns.set(TEST_ANGLES);
-        let mut points: Vec<TestPoint> = self
-            .turns
-            .full_test(&fit.patch)
-            .map(|local| TestPoint::new(fit.patch.to_world(local)))
-            .collect();
+        let points: Vec<DVec3> = self.turns.full_test(&fit.patch).collect();
         let heights = self.grow_whole(fit);
+        // What lies straight under the points is near, so that most faces need no closer look.
+        let mut points: Vec<TestPoint> = looked_under(&self.region, fit, &points).collect();
         self.region.widen(&fit.patch, reach(&fit.patch, tolerance));
         self.measure(&mut points);
         let points = points.iter().map(|point| point.error(overhang)).fold(0.0, f64::max);
@@ -181,39 +184,28 @@ impl<'a> PatchProbe<'a> {
         if self.is_ruled_out(fit, limits) {
             return Verdict::Fails;
         }
-        let Self { mesh, turns, .. } = self;
+        let Self { region, turns, .. } = self;
+        let terrain = region.terrain();
         let patch = &fit.patch;
         let heights = Heights::new(patch, limits.tolerance);
         turns.set(limits.angles);
-        let mut verdict = Verdict::Likely;
-        for local in turns.ring(patch, 1.0) {
-            let mut in_region = true;
-            let mut is_bad = false;
-            let under = follow(mesh, fit, local, |walk, is_upward| {
-                in_region &= is_upward;
-                is_bad = in_region && heights.place_of(walk.apex()) == Place::Beyond;
-                !is_bad
-            });
-            if is_bad {
-                return Verdict::Fails;
-            }
-            let is_fine = match under {
-                Under::Face(face) => {
-                    distance(patch.to_world(local), mesh, face) <= limits.tolerance
-                }
-                Under::Beyond(_) => limits.overhang,
-                Under::Unknown => false,
-            };
-            if !is_fine {
-                verdict = Verdict::Open;
-            }
+        let points: Vec<DVec3> = turns.ring(patch, 1.0).collect();
+        let trails = follow(terrain, fit, &points, Watch::Any(&heights));
+        if trails.witness.is_some() {
+            return Verdict::Fails;
         }
+        let is_fine = |(&local, under): (&DVec3, Under)| match under {
+            Under::Face(face) => distance(patch.to_world(local), terrain, face) <= limits.tolerance,
+            Under::Beyond(_) => limits.overhang,
+            Under::Unknown => false,
+        };
+        let is_likely = points.iter().zip(trails.under).all(is_fine);
         let is_bad = |at: &&DVec3| heights.place(**at) == Place::Beyond;
         if let Some(&witness) = self.sample.iter().find(is_bad) {
             self.testify(witness);
             return Verdict::Fails;
         }
-        verdict
+        if is_likely { Verdict::Likely } else { Verdict::Open }
     }
 
     /// Whether a vertex along one of many sections is out of tolerance of a patch, which takes less than
@@ -223,16 +215,10 @@ impl<'a> PatchProbe<'a> {
             return false;
         }
         let heights = Heights::new(&fit.patch, limits.tolerance);
-        let witness = self.scouts.ring(&fit.patch, 1.0).find_map(|local| {
-            let mut witness = None;
-            follow(self.mesh, fit, local, |walk, is_upward| {
-                if is_upward && heights.place_of(walk.apex()) == Place::Beyond {
-                    witness = Some(fit.patch.origin() + walk.apex());
-                }
-                is_upward && witness.is_none()
-            });
-            witness
-        });
+        let terrain = self.region.terrain();
+        let points: Vec<DVec3> = self.scouts.ring(&fit.patch, 1.0).collect();
+        let trails = follow(terrain, fit, &points, Watch::First(&heights));
+        let witness = trails.witness.map(|(_, apex)| fit.patch.origin() + apex);
         if let Some(witness) = witness {
             self.testify(witness);
         }
@@ -255,6 +241,11 @@ impl<'a> PatchProbe<'a> {
         newest_first.any(|&at| heights.place(at) == Place::Beyond)
     }
 
+    /// What sections walk on.
+    pub(crate) fn terrain(&self) -> &Terrain {
+        self.region.terrain()
+    }
+
     /// How many faces the patch that was tested last has in its region.
     pub(crate) fn region_size(&self) -> usize {
         self.region.len()
@@ -271,8 +262,9 @@ impl<'a> PatchProbe<'a> {
     }
 
     /// The faces whose vertices all lie in the footprint of the patch that was accepted last and
-    /// within tolerance of it. The footprint is convex, so it has the whole of these faces.
-    pub(crate) fn covered(&self) -> impl Iterator<Item = FaceId> + '_ {
+    /// within tolerance of it, with their areas. The footprint is convex, so it has the whole of these
+    /// faces.
+    pub(crate) fn covered(&self) -> impl Iterator<Item = (FaceId, f64)> + '_ {
         self.region.picked_faces()
     }
 
@@ -280,28 +272,17 @@ impl<'a> PatchProbe<'a> {
     /// their direction leads to, straight under them or at the boundary, if that is of the region. The
     /// nearest face is not farther than their distance is then.
     fn look_under_test_points(&mut self, fit: &PatchFit, limits: &Limits) {
-        let Self { mesh, pending, turns, region, .. } = self;
+        let Self { pending, turns, region, .. } = self;
         pending.clear();
         let patch = &fit.patch;
-        let test = |local: DVec3| {
-            let at = patch.to_world(local);
-            let mut point = TestPoint::new(at);
-            if let Under::Face(face) | Under::Beyond(face) = follow(mesh, fit, local, |_, _| true)
-                && region.contains(face)
-            {
-                // Only what is nearer needs a look, and this face itself.
-                point.distance = 1.000_001 * distance(at, mesh, face);
-            }
-            if point.distance > 1.000_001 * limits.tolerance {
-                pending.push(point);
-            }
-        };
-        if limits.ends_only {
-            arc_ends(patch).for_each(test);
+        let points: Vec<DVec3> = if limits.ends_only {
+            arc_ends(patch).collect()
         } else {
             turns.set(limits.angles);
-            turns.full_test(patch).for_each(test);
-        }
+            turns.full_test(patch).collect()
+        };
+        pending.extend(looked_under(region, fit, &points));
+        pending.retain(|point| point.distance > 1.000_001 * limits.tolerance);
     }
 
     /// Whether all pending points are within tolerance of the region, or beyond the boundary where
@@ -339,30 +320,15 @@ impl<'a> PatchProbe<'a> {
         let patch = &fit.patch;
         let heights = Heights::new(patch, limits.tolerance);
         let Self { region, sample, .. } = self;
-        let mut met = 0;
-        region.grow(fit.point.face(), patch, |local| {
-            met += 1;
-            // Regions at one point begin with nearly the same vertices.
-            if met / SAMPLED > sample.len() {
-                sample.push(patch.to_world(local));
-            }
-            match heights.place_of_local(local) {
-                Place::Within => ControlFlow::Continue(true),
-                Place::Beyond if !limits.ends_only => ControlFlow::Break(()),
-                Place::Beyond | Place::Outside => ControlFlow::Continue(false),
-            }
-        })
+        let mut vetting = Vetting { heights, ends_only: limits.ends_only, met: 0, sample };
+        region.grow(fit.point.face(), patch, &mut vetting)
     }
 
     /// Grows the region and returns the largest height error.
     fn grow_whole(&mut self, fit: &PatchFit) -> f64 {
-        let patch = &fit.patch;
-        let mut heights = 0.0_f64;
-        let _ = self.region.grow(fit.point.face(), patch, |local| {
-            heights = heights.max(height_error(patch, local).unwrap_or(0.0));
-            ControlFlow::Continue(false)
-        });
-        heights
+        let mut measuring = Measuring { patch: &fit.patch, largest: 0.0 };
+        let _ = self.region.grow(fit.point.face(), &fit.patch, &mut measuring);
+        measuring.largest
     }
 
     /// The exact distances of points from the faces of the region.
@@ -373,6 +339,48 @@ impl<'a> PatchProbe<'a> {
                 measured.measure(point);
             }
         }
+    }
+}
+
+/// Picks the vertices that are within tolerance of a patch.
+struct Vetting<'p> {
+    heights: Heights<'p>,
+    /// Whether those beyond do not matter.
+    ends_only: bool,
+    met: usize,
+    sample: &'p mut Vec<DVec3>,
+}
+
+impl Picker for Vetting<'_> {
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, simd: S, met: &Wide<S>, count: usize) -> (u64, Option<usize>) {
+        let [within, beyond] = self.heights.places(simd, met, (1 << count) - 1);
+        let last = if self.ends_only { None } else { LanesOf(beyond).next() };
+        let count = last.map_or(count, |last| last + 1);
+        // Regions at one point begin with nearly the same vertices.
+        while (self.met + count) / SAMPLED > self.sample.len() {
+            let place = (self.sample.len() + 1) * SAMPLED - 1;
+            self.sample.push(self.heights.patch.to_world(met.at(place - self.met)));
+        }
+        self.met += count;
+        (within, last)
+    }
+}
+
+/// Finds out how far vertices are from a patch at most.
+struct Measuring<'p> {
+    patch: &'p Patch,
+    largest: f64,
+}
+
+impl Picker for Measuring<'_> {
+    #[inline(always)]
+    fn look<S: Simd>(&mut self, _: S, met: &Wide<S>, count: usize) -> (u64, Option<usize>) {
+        for lane in 0..count {
+            let error = height_error(self.patch, met.at(lane));
+            self.largest = self.largest.max(error.unwrap_or(0.0));
+        }
+        (0, None)
     }
 }
 
@@ -466,13 +474,44 @@ impl<'p> Heights<'p> {
 
     #[inline]
     fn place(&self, point: DVec3) -> Place {
-        self.place_of(point - self.patch.origin())
+        self.place_of_local(self.patch.to_local(point))
     }
 
-    /// The place of a point that is given relative to the origin of the patch.
-    #[inline]
-    fn place_of(&self, offset: DVec3) -> Place {
-        self.place_of_local(self.patch.turn_to_local(offset))
+    /// Which of eight points that are given relative to the origin of the patch are beyond, by bits, as
+    /// far as someone has asked for them.
+    #[inline(always)]
+    fn beyond<S: Simd>(&self, simd: S, offsets: &Wide<S>, asked: u64) -> u64 {
+        if asked == 0 {
+            return 0;
+        }
+        let [e1, e2, e3] = self.patch.frame();
+        let x = Wide::splat(simd, e1).dot(*offsets);
+        let y = Wide::splat(simd, e2).dot(*offsets);
+        let z = Wide::splat(simd, e3).dot(*offsets);
+        let [_, beyond] = self.places(simd, &Wide { x, y, z }, asked);
+        beyond
+    }
+
+    /// Which of eight points that are given in the frame of the patch are within tolerance, and which are
+    /// beyond, by bits, as far as someone has asked for them.
+    #[inline(always)]
+    fn places<S: Simd>(&self, simd: S, local: &Wide<S>, asked: u64) -> [u64; 2] {
+        let [semi_x, semi_y] = self.patch.semi_axes();
+        let share_x = local.x / f64x8::splat(simd, semi_x);
+        let share_y = local.y / f64x8::splat(simd, semi_y);
+        let square = share_x * share_x + share_y * share_y;
+        let asked = asked & square.simd_le(f64x8::splat(simd, 1.0)).to_bitmask();
+        let [mut within, mut beyond] = match &self.bracket {
+            Some(bracket) => bracket.are_within(simd, local, self.tolerance, asked),
+            None => [0; 2],
+        };
+        for lane in LanesOf(asked & !(within | beyond)) {
+            match self.place_in_footprint(local.at(lane)) {
+                Place::Beyond => beyond |= 1 << lane,
+                Place::Within | Place::Outside => within |= 1 << lane,
+            }
+        }
+        [within, beyond]
     }
 
     /// The place of a point that is given in the frame of the patch.
@@ -482,10 +521,21 @@ impl<'p> Heights<'p> {
             return Place::Outside;
         }
         let quick = self.bracket.and_then(|bracket| bracket.is_within(local, self.tolerance));
-        let is_within = quick.unwrap_or_else(|| {
-            height_error(self.patch, local).is_none_or(|error| error <= self.tolerance)
-        });
-        if is_within { Place::Within } else { Place::Beyond }
+        match quick {
+            Some(true) => Place::Within,
+            Some(false) => Place::Beyond,
+            None => self.place_in_footprint(local),
+        }
+    }
+
+    /// As [`Heights::place_of_local`], the long way.
+    fn place_in_footprint(&self, local: DVec3) -> Place {
+        let error = height_error(self.patch, local);
+        if error.is_none_or(|error| error <= self.tolerance) {
+            Place::Within
+        } else {
+            Place::Beyond
+        }
     }
 }
 
@@ -524,55 +574,209 @@ impl Turns {
     }
 }
 
-/// The distance of a point from a face.
-fn distance(at: DVec3, mesh: &TriMesh, face: FaceId) -> f64 {
-    closest_point(at, mesh.triangle(face)).0.distance(at)
+/// The distance of a point from the face at a place.
+fn distance(at: DVec3, terrain: &Terrain, face: u32) -> f64 {
+    let corners = terrain.triangle(terrain.links[face as usize].corners);
+    closest_point(at, corners).0.distance(at)
+}
+
+/// Test points at these places of a patch, with the distance that they are at most at: that of the face
+/// which the section in their direction leads to, straight under them or at the boundary, if that is of
+/// the region.
+fn looked_under<'p>(
+    region: &'p Region,
+    fit: &'p PatchFit,
+    points: &'p [DVec3],
+) -> impl Iterator<Item = TestPoint> + 'p {
+    let terrain = region.terrain();
+    let under = follow(terrain, fit, points, Watch::Nothing).under;
+    points.iter().zip(under).map(|(&local, under)| {
+        let mut point = TestPoint::new(fit.patch.to_world(local));
+        if let Under::Face(face) | Under::Beyond(face) = under
+            && region.contains(face)
+        {
+            // Only what is nearer needs a look, and this face itself.
+            point.distance = 1.000_001 * distance(point.at, terrain, face);
+        }
+        point
+    })
 }
 
 /// What lies straight under a point of a patch.
+#[derive(Clone, Copy, Debug)]
 enum Under {
-    /// This face.
-    Face(FaceId),
+    /// The face at this place.
+    Face(u32),
     /// Nothing: the section comes to the boundary of the mesh before, in this face.
-    Beyond(FaceId),
+    Beyond(u32),
     /// The section turns back or goes round, or the visitor has ended it.
     Unknown,
 }
 
-/// Follows the section to what is straight under a point of the patch. In every face but the first,
-/// `visit` is shown the walker and whether the face looks to the side of the patch's normal, as long as
-/// it wants to see more.
-#[inline]
-fn follow<'a>(
-    mesh: &'a TriMesh,
-    fit: &PatchFit,
-    local: DVec3,
-    mut visit: impl FnMut(&SectionWalk<'a>, bool) -> bool,
-) -> Under {
-    let [e1, e2, e3] = fit.patch.frame();
-    let distance = local.truncate().length();
-    let tangent = (local.x * e1 + local.y * e2) / distance;
-    let plane = SectionPlane::new(fit.patch.origin(), e3, tangent);
-    let walks = SectionWalk::both_ways(mesh, fit.point.face(), &plane);
-    let Some([mut walk, _]) = walks else { return Under::Unknown };
-    let mut ahead = walk.crossing().dot(tangent);
-    let mut farthest = ahead;
-    while ahead < distance {
-        match walk.step() {
-            Ok(()) => {}
-            Err(WalkEnd::Boundary) => return Under::Beyond(walk.face()),
-            Err(WalkEnd::Returned | WalkEnd::Lost) => return Under::Unknown,
-        }
-        let entered = ahead;
-        ahead = walk.crossing().dot(tangent);
-        farthest = farthest.max(ahead);
-        // Sections run forward through faces that look to the side of the normal. Where one comes back
-        // for more than a small fold, nothing may be straight under.
-        if !visit(&walk, ahead >= entered) || ahead < farthest - DEEPEST_FOLD * distance {
-            return Under::Unknown;
+/// What sections that are followed look for on their way.
+#[derive(Clone, Copy)]
+enum Watch<'h> {
+    Nothing,
+    /// Any vertex that is out of tolerance; nothing else is of interest once there is one.
+    Any(&'h Heights<'h>),
+    /// The first one of the section that is first among those that come to one.
+    First(&'h Heights<'h>),
+}
+
+/// Sections on the way to what is straight under points of a patch.
+struct Trails<'p> {
+    terrain: &'p Terrain,
+    patch: &'p Patch,
+    start: u32,
+    points: core::iter::Enumerate<core::slice::Iter<'p, DVec3>>,
+    watch: Watch<'p>,
+    /// What is straight under each point.
+    under: Vec<Under>,
+    /// The number of a section and a vertex that is out of tolerance, relative to the origin.
+    witness: Option<(usize, DVec3)>,
+    numbers: [usize; LANES],
+    tangents: Columns,
+    /// How far ahead the points are.
+    distances: [f64; LANES],
+    /// How far the sections have come, and at most.
+    ahead: [f64; LANES],
+    farthest: [f64; LANES],
+    faces: [u32; LANES],
+    /// The sections that have only come through faces that look to the side of the patch's normal, save
+    /// for the first face.
+    in_region: u64,
+}
+
+impl Trails<'_> {
+    fn find(&mut self, number: usize, under: Under) {
+        if let Some(place) = self.under.get_mut(number) {
+            *place = under;
         }
     }
-    Under::Face(walk.face())
+
+    /// Whether a section can have nothing to tell.
+    fn is_idle(&self, number: usize) -> bool {
+        matches!(self.watch, Watch::First(_))
+            && self.witness.is_some_and(|(first, _)| first < number)
+    }
+}
+
+impl<S: Simd> Party<S> for Trails<'_> {
+    #[inline(always)]
+    fn set_out(&mut self, lane: usize) -> Option<Walker> {
+        let [e1, e2, e3] = self.patch.frame();
+        while let Some((number, local)) = self.points.next() {
+            if self.is_idle(number) {
+                return None;
+            }
+            let distance = local.truncate().length();
+            let tangent = (local.x * e1 + local.y * e2) / distance;
+            let plane = SectionPlane::new(self.patch.origin(), e3, tangent);
+            let walkers = Walker::both_ways(self.terrain, self.start, &plane);
+            let Some([walker, _]) = walkers else { continue };
+            let ahead = walker.crossing().dot(tangent);
+            if ahead < distance {
+                self.numbers[lane] = number;
+                put(&mut self.tangents, lane, tangent);
+                self.distances[lane] = distance;
+                self.ahead[lane] = ahead;
+                self.farthest[lane] = ahead;
+                self.faces[lane] = self.start;
+                self.in_region |= 1 << lane;
+                return Some(walker);
+            }
+            self.find(number, Under::Face(self.start));
+        }
+        None
+    }
+
+    #[inline(always)]
+    fn stride(&mut self, simd: S, strides: &Strides<S>) -> u64 {
+        self.faces = strides.faces;
+        let entered: f64x8<S> = self.ahead.simd_into(simd);
+        let distances: f64x8<S> = self.distances.simd_into(simd);
+        let farthest: f64x8<S> = self.farthest.simd_into(simd);
+        let ahead = strides.crossings.dot(Wide::load(simd, &self.tangents));
+        let farthest = ahead.simd_gt(farthest).select(ahead, farthest);
+        ahead.store_slice(&mut self.ahead);
+        farthest.store_slice(&mut self.farthest);
+        // Sections run forward through faces that look to the side of the normal. Where one comes
+        // back for more than a small fold, nothing may be straight under.
+        self.in_region &= ahead.simd_ge(entered).to_bitmask();
+        let folds = f64x8::splat(simd, DEEPEST_FOLD) * distances;
+        let mut lost = ahead.simd_lt(farthest - folds).to_bitmask();
+        let asked = self.in_region & strides.lanes;
+        match self.watch {
+            Watch::Nothing => {}
+            Watch::Any(heights) => {
+                let beyond = heights.beyond(simd, &strides.apexes, asked);
+                if let Some(lane) = LanesOf(beyond).next() {
+                    self.witness = Some((self.numbers[lane], strides.apexes.at(lane)));
+                }
+            }
+            Watch::First(heights) => {
+                lost |= !asked;
+                let beyond = heights.beyond(simd, &strides.apexes, asked);
+                for lane in LanesOf(beyond) {
+                    let number = self.numbers[lane];
+                    if self.witness.is_none_or(|(first, _)| number < first) {
+                        self.witness = Some((number, strides.apexes.at(lane)));
+                    }
+                }
+                lost |= beyond;
+                if self.witness.is_some() {
+                    for lane in LanesOf(strides.lanes) {
+                        lost |= u64::from(self.is_idle(self.numbers[lane])) << lane;
+                    }
+                }
+            }
+        }
+        let arrived = !ahead.simd_lt(distances).to_bitmask();
+        for lane in LanesOf(arrived & !lost & strides.lanes) {
+            self.find(self.numbers[lane], Under::Face(strides.faces[lane]));
+        }
+        arrived | lost
+    }
+
+    #[inline(always)]
+    fn end(&mut self, lane: usize, cause: WalkEnd) {
+        if cause == WalkEnd::Boundary {
+            self.find(self.numbers[lane], Under::Beyond(self.faces[lane]));
+        }
+    }
+
+    #[inline(always)]
+    fn is_over(&self) -> bool {
+        matches!(self.watch, Watch::Any(_)) && self.witness.is_some()
+    }
+}
+
+/// Follows the sections to what is straight under points of the patch, side by side.
+fn follow<'p>(
+    terrain: &'p Terrain,
+    fit: &'p PatchFit,
+    points: &'p [DVec3],
+    watch: Watch<'p>,
+) -> Trails<'p> {
+    let (patch, start) = (&fit.patch, terrain.place(fit.point.face()));
+    let mut trails = Trails {
+        terrain,
+        patch,
+        start,
+        points: points.iter().enumerate(),
+        watch,
+        under: vec![Under::Unknown; points.len()],
+        witness: None,
+        numbers: [0; LANES],
+        tangents: [[0.0; LANES]; 3],
+        distances: [0.0; LANES],
+        ahead: [0.0; LANES],
+        farthest: [0.0; LANES],
+        faces: [start; LANES],
+        in_region: 0,
+    };
+    dispatch!(terrain.simd, simd => march(simd, terrain, patch.origin(), start, &mut trails));
+    trails
 }
 
 /// The ends of both principal arcs, where SN10 measures the error that a size is chosen by.

@@ -45,16 +45,29 @@ impl WalkEnd {
 
 /// A vertex as seen from the plane.
 #[derive(Clone, Copy, Debug)]
-struct Sighting {
+pub(crate) struct Sighting {
     /// Position relative to the origin of the section.
-    at: DVec3,
+    pub(crate) at: DVec3,
     /// Signed distance from the plane.
-    distance: f64,
+    pub(crate) distance: f64,
 }
 
 impl Sighting {
-    fn is_above(&self) -> bool {
+    #[inline]
+    pub(crate) fn new(position: DVec3, origin: DVec3, across: DVec3) -> Self {
+        let at = position - origin;
+        Self { at, distance: across.dot(at) }
+    }
+
+    #[inline]
+    pub(crate) fn is_above(&self) -> bool {
         self.distance >= 0.0
+    }
+
+    /// Where the line between two vertices on either side meets the plane.
+    #[inline]
+    pub(crate) fn crossing(from: &Self, to: &Self) -> DVec3 {
+        from.at + from.distance / (from.distance - to.distance) * (to.at - from.at)
     }
 }
 
@@ -70,8 +83,6 @@ pub(crate) struct SectionWalk<'a> {
     from: Sighting,
     to: Sighting,
     steps_left: usize,
-    /// The corner of `face` that the face before did not have, relative to the origin.
-    apex: DVec3,
 }
 
 impl<'a> SectionWalk<'a> {
@@ -98,7 +109,6 @@ impl<'a> SectionWalk<'a> {
                 from,
                 to,
                 steps_left: most_steps(topology.face_count()),
-                apex: seen[(i + 2) % 3].at,
             })
         });
         let (first, second) = (exits.next()?, exits.next()?);
@@ -111,18 +121,10 @@ impl<'a> SectionWalk<'a> {
         self.face
     }
 
-    /// Where the corner of the face is that the face before did not have, relative to the origin of
-    /// the section.
-    #[inline]
-    pub(crate) fn apex(&self) -> DVec3 {
-        self.apex
-    }
-
     /// Where the section leaves the face, relative to the origin of the section.
     #[inline]
     pub(crate) fn crossing(&self) -> DVec3 {
-        let (from, to) = (&self.from, &self.to);
-        from.at + from.distance / (from.distance - to.distance) * (to.at - from.at)
+        Sighting::crossing(&self.from, &self.to)
     }
 
     /// Goes on to the next face.
@@ -143,7 +145,6 @@ impl<'a> SectionWalk<'a> {
         // round, followed by `from` - `apex` and `apex` - `to`.
         let second = topology.next(entry);
         let apex = sight(self.mesh, &self.plane, topology.target(second));
-        self.apex = apex.at;
         if apex.is_above() == self.from.is_above() {
             self.exit = topology.next(second);
             self.from = apex;
@@ -179,7 +180,7 @@ impl<'a> SectionWalk<'a> {
 /// across a surface with faces of some breadth there are about as many as the root of their number
 /// tells. Round the apex of a fan with very many faces there are more, and the section counts as
 /// going round.
-fn most_steps(faces: usize) -> usize {
+pub(crate) fn most_steps(faces: usize) -> usize {
     const BREADTHS: f64 = 16.0;
     let across = 1024 + (BREADTHS * (faces as f64).sqrt()) as usize;
     across.min(2 * faces + 16)
@@ -187,8 +188,7 @@ fn most_steps(faces: usize) -> usize {
 
 #[inline]
 fn sight(mesh: &TriMesh, plane: &SectionPlane, vertex: VertexId) -> Sighting {
-    let at = mesh.position(vertex) - plane.origin;
-    Sighting { at, distance: plane.across.dot(at) }
+    Sighting::new(mesh.position(vertex), plane.origin, plane.across)
 }
 
 /// One half of a section, from its origin on.
@@ -209,7 +209,7 @@ impl Arc {
 
     /// The other half of a section that has come back to its face, where that comes back too: it is the same
     /// loop, the other way round. `starts` are where the two halves leave the face, this one first.
-    fn reversed(&self, [this, other]: [DVec3; 2], most: f64) -> Option<Self> {
+    pub(crate) fn reversed(&self, [this, other]: [DVec3; 2], most: f64) -> Option<Self> {
         let length = self.length - this.length() + other.length();
         let returns = self.cut_short == Some(WalkEnd::Returned) && length < most;
         returns.then_some(Self { end: this, length, ..*self })

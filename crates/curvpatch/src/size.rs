@@ -155,7 +155,7 @@ pub struct PatchSizer<'e, 'a> {
     /// shapes share them.
     discs: Vec<(f64, Result<DiscCurvature, CurvatureError>)>,
     /// The sections of the face's own planes at the current point.
-    sections: Sections<'a>,
+    sections: Sections,
     /// Whether patches have become so large that a first look is quicker than a full test.
     is_large: bool,
     /// Faces of a region by the square of its patch's radius, the most so far.
@@ -164,6 +164,8 @@ pub struct PatchSizer<'e, 'a> {
     accepted: Option<PatchFit>,
     /// The faces of the patch that was confirmed last.
     faces: Vec<FaceId>,
+    /// Their area.
+    area: f64,
 }
 
 impl<'e, 'a> PatchSizer<'e, 'a> {
@@ -189,6 +191,7 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
             density: 0.0,
             accepted: None,
             faces: Vec::new(),
+            area: 0.0,
         })
     }
 
@@ -229,14 +232,13 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         point: SurfacePoint,
         shapes: &[Shape],
     ) -> Result<(f64, SizedPatch), Unfit> {
-        let mesh = self.estimator.mesh();
         self.start();
         let mut best: Option<(f64, SizedPatch)> = None;
         let mut failure = None;
         for &shape in shapes {
             match self.climb(point, shape) {
                 Ok(sized) => {
-                    let area = sized.faces.iter().map(|&face| mesh.face_area(face)).sum();
+                    let area = self.area;
                     if best.as_ref().is_none_or(|(best, _)| area > *best) {
                         best = Some((area, sized));
                     }
@@ -367,7 +369,8 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         if let Some((_, disc)) = known {
             return *disc;
         }
-        let disc = self.estimator.at_again(&mut self.sections, point, radius);
+        let terrain = self.probe.terrain();
+        let disc = self.estimator.at_again(terrain, &mut self.sections, point, radius);
         self.discs.push((radius, disc));
         disc
     }
@@ -426,8 +429,13 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         if self.accepted != Some(tried.fit) {
             self.look_at(&tried.fit)?;
         }
-        self.faces.clear();
-        self.faces.extend(self.probe.covered());
+        let Self { faces, probe, .. } = self;
+        faces.clear();
+        let covered = probe.covered().map(|(face, area)| {
+            faces.push(face);
+            area
+        });
+        self.area = covered.sum();
         Ok(tried.fit)
     }
 

@@ -1,19 +1,21 @@
-//! A mesh laid out for growing regions: what is near in space is near in memory.
+//! A mesh laid out for growing regions and walking sections: what is near in space is near in memory.
 //!
 //! The faces of a scan may stand in any order, so that to walk over the half-edges waits for another
 //! place of memory at each step. Here faces stand in the order of a curve that fills space (Morton
 //! 1966), vertices in the order in which faces need them, and each face has its corners and neighbours
 //! side by side.
 
+use fearless_simd::Level;
 use glam::DVec3;
 use mesh_core::{FaceId, Handle, TriMesh, parallel};
 
-/// The corners of a face and the faces beyond its sides; side i runs from corner i to corner i + 1.
+/// The corners of a face and what is beyond its sides; side i runs from corner i to corner i + 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FaceLinks {
     /// Places of vertices.
     pub(crate) corners: [u32; 3],
-    /// Places of faces; [`NONE`] at the boundary.
+    /// The same sides as the faces beyond have them: three times the place of a face and the number of its
+    /// side; [`NONE`] at the boundary.
     pub(crate) beyond: [u32; 3],
 }
 
@@ -26,8 +28,12 @@ pub(crate) struct Terrain {
     pub(crate) links: Vec<FaceLinks>,
     pub(crate) positions: Vec<DVec3>,
     pub(crate) face_at: Vec<FaceId>,
+    /// The areas of the faces.
+    pub(crate) areas: Vec<f64>,
     /// [`NONE`] for removed faces.
-    pub(crate) place_of_face: Vec<u32>,
+    place_of_face: Vec<u32>,
+    /// What the processor can do.
+    pub(crate) simd: Level,
 }
 
 impl Terrain {
@@ -54,11 +60,22 @@ impl Terrain {
             FaceLinks {
                 corners: sides.map(|side| place_of_vertex[topology.origin(side).index()]),
                 beyond: sides.map(|side| {
-                    topology.face(side.twin()).map_or(NONE, |face| place_of_face[face.index()])
+                    let twin = side.twin();
+                    topology.face(twin).map_or(NONE, |face| {
+                        let [_, second, third] = topology.face_half_edges(face);
+                        let number = u32::from(second == twin) + 2 * u32::from(third == twin);
+                        3 * place_of_face[face.index()] + number
+                    })
                 }),
             }
         });
-        Self { links, positions, face_at, place_of_face }
+        let areas = parallel::collect(face_at.len(), |place| mesh.face_area(face_at[place]));
+        Self { links, positions, face_at, areas, place_of_face, simd: Level::new() }
+    }
+
+    /// The place of a face of the mesh.
+    pub(crate) fn place(&self, face: FaceId) -> u32 {
+        self.place_of_face[face.index()]
     }
 
     /// Where the vertices at these places are.
