@@ -41,6 +41,7 @@ pub(crate) struct ChoicesGiven {
     curvature_weight: Option<f64>,
     fit_rounds: Option<usize>,
     norm: Option<String>,
+    anneal_time: Option<f64>,
     lock_boundary: bool,
     feature_angle: Option<f64>,
     no_intersections: bool,
@@ -58,7 +59,7 @@ impl ChoicesGiven {
             curvature_weight: not_negative("curvature_weight", self.curvature_weight)?,
             fit_rounds: self.fit_rounds,
             norm: self.norm.as_deref().map(|name| choose("norm", name, NORMS)).transpose()?,
-            anneal_time: None,
+            anneal_time: seconds("anneal_time", self.anneal_time)?,
             lock_boundary: self.lock_boundary,
             feature_angle: angle("feature_angle", self.feature_angle)?,
             no_intersections: self.no_intersections,
@@ -68,6 +69,11 @@ impl ChoicesGiven {
         };
         if choices.norm.is_some() && !choices.fits() {
             let cure = "norm has no effect: the result is not fitted; set fit_rounds";
+            return Err(Failure::option(cure));
+        }
+        if choices.anneal_time.is_some() && !choices.anneals() {
+            let cure = "anneal_time has no effect: the result is not annealed; set preset to \
+                        \"quality\" or \"extreme\"";
             return Err(Failure::option(cure));
         }
         Ok(choices)

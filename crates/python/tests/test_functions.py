@@ -104,6 +104,19 @@ def test_the_norm_of_a_fit(bumpy: cm.Mesh) -> None:
         cm.simplify(bumpy, faces=700, preset="fast", norm="l1")
 
 
+def test_the_time_of_annealing(bumpy: cm.Mesh) -> None:
+    def distances(**options: Any) -> Any:
+        made = cm.simplify(bumpy, faces=300, preset="extreme", **options).mesh
+        return cm.distance(bumpy, made)
+
+    whole, none = distances(), distances(anneal_time=0)
+    assert whole.forward.mean < none.forward.mean
+    with pytest.raises(cm.OptionError, match="anneal_time"):
+        cm.simplify(bumpy, faces=300, anneal_time=1)
+    with pytest.raises(cm.OptionError, match="anneal_time"):
+        cm.simplify(bumpy, faces=300, preset="extreme", anneal_time=-1)
+
+
 def test_a_surcharge_and_a_guard(bumpy: cm.Mesh) -> None:
     def left(mesh: cm.Mesh) -> int:
         return int((mesh.vertices[:, 0] < 0).sum())

@@ -190,6 +190,7 @@ def _choices(
     curvature_weight: float | None,
     fit_rounds: int | None,
     norm: str | None,
+    anneal_time: float | None,
     lock_boundary: bool,
     feature_angle: float | None,
     no_intersections: bool,
@@ -206,6 +207,7 @@ def _choices(
         "curvature_weight": curvature_weight,
         "fit_rounds": fit_rounds,
         "norm": norm,
+        "anneal_time": anneal_time,
         "lock_boundary": lock_boundary,
         "feature_angle": feature_angle,
         "no_intersections": no_intersections,
@@ -256,6 +258,7 @@ def simplify(
     curvature_weight: float | None = None,
     fit_rounds: int | None = None,
     norm: str | None = None,
+    anneal_time: float | None = None,
     lock_boundary: bool = False,
     feature_angle: float | None = None,
     no_intersections: bool = False,
@@ -311,6 +314,9 @@ def simplify(
     norm : str, optional
         What of the distances from the input the fit makes small: ``"l1"``, the mean; ``"l2"``, the root
         mean square, which is usual; or ``"max"``, the largest, for more mean.
+    anneal_time : float, optional
+        Anneal for at most so many seconds, with the presets ``"quality"`` and ``"extreme"``. A result that
+        was cut short differs from machine to machine.
     lock_boundary : bool
         Keep every boundary vertex where it is.
     feature_angle : float, optional
@@ -407,6 +413,7 @@ def simplify(
         curvature_weight,
         fit_rounds,
         norm,
+        anneal_time,
         lock_boundary,
         feature_angle,
         no_intersections,
@@ -551,6 +558,7 @@ def lod(
         preset,
         placement,
         curvature_weight,
+        None,
         None,
         None,
         lock_boundary,

@@ -330,6 +330,7 @@ STEPS = {
             "max_error": _LENGTH,
             "max_cost": _NUMBER,
             "norm": _TEXT,
+            "anneal_time": _NUMBER,
             "time_limit": _NUMBER,
             "relative": _FLAG,
             "fit_rounds": _COUNT,
