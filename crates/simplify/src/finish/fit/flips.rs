@@ -76,10 +76,10 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, power: Power, edge: EdgeId
         return false;
     }
     let faces = || topology.edge_faces(edge).into_iter().flatten();
-    let targets = || faces().flat_map(|face| paired.of_face(face));
-    let before: f64 = targets().map(|(_, squared)| power.of(squared)).sum();
+    let squares = faces().flat_map(|face| paired.squares_of(face));
+    let before: f64 = squares.map(|squared| power.of(squared)).sum();
     let mut left = before * (1.0 - 1e-9);
-    for (point, _) in targets() {
+    for (point, _) in faces().flat_map(|face| paired.of_face(face)) {
         let squared = |triangle| closest_on_triangle(point, triangle).length_squared();
         let [first, second] = &new;
         left -= power.of(squared(first).min(squared(second)));

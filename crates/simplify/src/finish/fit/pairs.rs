@@ -75,7 +75,7 @@ impl<'a> Pairs<'a> {
         for_blocks_in_turn(
             targets.len(),
             BLOCK,
-            |indices| find(targets.points(indices.clone()), indices.start),
+            |indices| find(&targets.points(indices.clone()), indices.start),
             |found| {
                 for (face, squared) in found {
                     lists.push(face, squares.len() as u32);
@@ -112,6 +112,11 @@ impl<'a> Pairs<'a> {
     pub(super) fn of_face(&self, face: FaceId) -> impl Iterator<Item = (DVec3, f64)> + '_ {
         let indices = self.lists.of_face(face).map(|index| index as usize);
         indices.map(|index| (self.point(index), self.squares[index]))
+    }
+
+    /// The squared distances of the points that are closest to a face.
+    pub(super) fn squares_of(&self, face: FaceId) -> impl Iterator<Item = f64> + '_ {
+        self.lists.of_face(face).map(|index| self.squares[index as usize])
     }
 
     /// The targets that are closest to a face; `density` is the share of one that stands for the mean

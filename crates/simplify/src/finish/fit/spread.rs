@@ -31,23 +31,6 @@ enum Numbers {
     Until(Vec<u32>),
 }
 
-/// The place of the triangle that each point is on.
-pub(crate) enum Places {
-    /// So many points follow each other in each place.
-    Each(usize),
-    Of(Vec<u32>),
-}
-
-impl Places {
-    #[inline]
-    pub(crate) fn of(&self, number: usize) -> usize {
-        match self {
-            Self::Each(count) => number / count,
-            Self::Of(places) => places[number] as usize,
-        }
-    }
-}
-
 /// One of the points.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spot {
@@ -158,18 +141,20 @@ impl<'a> Spread<'a> {
         }
     }
 
-    /// The place of the triangle that each point is on.
-    pub(crate) fn places(&self) -> Places {
-        match &self.numbers {
-            Numbers::Each(count) => Places::Each(*count),
-            Numbers::Until(ends) => {
-                let mut places = Vec::with_capacity(self.len());
-                for (place, &end) in ends.iter().enumerate() {
-                    places.resize(end as usize, place as u32);
-                }
-                Places::Of(places)
-            }
+    /// The place of the triangle that each point is on; `None` where each triangle has as many.
+    pub(crate) fn places(&self) -> Option<Vec<u32>> {
+        let Numbers::Until(ends) = &self.numbers else { return None };
+        let mut places = Vec::with_capacity(self.len());
+        for (place, &end) in ends.iter().enumerate() {
+            places.resize(end as usize, place as u32);
         }
+        Some(places)
+    }
+
+    /// Where a point is.
+    #[inline]
+    pub(crate) fn point(&self, corners: impl Fn(u32) -> [DVec3; 3], number: usize) -> DVec3 {
+        self.spots_with(corners, self.place_of(number), |_| 1.0).spot(number).point
     }
 
     /// Where points are, by their numbers, in order.
@@ -189,8 +174,9 @@ impl<'a> Spread<'a> {
         points
     }
 
-    /// The place of the first triangle with a point from this number on.
-    fn place_of(&self, number: usize) -> usize {
+    /// The place of the triangle that a point is on.
+    #[inline]
+    pub(crate) fn place_of(&self, number: usize) -> usize {
         match &self.numbers {
             Numbers::Each(count) => number / (*count).max(1),
             Numbers::Until(ends) => ends.partition_point(|&end| end as usize <= number),
@@ -331,7 +317,8 @@ mod tests {
         assert_eq!((all.len(), spread.on(1..2)), (18, 6..12));
         let total: f64 = order.iter().map(|&t| area(&strip(t))).sum();
         for (number, spot) in all.iter().enumerate() {
-            assert_eq!((spot.place, spread.places().of(number)), (number / 6, number / 6));
+            assert_eq!((spot.place, spread.place_of(number)), (number / 6, number / 6));
+            assert_eq!(spread.point(strip, number), spot.point);
             assert_eq!(spot.weights.min_element(), SIX[2]);
             let share = 18.0 * area(&strip(spot.triangle)) / (6.0 * total);
             assert!((spot.share - share).abs() < 1e-14);
@@ -364,9 +351,10 @@ mod tests {
         for (spot, same) in all[5..17].iter().zip(&part) {
             assert_eq!((spot.triangle, spot.point), (same.triangle, same.point));
         }
-        let places = spread.places();
+        let places = spread.places().unwrap();
         for (number, spot) in all.iter().enumerate() {
-            let on = spread.spots_on(strip, places.of(number));
+            assert_eq!(spread.place_of(number), places[number] as usize);
+            let on = spread.spots_on(strip, places[number] as usize);
             assert!(on.numbers.contains(&number));
             assert_eq!((spot.place, spot.triangle, spot.share), (on.place, on.triangle, on.share));
         }

@@ -1,12 +1,13 @@
 //! Points of the original that the mesh is drawn to.
 
 use core::ops::Range;
+use std::borrow::Cow;
 
 use glam::DVec3;
 use mesh_metric::Surface;
 
 use crate::finish::blocks::for_blocks_in_turn;
-use crate::finish::fit::spread::{Places, Spread};
+use crate::finish::fit::spread::Spread;
 
 /// A point of the original that the mesh is drawn to.
 #[derive(Clone, Copy, Debug)]
@@ -45,8 +46,9 @@ pub(super) fn normal_and_area([a, b, c]: [DVec3; 3]) -> (DVec3, f64) {
 pub(super) struct Targets<'a> {
     original: &'a Surface,
     spread: Spread<'a>,
-    points: Vec<DVec3>,
-    places: Places,
+    /// Where they are, and on which triangles; where each triangle has as many, that is made anew when it is
+    /// asked for: there are most points then, and they would take more memory than all else in a fit.
+    kept: Option<(Vec<DVec3>, Vec<u32>)>,
 }
 
 /// How many points there are.
@@ -68,33 +70,45 @@ impl<'a> Targets<'a> {
             Count::OnEach(count) => Spread::on_each(order, corners, count, seed),
             Count::About(count) => Spread::new(order, corners, count, seed),
         };
-        let mut points = Vec::with_capacity(spread.len());
-        for_blocks_in_turn(
-            spread.len(),
-            BLOCK,
-            |range| spread.points(corners, range),
-            |made| points.extend(made),
-        );
-        let places = spread.places();
-        Self { original, spread, points, places }
+        let kept = spread.places().map(|places| {
+            let mut points = Vec::with_capacity(spread.len());
+            for_blocks_in_turn(
+                spread.len(),
+                BLOCK,
+                |range| spread.points(corners, range),
+                |made| points.extend(made),
+            );
+            (points, places)
+        });
+        Self { original, spread, kept }
     }
 
     pub(super) fn len(&self) -> usize {
-        self.points.len()
+        self.spread.len()
     }
 
-    pub(super) fn points(&self, range: Range<usize>) -> &[DVec3] {
-        &self.points[range]
+    pub(super) fn points(&self, range: Range<usize>) -> Cow<'_, [DVec3]> {
+        match &self.kept {
+            Some((points, _)) => Cow::Borrowed(&points[range]),
+            None => Cow::Owned(self.spread.points(|t| self.original.triangle(t as usize), range)),
+        }
     }
 
+    #[inline]
     pub(super) fn point(&self, index: usize) -> DVec3 {
-        self.points[index]
+        match &self.kept {
+            Some((points, _)) => points[index],
+            None => self.spread.point(|t| self.original.triangle(t as usize), index),
+        }
     }
 
     /// Where among the triangles a point is.
     #[inline]
     pub(super) fn place(&self, index: usize) -> usize {
-        self.places.of(index)
+        match &self.kept {
+            Some((_, places)) => places[index] as usize,
+            None => self.spread.place_of(index),
+        }
     }
 
     /// What the targets on the triangle in a place have in common; `density` is the share of one that stands
