@@ -128,23 +128,9 @@ impl CoverCandidates<'_> {
             CoverMethod::Greedy => greedy(),
             CoverMethod::Sequential => sequential(),
             CoverMethod::Best => {
-                let (greedy, sequential) = join(greedy, sequential);
+                let (greedy, sequential) = parallel::both(greedy, sequential);
                 if sequential.1.len() < greedy.1.len() { sequential } else { greedy }
             }
         }
     }
-}
-
-/// Both, at the same time where that is possible.
-#[cfg(feature = "rayon")]
-fn join<A: Send, B: Send>(
-    first: impl FnOnce() -> A + Send,
-    second: impl FnOnce() -> B + Send,
-) -> (A, B) {
-    rayon::join(first, second)
-}
-
-#[cfg(not(feature = "rayon"))]
-fn join<A, B>(first: impl FnOnce() -> A, second: impl FnOnce() -> B) -> (A, B) {
-    (first(), second())
 }

@@ -13,6 +13,13 @@ use std::sync::{Mutex, PoisonError};
 /// Elements per block. A block is the unit of work of a thread, and the unit of summation.
 const BLOCK: usize = 2048;
 
+/// Whether so many portions of work are done by the thread that asks, one after the other. To hand work to
+/// another takes as long as some thousands of elements do.
+#[cfg(feature = "rayon")]
+fn stays_here(portions: usize) -> bool {
+    portions <= 1 || rayon::current_num_threads() == 1
+}
+
 /// Sets every element of a slice to a function of its index.
 pub fn fill<T: Send>(out: &mut [T], value: impl Fn(usize) -> T + Sync) {
     let fill_block = |(block, out): (usize, &mut [T])| {
@@ -21,8 +28,9 @@ pub fn fill<T: Send>(out: &mut [T], value: impl Fn(usize) -> T + Sync) {
         }
     };
     #[cfg(feature = "rayon")]
-    out.par_chunks_mut(BLOCK).enumerate().for_each(fill_block);
-    #[cfg(not(feature = "rayon"))]
+    if !stays_here(out.len().div_ceil(BLOCK)) {
+        return out.par_chunks_mut(BLOCK).enumerate().for_each(fill_block);
+    }
     out.chunks_mut(BLOCK).enumerate().for_each(fill_block);
 }
 
@@ -34,17 +42,19 @@ pub fn update<T: Send>(out: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
         }
     };
     #[cfg(feature = "rayon")]
-    out.par_chunks_mut(BLOCK).enumerate().for_each(update_block);
-    #[cfg(not(feature = "rayon"))]
+    if !stays_here(out.len().div_ceil(BLOCK)) {
+        return out.par_chunks_mut(BLOCK).enumerate().for_each(update_block);
+    }
     out.chunks_mut(BLOCK).enumerate().for_each(update_block);
 }
 
 /// The values of a function of the index, from 0 to `count`.
 pub fn collect<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     #[cfg(feature = "rayon")]
-    return (0..count).into_par_iter().with_min_len(BLOCK).map(&value).collect();
-    #[cfg(not(feature = "rayon"))]
-    return (0..count).map(value).collect();
+    if !stays_here(count.div_ceil(BLOCK)) {
+        return (0..count).into_par_iter().with_min_len(BLOCK).map(&value).collect();
+    }
+    (0..count).map(value).collect()
 }
 
 /// The values of blocks of `N` consecutive indices, from 0 to `count`, for values that are computed
@@ -58,20 +68,24 @@ pub fn collect_blocks<S, T: Send, const N: usize>(
 ) -> Vec<T> {
     let values = |memory: &mut S, i: usize| block(memory, i * N..count.min((i + 1) * N));
     let blocks = count.div_ceil(N);
+    let flat = |blocks: Vec<[T; N]>| {
+        let mut all = blocks.into_flattened();
+        all.truncate(count);
+        all
+    };
     #[cfg(feature = "rayon")]
-    let blocks: Vec<[T; N]> = {
+    if !stays_here(count.div_ceil(BLOCK)) {
         let portion = (BLOCK / N).max(1);
-        (0..blocks).into_par_iter().with_min_len(portion).map_init(scratch, values).collect()
-    };
-    #[cfg(not(feature = "rayon"))]
-    let blocks: Vec<[T; N]> = {
-        let mut memory = scratch();
-        (0..blocks).map(|i| values(&mut memory, i)).collect()
-    };
-    let mut all = blocks.into_flattened();
-    all.truncate(count);
-    all
+        let blocks = (0..blocks).into_par_iter().with_min_len(portion);
+        return flat(blocks.map_init(scratch, values).collect());
+    }
+    let mut memory = scratch();
+    flat((0..blocks).map(|i| values(&mut memory, i)).collect())
 }
+
+/// Elements in a portion of work that takes long.
+#[cfg(feature = "rayon")]
+const PORTION: usize = 16;
 
 /// The values of a function of the index and of scratch memory that is costly to make, from 0 to
 /// `count`. No more scratch is made than there are threads; the values must not depend on what
@@ -82,8 +96,7 @@ pub fn collect_with<S: Send, T: Send>(
     value: impl Fn(&mut S, usize) -> T + Sync,
 ) -> Vec<T> {
     #[cfg(feature = "rayon")]
-    {
-        const PORTION: usize = 16;
+    if !stays_here(count.div_ceil(PORTION)) {
         let spare = Mutex::new(Vec::new());
         let lock = || spare.lock().unwrap_or_else(PoisonError::into_inner);
         let portion_values = |portion: usize| {
@@ -96,33 +109,32 @@ pub fn collect_with<S: Send, T: Send>(
         };
         let portions = count.div_ceil(PORTION);
         let values: Vec<Vec<T>> = (0..portions).into_par_iter().map(portion_values).collect();
-        values.into_iter().flatten().collect()
+        return values.into_iter().flatten().collect();
     }
-    #[cfg(not(feature = "rayon"))]
-    {
-        let mut memory = scratch();
-        (0..count).map(|i| value(&mut memory, i)).collect()
-    }
+    let mut memory = scratch();
+    (0..count).map(|i| value(&mut memory, i)).collect()
 }
 
 /// The values of a function of the index, from 0 to `count`, each of which takes long enough to be
 /// handed out by itself.
 pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     #[cfg(feature = "rayon")]
-    return (0..count).into_par_iter().with_max_len(1).map(&value).collect();
-    #[cfg(not(feature = "rayon"))]
-    return (0..count).map(value).collect();
+    if !stays_here(count) {
+        return (0..count).into_par_iter().with_max_len(1).map(&value).collect();
+    }
+    (0..count).map(value).collect()
 }
 
-/// Does two things that do not wait for each other.
-pub fn both(first: impl FnOnce() + Send, second: impl FnOnce() + Send) {
+/// The results of two things that do not wait for each other.
+pub fn both<A: Send, B: Send>(
+    first: impl FnOnce() -> A + Send,
+    second: impl FnOnce() -> B + Send,
+) -> (A, B) {
     #[cfg(feature = "rayon")]
-    rayon::join(first, second);
-    #[cfg(not(feature = "rayon"))]
-    {
-        first();
-        second();
+    if !stays_here(2) {
+        return rayon::join(first, second);
     }
+    (first(), second())
 }
 
 /// How many threads there are to share the work.
@@ -171,10 +183,11 @@ pub fn fold<T: Send + Sync + Copy>(
     };
     let blocks = count.div_ceil(BLOCK);
     #[cfg(feature = "rayon")]
-    let totals: Vec<T> = (0..blocks).into_par_iter().map(&block_total).collect();
-    #[cfg(not(feature = "rayon"))]
-    let totals: Vec<T> = (0..blocks).map(block_total).collect();
-    totals.into_iter().fold(zero, add)
+    if !stays_here(blocks) {
+        let totals: Vec<T> = (0..blocks).into_par_iter().map(&block_total).collect();
+        return totals.into_iter().fold(zero, &add);
+    }
+    (0..blocks).map(block_total).fold(zero, &add)
 }
 
 /// The sum of a function of the index, from 0 to `count`.

@@ -3,8 +3,7 @@
 
 use core::ops::Range;
 
-#[cfg(feature = "rayon")]
-use rayon::prelude::*;
+use mesh_core::parallel;
 
 /// Indices per block, whatever the number of threads.
 const BLOCK: usize = 1024;
@@ -12,15 +11,7 @@ const BLOCK: usize = 1024;
 /// One value for each block of the indices below `count`, in order.
 pub(crate) fn in_blocks<T: Send>(count: usize, value: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let block = |b: usize| value(b * BLOCK..count.min((b + 1) * BLOCK));
-    // Other threads would take longer to wake up.
-    if count <= BLOCK {
-        return (0..count.div_ceil(BLOCK)).map(block).collect();
-    }
-    let blocks = 0..count.div_ceil(BLOCK);
-    #[cfg(feature = "rayon")]
-    return blocks.into_par_iter().map(block).collect();
-    #[cfg(not(feature = "rayon"))]
-    return blocks.map(block).collect();
+    parallel::collect_each(count.div_ceil(BLOCK), block)
 }
 
 /// A value for each index below `count`, made block by block.

@@ -17,7 +17,6 @@ use crate::slab::{Slab, Slabs};
 use crate::wide::{Columns, LANES, Wide, closest_on_triangles, squared_gaps};
 
 /// Below this many triangles a part is ordered by one thread.
-#[cfg(feature = "rayon")]
 const SEQUENTIAL: usize = 4096;
 
 /// More than there can be in the tree over `u32` many triangles at any one time.
@@ -534,22 +533,10 @@ fn order(places: &mut [Place]) {
         u64::from(place.center[axis]) << 32 | u64::from(place.triangle)
     });
     let (low, high) = places.split_at_mut(middle);
-    join(low.len(), || order(low), || order(high));
-}
-
-/// Both, at the same time when the first one has enough work.
-#[cfg(feature = "rayon")]
-fn join(triangles: usize, left: impl FnOnce() + Send, right: impl FnOnce() + Send) {
-    if triangles >= SEQUENTIAL {
-        rayon::join(left, right);
+    if low.len() >= SEQUENTIAL {
+        parallel::both(|| order(low), || order(high));
     } else {
-        left();
-        right();
+        order(low);
+        order(high);
     }
-}
-
-#[cfg(not(feature = "rayon"))]
-fn join(_: usize, left: impl FnOnce(), right: impl FnOnce()) {
-    left();
-    right();
 }

@@ -24,9 +24,8 @@ pub(crate) fn for_blocks_in_turn<T: Send>(
     };
     let mut made = make_from(0);
     for first in (AT_ONCE..blocks).step_by(AT_ONCE) {
-        let (mut following, ready) = (Vec::new(), core::mem::take(&mut made));
-        parallel::both(|| following = make_from(first), || ready.into_iter().for_each(&mut take));
-        made = following;
+        let ready = core::mem::take(&mut made);
+        made = parallel::both(|| make_from(first), || ready.into_iter().for_each(&mut take)).0;
     }
     made.into_iter().for_each(take);
 }
