@@ -52,7 +52,7 @@ pub use collapse::log::{CollapseLog, LogEntry, ReplayError};
 pub use collapse::patch::{Collapse, EdgePatch, PatchFace, Place};
 pub use collapse::placement::{BestEndpoint, ButterflyPoint, Midpoint, Optimal, Placement};
 pub use collapse::policies::{Policies, Update};
-pub use collapse::policy::{Policy, Scratch};
+pub use collapse::policy::{Needs, Policy, Scratch};
 pub use collapse::quadric::Quadric;
 pub use collapse::refusal::{Refusal, Refusals};
 pub use collapse::run::{Phase, Progress, Run};

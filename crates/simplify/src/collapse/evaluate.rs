@@ -1,14 +1,15 @@
 //! What an edge costs, found out in steps.
 //!
-//! A bound from the ends of the edge alone comes first, then a bound from the faces round it, then
-//! the cost itself, then the surcharges; as soon as one of them is above the ceiling, that is enough.
+//! A bound from the ends of the edge alone comes first, then a bound from what the faces round it add up to,
+//! then the cost itself, then the surcharges; as soon as one of them is above the ceiling, that is enough.
+//! The faces are collected as late as the policies let them.
 
 use glam::DVec3;
 use mesh_core::{EdgeId, TriMesh};
 
 use crate::collapse::cost::Cost;
 use crate::collapse::fixed::Fixed;
-use crate::collapse::patch::{EdgePatch, Place};
+use crate::collapse::patch::{EdgePatch, LazyPatch, Place};
 use crate::collapse::placement::Placement;
 use crate::collapse::policies::Policies;
 use crate::collapse::policy::Scratch;
@@ -40,18 +41,23 @@ pub(super) fn early_bound<C: Cost, P>(
 pub(super) fn assess<C: Cost, P: Placement>(
     Policies { cost, surcharges, placement, .. }: &Policies<C, P>,
     fixed: &Fixed,
-    patch: &EdgePatch<'_>,
+    lazy: &mut LazyPatch<'_>,
     ceiling: f64,
     scratch: &mut Scratch,
 ) -> Result<Assessment, Refusal> {
+    let patch = &lazy.as_is();
     let forced = fixed.place(patch)?;
     let quadric = cost.quadric(patch);
     let quadric = quadric.as_ref();
-    let raise = |base: f64, x: DVec3, scratch: &mut Scratch| {
+    let raise = |base: f64, x: DVec3, lazy: &mut LazyPatch<'_>, scratch: &mut Scratch| {
+        if surcharges.is_empty() {
+            return base;
+        }
+        let patch = &lazy.with_faces();
         surcharges.iter().fold(base, |cost, surcharge| surcharge.raise(cost, patch, x, scratch))
     };
     let place = forced.unwrap_or_else(|| {
-        let mut at = |x| raise(cost.cost(patch, quadric, x, scratch), x, scratch);
+        let mut at = |x| raise(cost.cost(patch, quadric, x, scratch), x, lazy, scratch);
         placement.place(patch, quadric, &mut at)
     });
     let x = patch.offset(place);
@@ -66,7 +72,7 @@ pub(super) fn assess<C: Cost, P: Placement>(
     if !surcharges.is_empty() && base > ceiling {
         return Ok(Assessment::Above(base));
     }
-    let cost = raise(base, x, scratch);
+    let cost = raise(base, x, lazy, scratch);
     if cost.is_nan() { Err(Refusal::NotFinite) } else { Ok(Assessment::Exact(place, cost)) }
 }
 

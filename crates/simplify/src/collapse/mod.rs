@@ -19,12 +19,13 @@
 //!
 //! From the bottom: `symmetric`, `quadric`, `patch`; `constraint`, `refusal`, `stop`; `log`, `run`,
 //! `level`; the traits of `cost`, `placement` and `guard`, and those who implement them; `start`, `fixed`,
-//! `evaluate`, `schedule`, `watch`, `valence`; `step`, which is one edge's turn; `driver`, which gives edges
+//! `stars`, `detail`, `evaluate`, `schedule`, `watch`, `valence`; `step`, which is one edge's turn; `driver`, which gives edges
 //! their turns.
 
 pub(crate) mod constraint;
 mod contact;
 pub(crate) mod cost;
+mod detail;
 pub(crate) mod driver;
 mod evaluate;
 pub(crate) mod fixed;
@@ -40,6 +41,7 @@ pub(crate) mod quadric;
 pub(crate) mod refusal;
 pub(crate) mod run;
 pub(crate) mod schedule;
+mod stars;
 pub(crate) mod start;
 mod step;
 pub(crate) mod stop;

@@ -28,6 +28,7 @@ pub struct EdgePatch<'a> {
     faces: &'a [PatchFace],
     remaining: usize,
     border: Quadric,
+    sum: Option<PatchSum>,
 }
 
 /// A face of a patch.
@@ -40,6 +41,19 @@ pub struct PatchFace {
     pub corners: [DVec3; 3],
     /// The vector area, doubled.
     pub cross: DVec3,
+}
+
+/// What the faces of a patch add up to, about the midpoint of its edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PatchSum {
+    /// The memoryless quadric.
+    pub(crate) quadric: Quadric,
+    /// The vector areas, doubled.
+    pub(crate) cross: DVec3,
+    /// The dot product of each of these with a corner of its face.
+    pub(crate) offset: f64,
+    /// The squares of their lengths.
+    pub(crate) squares: f64,
 }
 
 /// Where the vertex that remains goes.
@@ -87,16 +101,21 @@ impl PatchFace {
 }
 
 impl<'a> EdgePatch<'a> {
-    /// Collects the patch of the edge of `half_edge` into `scratch`.
-    #[inline]
+    /// The patch of the edge of `half_edge`, with its faces.
+    #[cfg(test)]
     pub(crate) fn gather(
         mesh: &'a TriMesh,
         half_edge: HalfEdgeId,
         scratch: &'a mut Vec<PatchFace>,
     ) -> Self {
-        let bare = Self::without_faces(mesh, half_edge);
+        Self::without_faces(mesh, half_edge).with_faces(scratch)
+    }
+
+    /// The same patch with its faces, which are collected into `scratch`.
+    #[inline]
+    fn with_faces(self, scratch: &'a mut Vec<PatchFace>) -> Self {
+        let Self { mesh, half_edge, origin, half, .. } = self;
         let (topology, twin) = (mesh.topology(), half_edge.twin());
-        let Self { origin, half, .. } = bare;
         scratch.clear();
         for (along, end) in [(half_edge, -half), (twin, half)] {
             // The faces that vanish: left of the edge, and left of what follows it clockwise.
@@ -104,13 +123,18 @@ impl<'a> EdgePatch<'a> {
             gather_fan(mesh, along, vanishing, origin, end, scratch);
         }
         let remaining = scratch.len();
-        for (side, end) in [(half_edge, -half), (twin, half)] {
-            if let Some(apex) = topology.apex(side) {
-                let apex = mesh.position(apex) - origin;
-                scratch.push(PatchFace::new(side, [end, -end, apex]));
-            }
-        }
-        Self { faces: scratch, remaining, ..bare }
+        scratch.extend(self.vanishing_faces().into_iter().flatten());
+        Self { faces: scratch, remaining, ..self }
+    }
+
+    /// The faces that vanish, whether or not the patch has its faces.
+    #[inline]
+    pub(crate) fn vanishing_faces(&self) -> [Option<PatchFace>; 2] {
+        let Self { mesh, half_edge, origin, half, .. } = *self;
+        [(half_edge, -half), (half_edge.twin(), half)].map(|(side, end)| {
+            let apex = mesh.position(mesh.topology().apex(side)?) - origin;
+            Some(PatchFace::new(side, [end, -end, apex]))
+        })
     }
 
     /// The patch with the edge and its ends alone.
@@ -122,7 +146,7 @@ impl<'a> EdgePatch<'a> {
         let half = 0.5 * (to - from);
         let origin = from + half;
         let border = Quadric::default();
-        Self { mesh, half_edge, origin, half, faces: &[], remaining: 0, border }
+        Self { mesh, half_edge, origin, half, faces: &[], remaining: 0, border, sum: None }
     }
 
     /// The same patch, with the ends of the edge exchanged.
@@ -134,6 +158,12 @@ impl<'a> EdgePatch<'a> {
     #[inline]
     pub(crate) fn with_border(self, border: Quadric) -> Self {
         Self { border, ..self }
+    }
+
+    /// The same patch, with what its faces add up to.
+    #[inline]
+    pub(crate) fn with_sum(self, sum: PatchSum) -> Self {
+        Self { sum: Some(sum), ..self }
     }
 
     /// The mesh before the collapse.
@@ -245,6 +275,9 @@ impl<'a> EdgePatch<'a> {
     #[inline]
     #[must_use]
     pub fn face_quadric(&self) -> Quadric {
+        if let Some(sum) = &self.sum {
+            return sum.quadric;
+        }
         let mut sum = Quadric::default();
         for face in self.faces {
             let double_area = face.cross.length();
@@ -263,13 +296,17 @@ impl<'a> EdgePatch<'a> {
     #[inline]
     #[must_use]
     pub fn volume_plane(&self) -> Option<(DVec3, f64)> {
-        let (mut normal, mut offset, mut size) = (DVec3::ZERO, 0.0, 0.0);
-        for face in self.faces {
-            normal += face.cross;
-            offset += face.cross.dot(face.corners[0]);
-            size += face.cross.length_squared();
+        let (mut cross, mut offset, mut squares) = (DVec3::ZERO, 0.0, 0.0);
+        if let Some(sum) = self.sum {
+            (cross, offset, squares) = (sum.cross, sum.offset, sum.squares);
+        } else {
+            for face in self.faces {
+                cross += face.cross;
+                offset += face.cross.dot(face.corners[0]);
+                squares += face.cross.length_squared();
+            }
         }
-        (normal.length_squared() > 1e-6 * size).then_some((normal, offset))
+        (cross.length_squared() > 1e-6 * squares).then_some((cross, offset))
     }
 
     /// A place relative to the midpoint of the edge.
@@ -292,6 +329,35 @@ impl<'a> EdgePatch<'a> {
             Place::Kept => self.mesh.position(self.kept()),
             Place::At(x) => self.origin + x,
         }
+    }
+}
+
+/// A patch whose faces are collected when they are asked for.
+#[derive(Debug)]
+pub(crate) struct LazyPatch<'a> {
+    patch: EdgePatch<'a>,
+    /// Where the faces go; nothing once they are there.
+    scratch: Option<&'a mut Vec<PatchFace>>,
+}
+
+impl<'a> LazyPatch<'a> {
+    pub(crate) fn new(patch: EdgePatch<'a>, scratch: &'a mut Vec<PatchFace>) -> Self {
+        Self { patch, scratch: Some(scratch) }
+    }
+
+    /// The patch with as much as is there by now.
+    #[inline]
+    pub(crate) fn as_is(&self) -> EdgePatch<'a> {
+        self.patch
+    }
+
+    /// The patch with its faces.
+    #[inline]
+    pub(crate) fn with_faces(&mut self) -> EdgePatch<'a> {
+        if let Some(scratch) = self.scratch.take() {
+            self.patch = self.patch.with_faces(scratch);
+        }
+        self.patch
     }
 }
 

@@ -30,6 +30,19 @@ pub trait Policy: Send + Sync {
     }
 }
 
+/// What of a patch the choice of a cost or a place looks at. Less is quicker: the faces are collected for no
+/// edge but those that are as good as chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Needs {
+    /// The edge and its ends, and the mesh.
+    Ends,
+    /// Besides, what the faces add up to: [`EdgePatch::face_quadric`](crate::EdgePatch::face_quadric) and
+    /// [`EdgePatch::volume_plane`](crate::EdgePatch::volume_plane).
+    Sums,
+    /// The faces.
+    Faces,
+}
+
 impl<P: Policy + ?Sized> Policy for Box<P> {
     fn prepare(&mut self, mesh: &TriMesh) {
         (**self).prepare(mesh);

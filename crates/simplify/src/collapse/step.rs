@@ -5,6 +5,7 @@ use mesh_core::{EdgeId, TriMesh, VertexId, parallel};
 
 use crate::collapse::constraint::Constraints;
 use crate::collapse::cost::{Cost, Reach};
+use crate::collapse::detail::Detail;
 use crate::collapse::evaluate::{Assessment, assess, cost_at, early_bound};
 use crate::collapse::fixed::Fixed;
 use crate::collapse::log::LogEntry;
@@ -34,8 +35,7 @@ pub(super) struct Stepper<'a, C, P> {
     refused_at: Vec<u32>,
     valences: Valences,
     used_vertices: usize,
-    /// Whether costs depend on the faces of a patch.
-    gathers: bool,
+    detail: Detail,
     memory: Memory,
     /// The vertex that remains of the last collapse, and its neighbours.
     touched: Vec<VertexId>,
@@ -56,26 +56,22 @@ struct Evaluator<'s, C, P> {
     policies: &'s Policies<C, P>,
     fixed: &'s Fixed,
     valences: &'s Valences,
-    gathers: bool,
+    detail: &'s Detail,
 }
 
 impl<C: Cost, P: Placement> Evaluator<'_, C, P> {
     /// The cost of an edge, or the quickest bound of it.
     fn key(&self, edge: EdgeId, memory: &mut Memory) -> Result<f64, Refusal> {
-        let Self { mesh, policies, fixed, valences, gathers } = *self;
+        let Self { mesh, policies, fixed, valences, detail } = *self;
         if valences.has_to_wait(mesh.topology(), edge) {
             return Err(Refusal::Valence);
         }
         if let Some(bound) = early_bound(mesh, policies, fixed, edge) {
             return Ok(bound);
         }
-        let patch = if gathers {
-            EdgePatch::gather(mesh, edge.half_edge(), &mut memory.faces)
-        } else {
-            EdgePatch::without_faces(mesh, edge.half_edge())
-        };
-        let patch = patch.with_border(fixed.border(&patch));
-        match assess(policies, fixed, &patch, f64::NEG_INFINITY, &mut memory.scratch)? {
+        let Memory { faces, scratch } = memory;
+        let mut patch = detail.patch(mesh, fixed, edge, faces);
+        match assess(policies, fixed, &mut patch, f64::NEG_INFINITY, scratch)? {
             Assessment::Above(cost) | Assessment::Exact(_, cost) => Ok(cost),
         }
     }
@@ -108,15 +104,13 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         let is_refused = vec![false; topology.edge_capacity()];
         let refused_at = vec![0; topology.vertex_capacity()];
         let valences = Valences::new(topology);
-        let gathers = policies.cost.needs_faces()
-            || policies.placement.needs_faces()
-            || !policies.surcharges.is_empty();
+        let detail = Detail::new(mesh, &policies);
         Self {
             mesh,
             policies,
             fixed,
             is_free,
-            gathers,
+            detail,
             is_refused,
             refused_at,
             valences,
@@ -202,8 +196,8 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     }
 
     fn evaluator(&self) -> Evaluator<'_, C, P> {
-        let Self { mesh, policies, fixed, valences, gathers, .. } = self;
-        Evaluator { mesh, policies, fixed, valences, gathers: *gathers }
+        let Self { mesh, policies, fixed, valences, detail, .. } = self;
+        Evaluator { mesh, policies, fixed, valences, detail }
     }
 
     /// Collapses an edge that costs no more than `ceiling`, if everything allows it, and tells the
@@ -229,18 +223,18 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     }
 
     fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
-        let Self { mesh, policies, fixed, memory, valences, .. } = self;
+        let Self { mesh, policies, fixed, memory, valences, detail, .. } = self;
         let Memory { faces, scratch } = memory;
         if valences.has_to_wait(mesh.topology(), edge) {
             return Err(Refusal::Valence);
         }
-        let patch = EdgePatch::gather(mesh, edge.half_edge(), faces);
-        let patch = patch.with_border(fixed.border(&patch));
-        let (place, cost) = match assess(policies, fixed, &patch, ceiling, scratch)? {
+        let mut patch = detail.patch(mesh, fixed, edge, faces);
+        let (place, cost) = match assess(policies, fixed, &mut patch, ceiling, scratch)? {
             Assessment::Above(cost) => return Ok(Turn::Above(cost)),
             Assessment::Exact(_, cost) if cost > ceiling => return Ok(Turn::Above(cost)),
             Assessment::Exact(place, cost) => (place, cost),
         };
+        let patch = patch.with_faces();
         let is_forced = fixed.place(&patch)?.is_some();
         let (mut next, mut refused) = (place, 0);
         let (patch, place, offset) = loop {
@@ -269,6 +263,9 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         if !collapse.position.is_finite() {
             return Err(Refusal::NotFinite);
         }
+        if let Some(stars) = detail.stars() {
+            stars.collapsing(&patch, offset);
+        }
         policies.cost.collapsing(&patch, offset, scratch);
         policies.placement.collapsing(&patch, offset, scratch);
         for surcharge in &mut policies.surcharges {
@@ -279,6 +276,9 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         valences.collapsed([removed, kept], apexes);
         let collapsed = mesh.collapse(legal, collapse.position);
         fixed.collapsed(mesh, &collapse, collapsed.merged_edges);
+        if let Some(stars) = detail.stars() {
+            stars.collapsed(mesh, kept);
+        }
         policies.cost.collapsed(mesh, &collapse);
         policies.placement.collapsed(mesh, &collapse);
         policies.surcharges.iter_mut().for_each(|surcharge| surcharge.collapsed(mesh, &collapse));

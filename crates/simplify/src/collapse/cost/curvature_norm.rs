@@ -7,7 +7,7 @@ use super::curvature_change::CurvatureChange;
 use super::curvature_change::measure::Measure;
 use super::{Cost, Reach};
 use crate::collapse::patch::EdgePatch;
-use crate::collapse::policy::{Policy, Scratch};
+use crate::collapse::policy::{Needs, Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// Which norm; see [`CurvatureNorm`].
@@ -69,8 +69,8 @@ impl Cost for CurvatureNorm {
         (sums.before - sums.after).abs()
     }
 
-    fn needs_faces(&self) -> bool {
-        false
+    fn needs(&self) -> Needs {
+        Needs::Ends
     }
 
     fn reach(&self) -> Reach {

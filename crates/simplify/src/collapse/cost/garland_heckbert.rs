@@ -5,7 +5,7 @@ use mesh_core::{Handle, Remap, RemapOf, TriMesh, VertexId};
 
 use super::{Cost, Reach};
 use crate::collapse::patch::{Collapse, EdgePatch};
-use crate::collapse::policy::{Policy, Scratch};
+use crate::collapse::policy::{Needs, Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// The quadrics of the original planes, accumulated at the vertices: each face gives a third of its area
@@ -80,6 +80,10 @@ impl Cost for GarlandHeckbert {
         Some(self.value(patch, Some(&quadric), x))
     }
 
+    fn needs(&self) -> Needs {
+        Needs::Ends
+    }
+
     fn reach(&self) -> Reach {
         Reach::Star
     }
@@ -129,8 +133,8 @@ impl AccumulatedQuadrics {
     /// The sum of the quadrics of both ends, about the midpoint of the edge.
     #[inline]
     pub(crate) fn of_edge(&self, patch: &EdgePatch<'_>) -> Quadric {
-        let [a, b] = patch.ends();
-        self.0[patch.removed().index()].moved_by(-a) + self.0[patch.kept().index()].moved_by(-b)
+        let [_, half] = patch.ends();
+        self.0[patch.removed().index()].joined(&self.0[patch.kept().index()], half)
     }
 
     /// The values of the quadrics of both ends where these are.

@@ -6,7 +6,7 @@ use mesh_core::{Remap, TriMesh};
 use super::Cost;
 use super::garland_heckbert::{AccumulatedQuadrics, length_tie};
 use crate::collapse::patch::{Collapse, EdgePatch};
-use crate::collapse::policy::{Policy, Scratch};
+use crate::collapse::policy::{Needs, Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// The memoryless quadric of the current faces plus a part of the accumulated quadrics of the
@@ -73,5 +73,9 @@ impl Cost for Hybrid {
         _: &mut Scratch,
     ) -> f64 {
         quadric.map_or(0.0, |q| q.value(x)).max(0.0) + length_tie(patch)
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Sums
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Cost;
 use super::garland_heckbert::length_tie;
 use crate::collapse::patch::EdgePatch;
-use crate::collapse::policy::{Policy, Scratch};
+use crate::collapse::policy::{Needs, Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// The quadric of the faces as they are now, each once; nothing is remembered of those that were.
@@ -29,5 +29,9 @@ impl Cost for Memoryless {
         _: &mut Scratch,
     ) -> f64 {
         quadric.map_or(0.0, |q| q.value(x)).max(0.0) + length_tie(patch)
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Sums
     }
 }

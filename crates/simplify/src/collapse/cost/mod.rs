@@ -27,7 +27,7 @@ pub use surcharge::Surcharge;
 use glam::DVec3;
 
 use crate::collapse::patch::EdgePatch;
-use crate::collapse::policy::{Policy, Scratch};
+use crate::collapse::policy::{Needs, Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 
 /// The cost of collapsing an edge, given its neighbourhood.
@@ -90,10 +90,9 @@ pub trait Cost: Policy {
         None
     }
 
-    /// Whether anything but [`Cost::early_bound`] looks at the faces of the patch. It has none when
-    /// neither cost nor placement do.
-    fn needs_faces(&self) -> bool {
-        true
+    /// What of the patch is looked at, other than by [`Cost::early_bound`] and [`Cost::collapsing`].
+    fn needs(&self) -> Needs {
+        Needs::Faces
     }
 
     /// How far a collapse is felt.
@@ -137,8 +136,8 @@ impl<C: Cost + ?Sized> Cost for Box<C> {
         (**self).early_bound(patch)
     }
 
-    fn needs_faces(&self) -> bool {
-        (**self).needs_faces()
+    fn needs(&self) -> Needs {
+        (**self).needs()
     }
 
     fn reach(&self) -> Reach {

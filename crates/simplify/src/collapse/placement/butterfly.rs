@@ -5,7 +5,7 @@ use mesh_core::butterfly::{ButterflyOptions, IrregularRule};
 
 use super::Placement;
 use crate::collapse::patch::{EdgePatch, Place};
-use crate::collapse::policy::Policy;
+use crate::collapse::policy::{Needs, Policy};
 use crate::collapse::quadric::Quadric;
 
 /// Puts the vertex where butterfly subdivision would put the middle of the edge: always by the
@@ -32,7 +32,7 @@ impl Placement for ButterflyPoint {
         Place::At(x)
     }
 
-    fn needs_faces(&self) -> bool {
-        false
+    fn needs(&self) -> Needs {
+        Needs::Ends
     }
 }

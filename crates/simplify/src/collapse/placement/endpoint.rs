@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Placement;
 use crate::collapse::patch::{EdgePatch, Place};
-use crate::collapse::policy::Policy;
+use crate::collapse::policy::{Needs, Policy};
 use crate::collapse::quadric::Quadric;
 
 /// Leaves the vertex at that end of the edge where it costs less, so that the vertices of the
@@ -25,7 +25,7 @@ impl Placement for BestEndpoint {
         if removed < kept { Place::Removed } else { Place::Kept }
     }
 
-    fn needs_faces(&self) -> bool {
-        false
+    fn needs(&self) -> Needs {
+        Needs::Ends
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Placement;
 use crate::collapse::patch::{EdgePatch, Place};
-use crate::collapse::policy::Policy;
+use crate::collapse::policy::{Needs, Policy};
 use crate::collapse::quadric::Quadric;
 
 /// Puts the vertex in the middle of the edge.
@@ -23,7 +23,7 @@ impl Placement for Midpoint {
         Place::At(DVec3::ZERO)
     }
 
-    fn needs_faces(&self) -> bool {
-        false
+    fn needs(&self) -> Needs {
+        Needs::Ends
     }
 }

@@ -13,7 +13,7 @@ pub use optimal::Optimal;
 use glam::DVec3;
 
 use crate::collapse::patch::{EdgePatch, Place};
-use crate::collapse::policy::{Policy, Scratch};
+use crate::collapse::policy::{Needs, Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusal;
 
@@ -51,10 +51,9 @@ pub trait Placement: Policy {
         let _ = (patch, x, scratch);
     }
 
-    /// Whether the faces of the patch are looked at, other than by the cost. It has none when
-    /// neither cost nor placement do.
-    fn needs_faces(&self) -> bool {
-        true
+    /// What of the patch is looked at by [`Placement::place`], other than by the cost.
+    fn needs(&self) -> Needs {
+        Needs::Faces
     }
 }
 
@@ -81,7 +80,7 @@ impl<P: Placement + ?Sized> Placement for Box<P> {
         (**self).collapsing(patch, x, scratch);
     }
 
-    fn needs_faces(&self) -> bool {
-        (**self).needs_faces()
+    fn needs(&self) -> Needs {
+        (**self).needs()
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Placement;
 use crate::collapse::patch::{EdgePatch, Place};
-use crate::collapse::policy::Policy;
+use crate::collapse::policy::{Needs, Policy};
 use crate::collapse::quadric::Quadric;
 
 /// Puts the vertex at the minimum of the quadric: that of the cost, or the memoryless one when the
@@ -44,6 +44,10 @@ impl Placement for Optimal {
             Some(x) if x.length_squared() <= near => Place::At(x),
             _ => best_on_edge(patch, &quadric),
         }
+    }
+
+    fn needs(&self) -> Needs {
+        Needs::Sums
     }
 }
 
