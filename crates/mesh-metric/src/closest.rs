@@ -53,30 +53,61 @@ pub struct Foot {
     pub normal: DVec3,
 }
 
+/// Why a point has no [`Foot`] on a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoFoot {
+    /// It falls beyond a side: of all that it falls beyond the one opposite to this corner is the farthest, compared
+    /// with the height of the triangle over it.
+    Beyond(usize),
+    /// The point is not near, or the triangle has no area.
+    Far,
+}
+
 /// The perpendicular foot of a point, if it lies inside the triangle, and the point is near compared with
 /// the size of the triangle: at most about a fifth of its sides away.
 ///
 /// Where a surface bends little over the length of a side, no other point of it nearby is closer.
+///
+/// # Errors
+/// There is no such foot; with the side beyond which it falls, so that one can look for it there.
 #[inline]
-#[must_use]
-pub fn foot_inside(point: DVec3, triangle: &[DVec3; 3]) -> Option<Foot> {
-    let (a, b, c) = (triangle[0] - point, triangle[1] - point, triangle[2] - point);
-    let cross = (b - a).cross(c - a);
-    let is_inside = cross.dot(a.cross(b)) >= 0.0
-        && cross.dot(b.cross(c)) >= 0.0
-        && cross.dot(c.cross(a)) >= 0.0;
-    if !is_inside {
-        return None;
+pub fn foot_inside(point: DVec3, triangle: &[DVec3; 3]) -> Result<Foot, NoFoot> {
+    let Seen { cross, parts, height } = Seen::new(point, triangle);
+    let least = parts.min_position();
+    if parts[least] < 0.0 {
+        return Err(NoFoot::Beyond(least));
     }
     let length = cross.length();
     let normal = cross / length;
-    let height = normal.dot(a);
+    let height = height / length;
     // Where there is no area there is no normal, and nothing is near.
-    (height * height <= NEAR * length).then(|| Foot { offset: height * normal, normal })
+    let is_near = height * height <= NEAR * length;
+    if is_near { Ok(Foot { offset: height * normal, normal }) } else { Err(NoFoot::Far) }
 }
 
 /// A point is near when the square of its height over a triangle is at most this part of twice the area.
 const NEAR: f64 = 0.05;
+
+/// A triangle seen from a point along its normal.
+struct Seen {
+    /// The normal, of the length of twice the area.
+    cross: DVec3,
+    /// The barycentric coordinates of the foot of the point, times four times the squared area.
+    parts: DVec3,
+    /// The dot product of the normal and the way to the plane.
+    height: f64,
+}
+
+impl Seen {
+    #[inline]
+    fn new(point: DVec3, triangle: &[DVec3; 3]) -> Self {
+        let (a, b, c) = (triangle[0] - point, triangle[1] - point, triangle[2] - point);
+        let cross = (b - a).cross(c - a);
+        let (bc, ca, ab) = (b.cross(c), c.cross(a), a.cross(b));
+        let parts = DVec3::new(cross.dot(bc), cross.dot(ca), cross.dot(ab));
+        Self { cross, parts, height: cross.dot(a) }
+    }
+}
 
 /// Barycentric coordinates of the point of a triangle that is closest to `point`: none is negative,
 /// and they add up to one. Those of a triangle without area are all a third.
@@ -99,13 +130,10 @@ pub fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
 /// area, seen along the normal.
 #[inline]
 fn weights_inside(point: DVec3, triangle: &[DVec3; 3]) -> Option<DVec3> {
-    let (a, b, c) = (triangle[0] - point, triangle[1] - point, triangle[2] - point);
-    let (ab, ac) = (b - a, c - a);
-    let normal = ab.cross(ac);
-    let parts = DVec3::new(normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b)));
-    let squared = normal.length_squared();
+    let Seen { cross, parts, .. } = Seen::new(point, triangle);
+    let (ab, ac) = (triangle[1] - triangle[0], triangle[2] - triangle[0]);
     let is_inside = parts.min_element() >= 0.0
-        && squared > THIN * THIN * ab.length_squared() * ac.length_squared();
+        && cross.length_squared() > THIN * THIN * ab.length_squared() * ac.length_squared();
     is_inside.then(|| parts / parts.element_sum())
 }
 
@@ -171,10 +199,16 @@ mod tests {
         let foot = at(1.0, 1.0, -0.5).unwrap();
         assert_eq!((foot.offset, foot.normal), (0.5 * DVec3::Z, DVec3::Z));
         // Beyond a side, though as near; above the inside, but farther than the square root of 0.6.
-        assert_eq!([at(2.1, 1.5, 0.5), at(1.0, -0.1, 0.0), at(1.0, 1.0, 0.78)], [None; 3]);
-        assert!(at(1.0, 1.0, 0.77).is_some() && at(1.0, 0.0, 0.5).is_some());
-        assert_eq!(foot_inside(DVec3::ZERO, &[DVec3::ZERO, DVec3::X, 3.0 * DVec3::X]), None);
-        assert_eq!(foot_inside(DVec3::NAN, &TRIANGLE), None);
+        assert_eq!(at(2.1, 1.5, 0.5), Err(NoFoot::Beyond(0)));
+        assert_eq!(at(-0.1, 1.0, 0.0), Err(NoFoot::Beyond(1)));
+        assert_eq!(at(1.0, -0.1, 9.0), Err(NoFoot::Beyond(2)));
+        // Beyond two sides, and farther beyond the second one.
+        assert_eq!(at(-0.2, -0.3, 0.0), Err(NoFoot::Beyond(2)));
+        assert_eq!(at(1.0, 1.0, 0.78), Err(NoFoot::Far));
+        assert!(at(1.0, 1.0, 0.77).is_ok() && at(1.0, 0.0, 0.5).is_ok());
+        let line = [DVec3::ZERO, DVec3::X, 3.0 * DVec3::X];
+        assert_eq!(foot_inside(DVec3::ZERO, &line), Err(NoFoot::Far));
+        assert_eq!(foot_inside(DVec3::NAN, &TRIANGLE), Err(NoFoot::Far));
     }
 
     #[test]

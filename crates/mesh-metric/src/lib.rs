@@ -15,7 +15,7 @@ mod slab;
 mod surface;
 mod wide;
 
-pub use closest::{Foot, closest_on_triangle, foot_inside, weights_of_closest};
+pub use closest::{Foot, NoFoot, closest_on_triangle, foot_inside, weights_of_closest};
 pub use compare::{
     CompareOptions, Comparison, OneSided, Worst, compare, compare_until, edge_points,
     points_of_edge, vertex_distances,

@@ -91,18 +91,23 @@ impl Equations<'_> {
         tally
     }
 
-    /// A sample with its foot on the triangle of the nearest of these points of the original, if it falls
+    /// A sample with its foot on the triangle of one of the two nearest of these points of the original, if it falls
     /// inside and the surface is near: as a rule that is the closest point, and found at once.
     #[inline]
     fn foot_near(&self, spot: &Spot, density: f64, near: &[(DVec3, u32)]) -> Option<Pair> {
-        let (mut least, mut nearest) = (f64::INFINITY, None);
+        let mut nearest = [(f64::INFINITY, None); 2];
         for &(point, triangle) in near {
             let squared = (point - spot.point).length_squared();
-            if squared < least {
-                (least, nearest) = (squared, Some(triangle));
+            if squared < nearest[0].0 {
+                nearest = [(squared, Some(triangle)), nearest[0]];
+            } else if squared < nearest[1].0 {
+                nearest[1] = (squared, Some(triangle));
             }
         }
-        let foot = foot_inside(spot.point, &self.original.triangle(nearest? as usize))?;
+        let on = |(_, triangle): (f64, Option<u32>)| {
+            foot_inside(spot.point, &self.original.triangle(triangle? as usize)).ok()
+        };
+        let foot = on(nearest[0]).or_else(|| on(nearest[1]))?;
         let (weights, share) = (spot.weights, density * spot.share);
         Some(Pair { weights, gap: -foot.offset, normal: foot.normal, share })
     }

@@ -31,6 +31,7 @@ mod pairs;
 pub(crate) mod spread;
 mod system;
 mod targets;
+mod walk;
 
 use mesh_core::{EdgeId, FaceId, Handle, TriMesh, parallel};
 use mesh_metric::Surface;
@@ -168,7 +169,7 @@ pub(crate) fn fit_observed(
     observer: &mut Observer<'_>,
 ) -> Result<FitReport, SimplifyError> {
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
-    let counts = Counts::new(options, faces.len(), original.triangle_count());
+    let [first, others] = Counts::new(options, faces.len(), original.triangle_count());
     let mut report = FitReport { norm: options.norm, ..FitReport::default() };
     let lines = Lines::new(mesh, original, constraints);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
@@ -178,6 +179,7 @@ pub(crate) fn fit_observed(
         if observer.stops(Phase::Fit, mesh) {
             break;
         }
+        let counts = if round == 0 { first } else { others };
         if round > 0 {
             surface.follow(mesh)?;
         }
@@ -187,7 +189,7 @@ pub(crate) fn fit_observed(
                 paired
             }
             None => {
-                let targets = Targets::new(original, counts.targets(round), options.seed);
+                let targets = Targets::new(original, counts.targets, options.seed);
                 Pairs::new(mesh, &surface, targets)
             }
         };
@@ -223,7 +225,7 @@ pub(crate) fn fit_observed(
             report.rms_before = tally.rms();
         }
         let is_last = round + 1 == options.rounds;
-        if !is_last && counts.targets(round) == counts.targets(round + 1) {
+        if !is_last && counts.targets == others.targets {
             kept = Some(paired);
         } else {
             drop(paired);
@@ -309,9 +311,9 @@ fn bend(mesh: &TriMesh) -> f64 {
         let cosine = left.normalize_or_zero().dot(right.normalize_or_zero());
         [0.5 * (1.0 - cosine) * area, area]
     };
-    let edges = topology.edge_capacity();
-    let all = parallel::sum(edges, |index| at(index)[1]);
-    if all > 0.0 { parallel::sum(edges, |index| at(index)[0]) / all } else { 0.0 }
+    let add = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a + c, b + d];
+    let [bent, all] = parallel::fold(topology.edge_capacity(), [0.0; 2], at, add);
+    if all > 0.0 { bent / all } else { 0.0 }
 }
 
 /// The bend of a mesh that takes the whole pull: that of a sphere of 500 faces.
@@ -324,42 +326,41 @@ const LEAST_PULL: f64 = 0.01;
 const FEW: usize = 6;
 /// So many times the samples per triangle a face has nevertheless.
 const FEWEST_OWN: usize = 2;
+/// Points of a face that are enough for a rough round.
+const ROUGH_OWN: usize = 3;
 
-/// How many points there are of both surfaces.
-#[derive(Clone, Copy)]
+/// How many points there are of both surfaces in a round.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Counts {
-    /// Points of the original in all rounds but the first one, and in that.
+    /// Of the original.
     targets: Count,
-    rough: Count,
-    /// Points of each face of the mesh.
+    /// Of each face of the mesh.
     own: usize,
 }
 
 impl Counts {
-    /// For so many faces of the mesh, and triangles of the original.
-    fn new(options: &FitOptions, faces: usize, triangles: usize) -> Self {
+    /// Those of the first round and of all others, for so many faces of the mesh and triangles of the original.
+    fn new(options: &FitOptions, faces: usize, triangles: usize) -> [Self; 2] {
         let FitOptions { samples_per_face, samples_per_triangle, .. } = *options;
         let wanted = samples_per_face.saturating_mul(faces).min(MOST_SAMPLES);
-        // As many of each triangle where these are few: then they are the points of a quadrature, and no
-        // triangle goes unseen. The first of several rounds is a rough one, unless few points have to speak
-        // for many triangles.
-        let (targets, rough) = if wanted >= samples_per_triangle.saturating_mul(triangles) {
-            (Count::OnEach(samples_per_triangle), Count::OnEach(samples_per_triangle.min(1)))
-        } else if wanted > triangles {
-            (Count::About(wanted), Count::About(wanted / 2))
-        } else {
-            (Count::About(wanted), Count::About(wanted))
-        };
-        let rough = if options.rounds > 1 { rough } else { targets };
         let least = samples_per_triangle.saturating_mul(FEWEST_OWN);
         let in_proportion = samples_per_triangle.saturating_mul(triangles) / (FEW * faces.max(1));
         let most = MOST_SAMPLES / faces.max(1);
         let own = options.own_samples_per_face.min(least.max(in_proportion)).min(most);
-        Self { targets, rough, own }
-    }
-
-    fn targets(&self, round: usize) -> Count {
-        if round == 0 { self.rough } else { self.targets }
+        // As many of each triangle where these are few: then they are the points of a quadrature, and no
+        // triangle goes unseen. The first of several rounds is a rough one, unless few points have to speak
+        // for many triangles.
+        let (targets, rough) = if wanted >= samples_per_triangle.saturating_mul(triangles) {
+            let rough = Count::OnEach(samples_per_triangle.min(1));
+            (Count::OnEach(samples_per_triangle), Self { targets: rough, own })
+        } else if wanted > triangles {
+            let rough = Self { targets: Count::About(wanted / 2), own: own.min(ROUGH_OWN) };
+            (Count::About(wanted), rough)
+        } else {
+            (Count::About(wanted), Self { targets: Count::About(wanted), own })
+        };
+        let fine = Self { targets, own };
+        [if options.rounds > 1 { rough } else { fine }, fine]
     }
 }
 
@@ -373,15 +374,16 @@ mod tests {
     fn there_are_as_many_points_as_there_is_to_know() {
         let of = |faces, triangles| {
             let counts = Counts::new(&FitOptions::default(), faces, triangles);
-            (counts.targets(0), counts.targets(1), counts.own)
+            counts.map(|Counts { targets, own }| (targets, own))
         };
         // Three triangles a face, ten, twenty, and many.
-        assert_eq!(of(1000, 3000), (Count::OnEach(1), Count::OnEach(3), 6));
-        assert_eq!(of(1000, 10_000), (Count::About(10_000), Count::About(20_000), 6));
-        assert_eq!(of(1000, 20_000), (Count::About(20_000), Count::About(20_000), 10));
-        assert_eq!(of(1000, 500_000), (Count::About(20_000), Count::About(20_000), 10));
+        assert_eq!(of(1000, 3000), [(Count::OnEach(1), 6), (Count::OnEach(3), 6)]);
+        assert_eq!(of(1000, 10_000), [(Count::About(10_000), 3), (Count::About(20_000), 6)]);
+        assert_eq!(of(1000, 20_000), [(Count::About(20_000), 10); 2]);
+        assert_eq!(of(1000, 500_000), [(Count::About(20_000), 10); 2]);
         let once = FitOptions { rounds: 1, ..FitOptions::default() };
-        assert_eq!(Counts::new(&once, 1000, 3000).targets(0), Count::OnEach(3));
+        let [first, others] = Counts::new(&once, 1000, 3000);
+        assert_eq!((first, first.targets), (others, Count::OnEach(3)));
     }
 
     #[test]

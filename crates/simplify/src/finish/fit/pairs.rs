@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 use mesh_core::{FaceId, Handle, TriMesh};
-use mesh_metric::{Surface, closest_on_triangle, foot_inside};
+use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::finish::blocks::for_blocks_in_turn;
 use crate::finish::face_lists::FaceLists;
 use crate::finish::fit::targets::{Ground, Target, Targets};
+use crate::finish::fit::walk::{End, walk_to};
 use crate::finish::norm::Power;
 
 /// Points by the face that is closest to them: the targets, and some more.
@@ -31,51 +32,62 @@ impl<'a> Pairs<'a> {
             targets,
             more: Vec::new(),
         };
-        new.pair(|points, _| {
-            let closest = surface.closest_to_neighbours(points).into_iter();
-            closest.map(|c| (c.face, c.offset.length_squared())).collect()
-        });
+        new.pair(mesh, surface, None);
         new
     }
 
-    /// Pairs the targets again, after the vertices have moved. A target stays with its face as long as its foot
-    /// is inside, though at a concave edge the face beyond it may be a little closer; the closest face of the
-    /// others is looked for.
+    /// Pairs the targets again, after the vertices have moved.
     pub(super) fn follow(&mut self, mesh: &TriMesh, surface: &Surface) {
-        let mut faces = vec![0; self.targets.len()];
+        let mut before = vec![FaceId::new(0); self.targets.len()];
         for face in mesh.topology().faces() {
             for index in self.lists.of_face(face) {
-                if let Some(slot) = faces.get_mut(index as usize) {
-                    *slot = face.index() as u32;
+                if let Some(slot) = before.get_mut(index as usize) {
+                    *slot = face;
                 }
             }
         }
         self.more.clear();
         self.squares.clear();
         self.lists = FaceLists::new(mesh.topology().face_capacity());
-        self.pair(|points, start| {
-            let stay = points.iter().zip(&faces[start..]).map(|(&point, &face)| {
-                let face = FaceId::from_index(face as usize);
-                let foot = foot_inside(point, &mesh.triangle(face))?;
-                Some((face, foot.offset.length_squared()))
-            });
-            let stay: Vec<_> = stay.collect();
-            let lost = points.iter().zip(&stay).filter(|(_, stays)| stays.is_none());
-            let lost: Vec<DVec3> = lost.map(|(&point, _)| point).collect();
-            let found = surface.closest_to_neighbours(&lost).into_iter();
-            let mut found = found.map(|c| (c.face, c.offset.length_squared()));
-            stay.into_iter().filter_map(|stays| stays.or_else(|| found.next())).collect()
-        });
+        self.pair(mesh, surface, Some(&before));
     }
 
-    /// Pairs all targets, block by block: with the face and the squared distance that come for each of some
-    /// consecutive points, of which the number of the first is told.
-    fn pair(&mut self, find: impl Fn(&[DVec3], usize) -> Vec<(FaceId, f64)> + Sync) {
+    /// Pairs all targets, block by block. From the face that a target had before, or else from that of the target
+    /// that comes before it, a walk leads to a face on which its foot is inside, as a rule the closest one, though
+    /// at a concave edge the face beyond it may be a little closer; the closest face of the others is looked for.
+    fn pair(&mut self, mesh: &TriMesh, surface: &Surface, before: Option<&[FaceId]>) {
         let Self { targets, lists, squares, .. } = self;
         for_blocks_in_turn(
             targets.len(),
             BLOCK,
-            |indices| find(&targets.points(indices.clone()), indices.start),
+            |indices| {
+                let points = targets.points(indices.clone());
+                let mut last = None;
+                let (mut found, mut lost) = (Vec::with_capacity(points.len()), Vec::new());
+                for (index, &point) in indices.zip(&*points) {
+                    let start = match before {
+                        Some(before) => before[index],
+                        None => last.unwrap_or_else(|| surface.closest(point).face),
+                    };
+                    let end = walk_to(mesh, start, point, targets.normal(index));
+                    let foot = match end {
+                        End::Foot(face, squared) => Some((face, squared)),
+                        End::Face(_) | End::Elsewhere => None,
+                    };
+                    last = match end {
+                        End::Foot(face, _) | End::Face(face) => Some(face),
+                        End::Elsewhere => None,
+                    };
+                    if foot.is_none() {
+                        lost.push(point);
+                    }
+                    found.push(foot);
+                }
+                let closest = surface.closest_to_neighbours(&lost).into_iter();
+                let mut closest = closest.map(|c| (c.face, c.offset.length_squared()));
+                let found = found.into_iter().filter_map(|found| found.or_else(|| closest.next()));
+                found.collect::<Vec<_>>()
+            },
             |found| {
                 for (face, squared) in found {
                     lists.push(face, squares.len() as u32);
@@ -215,11 +227,14 @@ mod tests {
         let anew = Pairs::new(&mesh, &surface, targets());
         assert!(pairs.squares.len() == anew.squares.len() && before > pairs.squares.len());
         assert_eq!(pairs.target_count(), anew.target_count());
-        let both = pairs.squares.iter().zip(&anew.squares);
-        let more: Vec<f64> = both.map(|(found, least)| found.sqrt() - least.sqrt()).collect();
-        // A few stay with one of two faces that are about as far.
-        assert!(more.iter().all(|&more| more > -1e-12 && more < 1e-3));
-        assert!(more.iter().filter(|&&more| more > 1e-12).count() < more.len() / 500);
+        for (pairs, most) in [(&pairs, 1e-3), (&anew, 2e-3)] {
+            let more: Vec<f64> = (0..pairs.squares.len())
+                .map(|i| pairs.squares[i].sqrt() - surface.distance(pairs.point(i)))
+                .collect();
+            // A few are on one of two faces that are about as far.
+            assert!(more.iter().all(|&more| more > -1e-12 && more < most));
+            assert!(more.iter().filter(|&&more| more > 1e-12).count() < more.len() / 500);
+        }
         let listed: usize = mesh.topology().faces().map(|f| pairs.of_face(f).count()).sum();
         assert_eq!(listed, anew.squares.len());
         for face in mesh.topology().faces() {

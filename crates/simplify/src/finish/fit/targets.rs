@@ -111,6 +111,14 @@ impl<'a> Targets<'a> {
         }
     }
 
+    /// The normal of the triangle that a point is on, of any length.
+    #[inline]
+    pub(super) fn normal(&self, index: usize) -> DVec3 {
+        let triangle = self.spread.triangle(self.place(index));
+        let [a, b, c] = self.original.triangle(triangle as usize);
+        (b - a).cross(c - a)
+    }
+
     /// What the targets on the triangle in a place have in common; `density` is the share of one that stands
     /// for the mean area of all.
     pub(super) fn on(&self, place: usize, density: f64) -> Ground {

@@ -1,0 +1,90 @@
+//! The face under a point, by a walk over the mesh.
+
+use glam::DVec3;
+use mesh_core::{FaceId, TriMesh};
+use mesh_metric::{NoFoot, foot_inside};
+
+/// After so many steps a search in a tree is quicker.
+const MOST_STEPS: usize = 8;
+
+/// Where a walk has ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum End {
+    /// On a face on which the foot of the point is inside, at this squared distance.
+    Foot(FaceId, f64),
+    /// On a face beyond which it could not go on, or was not worth it.
+    Face(FaceId),
+    /// Far from the point, or on the far side of a thin sheet.
+    Elsewhere,
+}
+
+/// Walks from a face towards a point near the mesh, always across the side beyond which the foot of the point falls
+/// farthest, until it is inside; not over a boundary, nor round a ridge that the point is over. Where the mesh looks
+/// another way than `normal`, the walk has gone astray.
+#[inline]
+pub(super) fn walk_to(mesh: &TriMesh, start: FaceId, point: DVec3, normal: DVec3) -> End {
+    let topology = mesh.topology();
+    let (mut face, mut before) = (start, None);
+    for _ in 0..MOST_STEPS {
+        let corner = match foot_inside(point, &mesh.triangle(face)) {
+            Ok(foot) if foot.normal.dot(normal) > 0.0 => {
+                return End::Foot(face, foot.offset.length_squared());
+            }
+            Ok(_) | Err(NoFoot::Far) => return End::Elsewhere,
+            Err(NoFoot::Beyond(corner)) => corner,
+        };
+        let side = topology.face_half_edges(face)[(corner + 1) % 3];
+        match topology.face(side.twin()) {
+            Some(next) if before != Some(next) => (before, face) = (Some(face), next),
+            _ => break,
+        }
+    }
+    End::Face(face)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::{Plane, Sphere};
+    use mesh_metric::Surface;
+
+    /// Where a walk ends with a foot, no other face is closer by more than the bend of the surface makes of it.
+    #[test]
+    fn walks_end_at_the_closest_faces() {
+        let sphere = |cuts| {
+            let soup = Sphere { radius: 1.0 }.icosphere(cuts).unwrap();
+            TriMesh::from_soup(&soup).unwrap()
+        };
+        let (mesh, fine) = (sphere(2), sphere(4));
+        let surface = Surface::new(&mesh).unwrap();
+        let (mut ended, mut asked) = (0, 0);
+        for face in fine.topology().faces() {
+            let point = fine.triangle(face).iter().sum::<DVec3>() / 3.0;
+            let closest = surface.closest(point);
+            // From a face that is a few steps away.
+            let start = surface.closest(point + DVec3::new(0.1, -0.15, 0.1)).face;
+            asked += 1;
+            if let End::Foot(_, squared) = walk_to(&mesh, start, point, point) {
+                assert!(
+                    (squared.sqrt() - closest.distance).abs() < 1e-3 * closest.distance + 1e-12
+                );
+                ended += 1;
+            }
+        }
+        assert!(20 * ended > 19 * asked, "{ended} of {asked}");
+    }
+
+    #[test]
+    fn walks_end_at_boundaries_and_on_no_face_that_looks_the_other_way() {
+        let soup = Plane { half_width: 1.0 }.mesh(4, Default::default()).unwrap();
+        let mesh = TriMesh::from_soup(&soup).unwrap();
+        let start = mesh.topology().faces().next().unwrap();
+        let to =
+            |x: f64, z: f64, normal: DVec3| walk_to(&mesh, start, DVec3::new(x, -0.9, z), normal);
+        let End::Foot(_, squared) = to(-0.3, 0.1, DVec3::Z) else { panic!("no foot") };
+        assert!((squared - 0.01).abs() < 1e-15);
+        assert!(matches!(to(-1.2, 0.0, DVec3::Z), End::Face(_)));
+        // From below, and farther from the mesh than its faces are large.
+        assert_eq!([to(-0.3, 0.1, -DVec3::Z), to(-0.3, 0.9, DVec3::Z)], [End::Elsewhere; 2]);
+    }
+}
