@@ -7,6 +7,17 @@ use mesh_core::parallel;
 /// Blocks that are made at the same time before their results are taken.
 const AT_ONCE: usize = 64;
 
+/// The values of consecutive indices, from 0 to `count`, made block by block on all cores.
+pub(crate) fn values_in_turn<T: Send>(
+    count: usize,
+    size: usize,
+    values: impl Fn(Range<usize>) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let mut all = Vec::with_capacity(count);
+    for_blocks_in_turn(count, size, values, |block| all.extend(block));
+    all
+}
+
 /// Makes blocks of so many consecutive indices, from 0 to `count`, on all cores, and takes them in order while
 /// others are made: memory is that of a few, and the result that of one thread.
 pub(crate) fn for_blocks_in_turn<T: Send>(

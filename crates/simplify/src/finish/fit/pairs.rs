@@ -1,7 +1,7 @@
 //! Points of the original and the faces of the mesh that they draw.
 
 use glam::DVec3;
-use mesh_core::{FaceId, Handle, TriMesh};
+use mesh_core::{FaceId, TriMesh};
 use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::finish::blocks::for_blocks_in_turn;

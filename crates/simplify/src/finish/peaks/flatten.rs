@@ -10,7 +10,8 @@ use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::spread::{Spot, Spread, area};
 use crate::finish::fit::{FitOptions, LocalFit, Target, share_of_one};
 use crate::finish::observer::Observer;
-use crate::finish::peaks::points::{Became, Most, Peaks};
+use crate::finish::peaks::change::Became;
+use crate::finish::peaks::points::{Heights, Most, Peaks};
 
 /// A step that lowers the largest distance by less than this ratio is not worth another.
 const ENOUGH: f64 = 0.999;
@@ -32,7 +33,11 @@ impl Peaks<'_> {
         most: Most,
         observer: &mut Observer<'_>,
     ) -> Result<(), SimplifyError> {
+        if options.rounds == 0 {
+            return Ok(());
+        }
         let fit = LocalFit::new(mesh, original, constraints);
+        let mut surface = Surface::new(mesh)?;
         for round in 0..options.rounds {
             if observer.stops(Phase::Peaks, mesh) {
                 break;
@@ -41,12 +46,12 @@ impl Peaks<'_> {
             let seed = options.seed.wrapping_add(round as u64);
             let once = FitOptions { seed, ..*options };
             let mut moved = mesh.clone();
-            let pulled = self.pulled(mesh, original, &local, &once);
+            let pulled = self.pulled(mesh, (original, &surface), &local, &once);
             fit.step(
                 &mut moved,
                 &local,
                 &once,
-                (self.surface.in_space(), self.largest),
+                (surface.in_space(), self.heights.largest),
                 |face, act| {
                     let start = pulled.partition_point(|(on, _)| *on < face);
                     let of_face = pulled[start..].iter().take_while(|(on, _)| *on == face);
@@ -61,21 +66,20 @@ impl Peaks<'_> {
                 for (to, from) in next.positions_mut().iter_mut().zip(mesh.positions()) {
                     *to = *from + part * (*to - *from);
                 }
-                let found = self.after(mesh, &next, original, Became::Same)?;
-                if found.is_worth_it(self, most) {
-                    better = Some((next, found));
+                let bar = ENOUGH * self.heights.largest;
+                let change = self.after(mesh, &next, original, Became::Same, bar)?;
+                if let Some(change) = change.filter(|c| is_worth_it(c.heights, self.heights, most))
+                {
+                    better = Some((next, change));
                     break;
                 }
             }
-            let Some((next, found)) = better else { break };
-            (*mesh, *self) = (next, found);
+            let Some((next, change)) = better else { break };
+            *mesh = next;
+            self.take_up(change);
+            surface.follow(mesh)?;
         }
         Ok(())
-    }
-
-    /// Whether the peaks are enough lower than before, and the mean is not too high.
-    fn is_worth_it(&self, before: &Self, most: Most) -> bool {
-        self.largest < ENOUGH * before.largest && self.mean <= most.mean
     }
 
     /// What draws the faces of which a corner moves, by face: new samples of the original there, and
@@ -83,7 +87,7 @@ impl Peaks<'_> {
     fn pulled(
         &self,
         mesh: &TriMesh,
-        original: &Surface,
+        (original, surface): (&Surface, &Surface),
         constraints: &FitConstraints,
         options: &FitOptions,
     ) -> Vec<(FaceId, Target)> {
@@ -111,7 +115,7 @@ impl Peaks<'_> {
         let points: Vec<DVec3> = spots.iter().map(|spot| spot.point).collect();
         let share = share_of_one(options.samples_per_face);
         let mut all: Vec<(FaceId, Target)> = Vec::new();
-        for (spot, closest) in spots.iter().zip(self.surface.closest_to_neighbours(&points)) {
+        for (spot, closest) in spots.iter().zip(surface.closest_to_neighbours(&points)) {
             if moves[closest.face.index()] {
                 let on = corners(spot.triangle);
                 let target = Target::on_triangle(spot.triangle, on, spot.point, share * spot.share);
@@ -120,7 +124,7 @@ impl Peaks<'_> {
         }
         for (&point, closest) in self.points.all.iter().zip(&self.forward).take(self.points.samples)
         {
-            if moves[closest.face.index()] && closest.distance > 0.5 * self.largest {
+            if moves[closest.face.index()] && closest.distance > 0.5 * self.heights.largest {
                 let offset = closest_on_triangle(point, &mesh.triangle(closest.face));
                 let normal = offset.normalize_or_zero();
                 all.push((closest.face, Target { point, normal, share: 1.0, triangle: None }));
@@ -132,17 +136,17 @@ impl Peaks<'_> {
 
     /// The constraints, with all vertices fixed that are not next to a face with a peak.
     fn all_but_peaks_fixed(&self, mesh: &TriMesh, constraints: &FitConstraints) -> FitConstraints {
-        let bar = FLATTENED * self.largest;
+        let bar = FLATTENED * self.heights.largest;
         let topology = mesh.topology();
         let forward = self.forward.iter().map(|closest| (closest.face, closest.distance));
-        let centers = topology.faces().map(|f| (f, self.of_face[f.index()]));
+        let centers = topology.faces().map(|f| (f, self.elements.of_face[f.index()]));
         let middles = topology.edges().filter_map(|e| {
             let face = topology.edge_faces(e).into_iter().flatten().next()?;
-            Some((face, self.of_edge[e.index()]))
+            Some((face, self.elements.of_edge[e.index()]))
         });
         let far = forward.chain(centers).chain(middles).filter(|&(_, distance)| distance > bar);
         let corners = far.flat_map(|(face, _)| topology.face_vertices(face));
-        let own = topology.vertices().filter(|v| self.of_vertex[v.index()] > bar);
+        let own = topology.vertices().filter(|v| self.elements.of_vertex[v.index()] > bar);
         let mut fixed = topology.vertex_map(true);
         // Many far points may belong to the faces of one vertex, and its ring may be large.
         let mut is_done = topology.vertex_map(false);
@@ -156,6 +160,11 @@ impl Peaks<'_> {
         before.filter(|(_, was)| **was).for_each(|(v, _)| fixed[v] = true);
         FitConstraints { fixed: Some(fixed), ..constraints.clone() }
     }
+}
+
+/// Whether the peaks are enough lower than before, and the mean is not too high.
+fn is_worth_it(found: Heights, before: Heights, most: Most) -> bool {
+    found.largest < ENOUGH * before.largest && found.mean <= most.mean
 }
 
 #[cfg(test)]
@@ -178,9 +187,9 @@ mod tests {
         let mut peaks = Peaks::new(&mesh, &surface, &points).unwrap();
         let faces: Vec<_> = mesh.topology().faces().collect();
         let (low, high) = (faces[100], faces[200]);
-        peaks.largest = 2.0;
-        peaks.of_face[low.index()] = 2.0 * 0.849;
-        peaks.of_face[high.index()] = 2.0 * 0.851;
+        peaks.heights.largest = 2.0;
+        peaks.elements.of_face[low.index()] = 2.0 * 0.849;
+        peaks.elements.of_face[high.index()] = 2.0 * 0.851;
         let all = FitConstraints::default();
         let fixed = peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap();
         let topology = mesh.topology();
@@ -196,10 +205,10 @@ mod tests {
         let all = FitConstraints { fixed: Some(given), ..all };
         assert!(peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap()[corners[0]]);
         // Vertices of the mesh that are far away are peaks as well.
-        peaks.of_face.fill(0.0);
-        peaks.of_vertex.fill(2.0 * 0.849);
+        peaks.elements.of_face.fill(0.0);
+        peaks.elements.of_vertex.fill(2.0 * 0.849);
         let peak = VertexId::from_index(80);
-        peaks.of_vertex[80] = 2.0 * 0.851;
+        peaks.elements.of_vertex[80] = 2.0 * 0.851;
         let all = FitConstraints::default();
         let fixed = peaks.all_but_peaks_fixed(&mesh, &all).fixed.unwrap();
         assert!(
@@ -211,16 +220,10 @@ mod tests {
 
     #[test]
     fn steps_that_help_little_are_not_taken() {
-        let mesh = grid();
-        let surface = Surface::new(&mesh).unwrap();
-        let points = Points::new(&surface, 3.0, 1);
-        let with = |largest: f64, mean: f64| {
-            let peaks = Peaks::new(&mesh, &surface, &points).unwrap();
-            Peaks { largest, mean, ..peaks }
-        };
+        let with = |largest, mean| Heights { largest, mean, rms: 1.0 };
         let (before, most) = (with(2.0, 1.0), Most { mean: 1.0, rms: 1.0 });
-        assert!(with(1.997, 1.0).is_worth_it(&before, most));
-        assert!(!with(1.9981, 1.0).is_worth_it(&before, most));
-        assert!(!with(1.0, 1.01).is_worth_it(&before, most));
+        assert!(is_worth_it(with(1.997, 1.0), before, most));
+        assert!(!is_worth_it(with(1.9981, 1.0), before, most));
+        assert!(!is_worth_it(with(1.0, 1.01), before, most));
     }
 }

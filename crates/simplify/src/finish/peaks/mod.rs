@@ -9,6 +9,8 @@
 //! largest distance has become smaller and the root mean square is not much larger than at the
 //! start.
 
+mod change;
+mod elements;
 mod flatten;
 mod place;
 mod points;
@@ -24,7 +26,8 @@ use crate::finish::collapse_back::{CollapseBack, collapse_back};
 use crate::finish::fit::FitOptions;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::observer::Observer;
-use crate::finish::peaks::points::{Became, Most, Peaks, Points};
+use crate::finish::peaks::change::Became;
+use crate::finish::peaks::points::{Heights, Most, Peaks, Points};
 
 /// How to take down peaks; see [`cut_peaks`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,8 +146,8 @@ pub(crate) fn cut_peaks_observed(
     let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
     let mut map: VertexMap<Option<VertexId>> = VertexMap::from_vec(identity.collect());
     let mut peaks = Peaks::new(mesh, original, &points)?;
-    let largest_before = peaks.largest;
-    let most = Most { mean: options.max_rise * peaks.mean, rms: options.max_rise * peaks.rms };
+    let Heights { largest: largest_before, mean, rms } = peaks.heights;
+    let most = Most { mean: options.max_rise * mean, rms: options.max_rise * rms };
     let (mut rounds, mut kept) = (0, 0);
     peaks.flatten(mesh, original, constraints, &fit, most, observer)?;
     // As many as there are; when that is too many, the farthest only.
@@ -152,14 +155,14 @@ pub(crate) fn cut_peaks_observed(
     let mut failed = 0;
     // Which vertices the last round put where, when that was in vain: again, or nothing at all, would be, too.
     let mut in_vain = Vec::new();
-    while rounds < options.rounds && failed < PATIENCE && peaks.largest > 0.0 {
+    while rounds < options.rounds && failed < PATIENCE && peaks.heights.largest > 0.0 {
         if observer.stops(Phase::Peaks, mesh) {
             break;
         }
         rounds += 1;
         let count = at_once(share, faces);
         let mut next = mesh.clone();
-        let bar = options.above * peaks.largest;
+        let bar = options.above * peaks.heights.largest;
         let mut found = options.forbid_intersections.then(|| Intersections::new(&next));
         let mut placed =
             peaks.bring_back(&mut next, original, (constraints, &mut found), bar, returning);
@@ -175,17 +178,20 @@ pub(crate) fn cut_peaks_observed(
                 min_component_vertices: options.min_component_vertices,
             };
             let back = collapse_back(&mut next, constraints, &step, Phase::Peaks, observer);
-            let found = peaks.after(mesh, &next, original, Became::Other(&back.remap))?;
             let left = next.topology().face_count();
-            if is_better(&found, &peaks, most) && (options.min_faces..=faces).contains(&left) {
-                better = Some((back, found));
+            if (options.min_faces..=faces).contains(&left) {
+                let (became, bar) = (Became::Other(&back.remap), peaks.heights.largest);
+                let change = peaks.after(mesh, &next, original, became, bar)?;
+                let change = change.filter(|c| is_better(c.heights, peaks.heights, most));
+                better = change.map(|change| (back, change));
             }
         }
-        if let Some((back, found)) = better {
+        if let Some((back, change)) = better {
             for new in map.as_mut_slice() {
                 *new = new.and_then(|v| back.vertex_map.get(v).copied().flatten());
             }
-            (*mesh, *constraints, peaks) = (next, back.constraints, found);
+            (*mesh, *constraints) = (next, back.constraints);
+            peaks.take_up(change);
             peaks.flatten(mesh, original, constraints, &fit, most, observer)?;
             in_vain.clear();
             (kept, failed) = (kept + 1, 0);
@@ -199,7 +205,7 @@ pub(crate) fn cut_peaks_observed(
             failed += 1;
         }
     }
-    let largest_after = peaks.largest;
+    let largest_after = peaks.heights.largest;
     Ok(PeakReport { rounds, kept, largest_before, largest_after, vertex_map: map })
 }
 
@@ -215,7 +221,7 @@ fn at_once(share: f64, faces: usize) -> usize {
 }
 
 /// Whether the largest distance is smaller, and the root mean square not too large.
-fn is_better(found: &Peaks<'_>, before: &Peaks<'_>, most: Most) -> bool {
+fn is_better(found: Heights, before: Heights, most: Most) -> bool {
     found.largest < before.largest && found.rms <= most.rms
 }
 
@@ -240,17 +246,11 @@ mod tests {
 
     #[test]
     fn a_round_is_kept_when_the_peaks_are_lower_and_the_rest_is_not_much_worse() {
-        let mesh = wave(6);
-        let surface = Surface::new(&mesh).unwrap();
-        let points = Points::new(&surface, 3.0, 1);
-        let with = |largest: f64, rms: f64| {
-            let peaks = Peaks::new(&mesh, &surface, &points).unwrap();
-            Peaks { largest, rms, ..peaks }
-        };
+        let with = |largest, rms| Heights { largest, mean: 1.0, rms };
         let (before, most) = (with(2.0, 1.0), Most { mean: 0.0, rms: 1.03 });
-        assert!(is_better(&with(1.999, 1.03), &before, most));
-        assert!(!is_better(&with(2.0, 0.5), &before, most));
-        assert!(!is_better(&with(1.0, 1.031), &before, most));
+        assert!(is_better(with(1.999, 1.03), before, most));
+        assert!(!is_better(with(2.0, 0.5), before, most));
+        assert!(!is_better(with(1.0, 1.031), before, most));
     }
 
     #[test]

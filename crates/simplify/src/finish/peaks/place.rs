@@ -22,7 +22,9 @@ impl Peaks<'_> {
     ) -> Vec<VertexId> {
         let mut moved = Vec::new();
         let mut before = Vec::new();
-        for index in farthest_first(self.of_vertex.iter().copied(), bar).into_iter().take(most) {
+        for index in
+            farthest_first(self.elements.of_vertex.iter().copied(), bar).into_iter().take(most)
+        {
             let v = VertexId::from_index(index);
             let to = original.closest(mesh.position(v)).point;
             let topology = mesh.topology();
