@@ -11,9 +11,9 @@ pub(crate) struct FaceLists {
 const NONE: u32 = u32::MAX;
 
 impl FaceLists {
-    /// Empty lists for this many faces.
-    pub(crate) fn new(faces: usize) -> Self {
-        Self { first: vec![NONE; faces], following: Vec::new() }
+    /// Empty lists for this many faces, with room for this many numbers.
+    pub(crate) fn new(faces: usize, numbers: usize) -> Self {
+        Self { first: vec![NONE; faces], following: Vec::with_capacity(numbers) }
     }
 
     /// Puts a number at the head of the list of a face. It must not be in another list.

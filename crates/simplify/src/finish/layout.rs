@@ -170,7 +170,7 @@ impl<'a> Layout<'a> {
             points: Vec::new(),
             shares: Vec::new(),
             squares: Vec::new(),
-            lists: FaceLists::new(0),
+            lists: FaceLists::new(0, 0),
             faces: Vec::new(),
             touched: Vec::new(),
             domed: Vec::new(),
@@ -194,7 +194,7 @@ impl<'a> Layout<'a> {
         self.points = Vec::with_capacity(count);
         self.shares = Vec::with_capacity(count);
         self.squares = Vec::with_capacity(count);
-        self.lists = FaceLists::new(topology.face_capacity());
+        self.lists = FaceLists::new(topology.face_capacity(), self.points.len());
         self.domed = vec![false; topology.face_capacity()];
         self.densities = vec![0.0; topology.face_capacity()];
         if let Some(metrics) = &mut self.metrics {
@@ -489,7 +489,7 @@ mod tests {
             let mut density = Density::new(&mesh, &original, Power::SQUARE).unwrap();
             let with = (&schedule, &mut density);
             let mut layout = Layout::new(&mut mesh, &original, &constraints, with);
-            layout.lists = FaceLists::new(2);
+            layout.lists = FaceLists::new(2, 0);
             layout.domed = vec![false; 2];
             layout.metrics = Some(vec![DMat3::IDENTITY; 2]);
             layout.flip_all();

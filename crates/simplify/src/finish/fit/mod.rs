@@ -226,6 +226,7 @@ pub(crate) fn fit_observed(
         }
         let is_last = round + 1 == options.rounds;
         if !is_last && counts.targets == others.targets {
+            paired.forget_distances();
             kept = Some(paired);
         } else {
             drop(paired);

@@ -27,13 +27,19 @@ impl<'a> Pairs<'a> {
     /// Pairs the targets with the closest faces.
     pub(super) fn new(mesh: &TriMesh, surface: &Surface, targets: Targets<'a>) -> Self {
         let mut new = Self {
-            lists: FaceLists::new(mesh.topology().face_capacity()),
+            lists: FaceLists::new(mesh.topology().face_capacity(), targets.len()),
             squares: Vec::with_capacity(targets.len()),
             targets,
             more: Vec::new(),
         };
         new.pair(mesh, surface, None);
         new
+    }
+
+    /// Forgets all distances, which will be others once the vertices have moved: there is more room to find out
+    /// where to.
+    pub(super) fn forget_distances(&mut self) {
+        self.squares = Vec::new();
     }
 
     /// Pairs the targets again, after the vertices have moved.
@@ -47,8 +53,8 @@ impl<'a> Pairs<'a> {
             }
         }
         self.more.clear();
-        self.squares.clear();
-        self.lists = FaceLists::new(mesh.topology().face_capacity());
+        self.lists = FaceLists::new(mesh.topology().face_capacity(), self.targets.len());
+        self.squares = Vec::with_capacity(self.targets.len());
         self.pair(mesh, surface, Some(&before));
     }
 

@@ -40,7 +40,8 @@ impl System {
             place_of[v.index()] = place as u32;
         }
         let mut block_of = vec![NONE; topology.edge_capacity()];
-        let (mut ends, mut neighbours) = (Vec::with_capacity(vertices.len()), Vec::new());
+        let (mut ends, mut neighbours) =
+            (Vec::with_capacity(vertices.len()), Vec::with_capacity(2 * topology.edge_count()));
         let mut edges = 0;
         for &v in &vertices {
             for h in topology.outgoing(v).filter(|&h| is_free(topology.target(h))) {
@@ -100,7 +101,7 @@ impl System {
     /// The displacement of each vertex that is not fixed, by conjugate gradients preconditioned
     /// with the blocks of the vertices, until what is left is less than `tolerance` of the start.
     pub(super) fn solve(
-        self,
+        mut self,
         mesh: &TriMesh,
         freedoms: &[Freedom],
         constraints: &FitConstraints,
@@ -116,7 +117,7 @@ impl System {
         });
         let dot = |p: &[DVec3], q: &[DVec3]| parallel::sum(count, |i| p[i].dot(q[i]));
         let mut x = vec![DVec3::ZERO; count];
-        let mut r = self.residual.clone();
+        let mut r = core::mem::take(&mut self.residual);
         let mut z = parallel::collect(count, |i| inverses[i].times(r[i]));
         let mut p = z.clone();
         let mut ap = vec![DVec3::ZERO; count];

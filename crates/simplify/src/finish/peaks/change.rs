@@ -5,10 +5,10 @@
 //! distances tell.
 
 use glam::DVec3;
-use mesh_core::{FaceId, Remap, RemapOf, TriMesh, VertexId, parallel};
+use mesh_core::{FaceId, Remap, RemapOf, TriMesh, VertexId};
 use mesh_metric::{Surface, SurfaceError};
 
-use crate::finish::blocks::for_blocks_in_turn;
+use crate::finish::blocks::{for_blocks_in_turn, values_in_turn};
 use crate::finish::peaks::elements::{Elements, is_unknown};
 use crate::finish::peaks::points::{BLOCK, Closest, Heights, Peaks};
 
@@ -210,17 +210,21 @@ impl Peaks<'_> {
             *farthest = farthest.max(closest.distance);
         }
         let faces: Vec<FaceId> = topology.faces().collect();
-        let balls = parallel::collect(faces.len(), |i| {
-            let triangle = mesh.triangle(faces[i]);
-            let centroid = triangle.iter().sum::<DVec3>() / 3.0;
-            let corners = triangle.iter().map(|corner| corner.distance_squared(centroid));
-            let radius = corners.fold(0.0, f64::max).sqrt() + 2.0 * farthest[faces[i].index()];
-            (centroid, (1.0 + ROUNDING) * radius)
+        let are_near = values_in_turn(faces.len(), BLOCK, |range| {
+            let balls = faces[range].iter().map(|&face| {
+                let triangle = mesh.triangle(face);
+                let centroid = triangle.iter().sum::<DVec3>() / 3.0;
+                let corners = triangle.iter().map(|corner| corner.distance_squared(centroid));
+                let radius = corners.fold(0.0, f64::max).sqrt() + 2.0 * farthest[face.index()];
+                (centroid, (1.0 + ROUNDING) * radius)
+            });
+            let (centroids, radii): (Vec<DVec3>, Vec<f64>) = balls.unzip();
+            let found = other.closer_points(&centroids, &radii);
+            found.iter().map(Option::is_some).collect()
         });
-        let (centroids, radii): (Vec<DVec3>, Vec<f64>) = balls.into_iter().unzip();
         let mut is_near = vec![false; topology.face_capacity()];
-        for (face, found) in faces.iter().zip(other.closer_points(&centroids, &radii)) {
-            is_near[face.index()] = found.is_some();
+        for (face, near) in faces.iter().zip(are_near) {
+            is_near[face.index()] = near;
         }
         is_near
     }
