@@ -146,10 +146,20 @@ impl<'a> Finishing<'a> {
         if let Some(options) = &self.steps.peaks
             && !observer.is_stopped()
         {
-            let mut next = done.mesh.clone();
-            let report =
-                cut_peaks_observed(&mut next, self.original, &mut constraints, options, observer)?;
-            if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+            let original = self.original;
+            if texture.is_some() {
+                let mut next = done.mesh.clone();
+                let report =
+                    cut_peaks_observed(&mut next, original, &mut constraints, options, observer)?;
+                if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+                    done.peaks = Some(report);
+                }
+            } else {
+                // There is nothing to go back for.
+                let mesh = &mut done.mesh;
+                let report =
+                    cut_peaks_observed(mesh, original, &mut constraints, options, observer)?;
+                done.follow(&report.vertex_map);
                 done.peaks = Some(report);
             }
         }

@@ -201,6 +201,9 @@ pub(crate) fn fit_observed(
         if options.flips {
             report.flips += flip_edges(mesh, &mut paired, constraints, power, found.as_mut());
         }
+        let typical = if power == Power::SQUARE { 0.0 } else { paired.mean(power) };
+        let largest = paired.largest();
+        paired.forget_distances();
         let freedoms = freedoms(mesh, constraints);
         let mut system = System::new(mesh, &freedoms);
         lines.add_to(&mut system, mesh);
@@ -214,8 +217,6 @@ pub(crate) fn fit_observed(
         };
         let FitOptions { tail, .. } = *options;
         let pull = options.pull * (bend(mesh) / USUAL_BEND).clamp(LEAST_PULL, 1.0);
-        let typical = if power == Power::SQUARE { 0.0 } else { paired.mean(power) };
-        let largest = paired.largest();
         let weighting = Weighting { pull, tail, largest, power, typical };
         let tally = equations.add_to(&mut system, weighting, |face, act| {
             paired.for_each_of(face, density, act);
@@ -226,7 +227,6 @@ pub(crate) fn fit_observed(
         }
         let is_last = round + 1 == options.rounds;
         if !is_last && counts.targets == others.targets {
-            paired.forget_distances();
             kept = Some(paired);
         } else {
             drop(paired);

@@ -36,8 +36,8 @@ impl<'a> Pairs<'a> {
         new
     }
 
-    /// Forgets all distances, which will be others once the vertices have moved: there is more room to find out
-    /// where to.
+    /// Forgets all distances, which will be others once the vertices have moved, and leaves their room to what finds
+    /// out where to.
     pub(super) fn forget_distances(&mut self) {
         self.squares = Vec::new();
     }
@@ -119,8 +119,7 @@ impl<'a> Pairs<'a> {
     }
 
     fn point(&self, index: usize) -> DVec3 {
-        let own = self.squares.len() - self.more.len();
-        match index.checked_sub(own) {
+        match index.checked_sub(self.targets.len()) {
             None => self.targets.point(index),
             Some(beyond) => self.more[beyond].point,
         }
@@ -140,10 +139,9 @@ impl<'a> Pairs<'a> {
     /// The targets that are closest to a face; `density` is the share of one that stands for the mean
     /// area of all.
     pub(super) fn for_each_of(&self, face: FaceId, density: f64, mut act: impl FnMut(&Target)) {
-        let own = self.squares.len() - self.more.len();
         let mut ground: Option<Ground> = None;
         for index in self.lists.of_face(face).map(|index| index as usize) {
-            if let Some(beyond) = index.checked_sub(own) {
+            if let Some(beyond) = index.checked_sub(self.targets.len()) {
                 act(&self.more[beyond]);
                 continue;
             }

@@ -37,7 +37,6 @@ impl Peaks<'_> {
             return Ok(());
         }
         let fit = LocalFit::new(mesh, original, constraints);
-        let mut surface = Surface::new(mesh)?;
         for round in 0..options.rounds {
             if observer.stops(Phase::Peaks, mesh) {
                 break;
@@ -46,6 +45,7 @@ impl Peaks<'_> {
             let seed = options.seed.wrapping_add(round as u64);
             let once = FitOptions { seed, ..*options };
             let mut moved = mesh.clone();
+            let surface = Surface::new(mesh)?;
             let pulled = self.pulled(mesh, (original, &surface), &local, &once);
             fit.step(
                 &mut moved,
@@ -58,13 +58,16 @@ impl Peaks<'_> {
                     of_face.for_each(|(_, target)| act(target));
                 },
             );
+            // While distances are measured there had better be room for them.
+            drop((surface, pulled));
+            let moved = moved.positions().to_vec();
             let mut better = None;
             // A part of a step without intersections may have some.
             let parts = if once.forbid_intersections { &STEPS[..1] } else { &STEPS[..] };
             for &part in parts {
-                let mut next = moved.clone();
-                for (to, from) in next.positions_mut().iter_mut().zip(mesh.positions()) {
-                    *to = *from + part * (*to - *from);
+                let mut next = mesh.clone();
+                for (at, to) in next.positions_mut().iter_mut().zip(&moved) {
+                    *at += part * (*to - *at);
                 }
                 let bar = ENOUGH * self.heights.largest;
                 let change = self.after(mesh, &next, original, Became::Same, bar)?;
@@ -77,7 +80,6 @@ impl Peaks<'_> {
             let Some((next, change)) = better else { break };
             *mesh = next;
             self.take_up(change);
-            surface.follow(mesh)?;
         }
         Ok(())
     }
