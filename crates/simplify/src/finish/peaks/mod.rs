@@ -22,7 +22,7 @@ use crate::collapse::constraint::Boundary;
 use crate::collapse::intersection::Intersections;
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
-use crate::finish::collapse_back::{CollapseBack, collapse_back};
+use crate::finish::collapse_back::{Back, CollapseBack, collapse_back};
 use crate::finish::fit::FitOptions;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::observer::Observer;
@@ -186,11 +186,11 @@ pub(crate) fn cut_peaks_observed(
                 better = change.map(|change| (back, change));
             }
         }
-        if let Some((back, change)) = better {
+        if let Some((Back { vertex_map, constraints: following, .. }, change)) = better {
             for new in map.as_mut_slice() {
-                *new = new.and_then(|v| back.vertex_map.get(v).copied().flatten());
+                *new = new.and_then(|v| vertex_map.get(v).copied().flatten());
             }
-            (*mesh, *constraints) = (next, back.constraints);
+            (*mesh, *constraints) = (next, following);
             peaks.take_up(change);
             peaks.flatten(mesh, original, constraints, &fit, most, observer)?;
             in_vain.clear();
