@@ -132,19 +132,12 @@ fn one_sided(
     options: &CompareOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> OneSided {
-    let sampler = AreaSampler::new(from, options.samples, options.seed);
-    let on_faces = measure(to, sampler.count(), stops, |i| sampler.sample(i).position);
+    let points = Points::new(from, options);
+    let on_faces = measure(to, points.on_faces.count(), stops, |i| points.on_face(i));
     let mut all = on_faces;
-    if options.vertices {
-        let vertices = from.used_vertices();
-        let position = |i: usize| from.positions()[vertices[i] as usize];
-        all = all.join(measure(to, vertices.len(), stops, position));
-    }
-    if options.edges {
-        let spacing = (sampler.area() / options.samples.max(1) as f64).sqrt();
-        let most = MOST_ON_EDGES.saturating_mul(options.samples);
-        let points = EdgePoints::new(from, spacing, options.samples, most);
-        all = all.join(measure(to, points.count(), stops, |i| points.point(i)));
+    all = all.join(measure(to, points.vertices.len(), stops, |i| points.vertex(i)));
+    if let Some(edges) = &points.on_edges {
+        all = all.join(measure(to, edges.count(), stops, |i| edges.point(i)));
     }
     let averaged = if on_faces.count > 0 { on_faces } else { all };
     let count = averaged.count.max(1) as f64;
@@ -155,6 +148,59 @@ fn one_sided(
         worst: Worst { from: all.at, to: all.at + all.offset },
         samples: all.count,
     }
+}
+
+/// The points of a surface that are compared with another one.
+struct Points<'a> {
+    surface: &'a Surface,
+    on_faces: AreaSampler<'a>,
+    vertices: Vec<u32>,
+    on_edges: Option<EdgePoints<'a>>,
+}
+
+impl<'a> Points<'a> {
+    fn new(surface: &'a Surface, options: &CompareOptions) -> Self {
+        let on_faces = AreaSampler::new(surface, options.samples, options.seed);
+        let vertices = if options.vertices { surface.used_vertices() } else { Vec::new() };
+        let on_edges = options.edges.then(|| {
+            let spacing = (on_faces.area() / options.samples.max(1) as f64).sqrt();
+            let most = MOST_ON_EDGES.saturating_mul(options.samples);
+            EdgePoints::new(surface, spacing, options.samples, most)
+        });
+        Self { surface, on_faces, vertices, on_edges }
+    }
+
+    fn on_face(&self, index: usize) -> DVec3 {
+        self.on_faces.sample(index).position
+    }
+
+    fn vertex(&self, index: usize) -> DVec3 {
+        self.surface.positions()[self.vertices[index] as usize]
+    }
+}
+
+/// [`Comparison::hausdorff`] of what [`compare`] gives: where only that counts, it takes half the time.
+#[must_use]
+pub fn sampled_hausdorff(a: &Surface, b: &Surface, options: &CompareOptions) -> f64 {
+    let largest = |from: &Surface, to: &Surface, known: f64| {
+        let points = Points::new(from, options);
+        // Vertices first: what is farther away than they are is rare.
+        let known = farthest(to, points.vertices.len(), known, |i| points.vertex(i));
+        let known = farthest(to, points.on_faces.count(), known, |i| points.on_face(i));
+        match &points.on_edges {
+            Some(edges) => farthest(to, edges.count(), known, |i| edges.point(i)),
+            None => known,
+        }
+    };
+    largest(b, a, largest(a, b, 0.0)).sqrt()
+}
+
+/// The largest of `known` and the squared distances of points.
+fn farthest(to: &Surface, count: usize, known: f64, point: impl Fn(usize) -> DVec3 + Sync) -> f64 {
+    let blocks = in_blocks(count, |indices| {
+        to.bvh().farthest(&indices.map(&point).collect::<Vec<_>>(), known)
+    });
+    blocks.into_iter().fold(known, f64::max)
 }
 
 /// What a set of samples adds up to.

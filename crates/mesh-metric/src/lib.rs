@@ -4,6 +4,7 @@ mod blocks;
 mod bvh;
 mod closest;
 mod compare;
+mod farthest;
 mod hausdorff;
 mod needles;
 mod packet;
@@ -18,7 +19,7 @@ mod wide;
 pub use closest::{Foot, NoFoot, closest_on_triangle, foot_inside, weights_of_closest};
 pub use compare::{
     CompareOptions, Comparison, OneSided, Worst, compare, compare_until, edge_points,
-    points_of_edge, vertex_distances,
+    points_of_edge, sampled_hausdorff, vertex_distances,
 };
 pub use hausdorff::{
     CertifiedBounds, CertifyOptions, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,

@@ -47,11 +47,7 @@ impl Bvh {
         guess: u32,
         (tasks, nearest): (&mut Tasks, &mut [Nearest]),
     ) -> u32 {
-        let [min, max] = bounds_of(eight.iter().map(|&index| points[index as usize]));
-        let triangle = self.triangle(guess);
-        let [low, high] = self.bounds(guess);
-        let is_wide = (max - min).length_squared() > 4.0 * (high - low).length_squared();
-        if is_wide || self.has_pieces() {
+        if !self.is_one_packet(points, eight, guess) {
             let mut guess = guess;
             for &index in eight {
                 let found = self.nearest_with(simd, points[index as usize], guess);
@@ -60,34 +56,56 @@ impl Bvh {
             }
             return guess;
         }
-        let mut packet = Packet::new(simd, points, eight, [min, max]);
-        packet.measure(triangle, guess);
+        let mut packet = Packet::new(simd, points, eight);
+        packet.measure(self.triangle(guess), guess);
+        self.search_packet(&mut packet, tasks, 0.0);
+        for (lane, &index) in eight.iter().enumerate() {
+            nearest[index as usize] = Nearest {
+                offset: packet.offsets.at(lane),
+                squared: packet.squares[lane],
+                slot: packet.slot(lane),
+            };
+        }
+        packet.slot(eight.len() - 1)
+    }
+
+    /// Whether up to eight points are close enough to each other, compared with a triangle near them, to be
+    /// asked for together.
+    #[inline(always)]
+    pub(crate) fn is_one_packet(&self, points: &[DVec3], eight: &[u32], guess: u32) -> bool {
+        let [min, max] = bounds_of(eight.iter().map(|&index| points[index as usize]));
+        let [low, high] = self.bounds(guess);
+        let is_wide = (max - min).length_squared() > 4.0 * (high - low).length_squared();
+        !is_wide && !self.has_pieces()
+    }
+
+    /// Finds what is closest to the points of a packet, unless they turn out to be all closer than
+    /// the root of `enough`.
+    #[inline(always)]
+    pub(crate) fn search_packet<S: Simd>(
+        &self,
+        packet: &mut Packet<S>,
+        tasks: &mut Tasks,
+        enough: f64,
+    ) {
         tasks.restart(self.root_height());
-        while let Some(task) = tasks.pop() {
+        while let Some(task) = tasks.pop().filter(|_| packet.farthest > enough) {
             if task.squared >= packet.farthest {
                 continue;
             }
             if task.height > 0 {
-                let squares = squared_gaps(packet.bounds, self.node(task).wide(simd));
+                let squares =
+                    squared_gaps(packet.bounds, self.node(task).wide(packet.squares.simd));
                 tasks.push_children(task, squares, packet.farthest);
             } else {
                 packet.measure_leaf(self, task);
             }
         }
-        let slots = packet.slots;
-        for (lane, &index) in eight.iter().enumerate() {
-            nearest[index as usize] = Nearest {
-                offset: packet.offsets.at(lane),
-                squared: packet.squares[lane],
-                slot: slots[lane] as u32,
-            };
-        }
-        slots[eight.len() - 1] as u32
     }
 }
 
 /// Eight queries and the best answers so far.
-struct Packet<S: Simd> {
+pub(crate) struct Packet<S: Simd> {
     points: Wide<S>,
     /// The box round them, eight times.
     bounds: [Wide<S>; 2],
@@ -101,7 +119,8 @@ struct Packet<S: Simd> {
 
 impl<S: Simd> Packet<S> {
     #[inline(always)]
-    fn new(simd: S, points: &[DVec3], eight: &[u32], [min, max]: [DVec3; 2]) -> Self {
+    pub(crate) fn new(simd: S, points: &[DVec3], eight: &[u32]) -> Self {
+        let [min, max] = bounds_of(eight.iter().map(|&index| points[index as usize]));
         let mut columns = [[0.0; LANES]; 3];
         for lane in 0..LANES {
             // The last one is repeated where there are fewer.
@@ -120,8 +139,20 @@ impl<S: Simd> Packet<S> {
         }
     }
 
+    /// The largest of the squared distances so far.
     #[inline(always)]
-    fn measure(&mut self, triangle: [DVec3; 3], slot: u32) {
+    pub(crate) fn farthest(&self) -> f64 {
+        self.farthest
+    }
+
+    /// Where the triangle is that is closest to one of the points.
+    #[inline(always)]
+    pub(crate) fn slot(&self, lane: usize) -> u32 {
+        self.slots[lane] as u32
+    }
+
+    #[inline(always)]
+    pub(crate) fn measure(&mut self, triangle: [DVec3; 3], slot: u32) {
         let simd = self.squares.simd;
         let [a, b, c] = triangle;
         let triangle = [Wide::splat(simd, a), Wide::splat(simd, b), Wide::splat(simd, c)];
@@ -150,7 +181,7 @@ impl<S: Simd> Packet<S> {
 
 /// The indices of the points that are finite, in an order in which neighbours are close to each
 /// other: along a Morton curve through their bounds, in steps of a thousandth of these.
-fn along_a_curve(points: &[DVec3]) -> Vec<u32> {
+pub(crate) fn along_a_curve(points: &[DVec3]) -> Vec<u32> {
     let finite = || points.iter().enumerate().filter(|(_, p)| p.is_finite());
     let [min, max] = bounds_of(finite().map(|(_, p)| *p));
     let scale = STEPS / (max - min).max_element().max(f64::MIN_POSITIVE);

@@ -7,7 +7,7 @@ use mesh_core::{PolygonSoup, TriMesh};
 use mesh_metric::{
     CertifyOptions, CompareOptions, SignedDistance, Surface, SurfaceError, closest_on_triangle,
     compare, compare_until, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,
-    sample_surface, vertex_distances,
+    sample_surface, sampled_hausdorff, vertex_distances,
 };
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -301,6 +301,23 @@ fn bounds_hold_at_the_limit_of_pieces() {
     let sampled = compare(&a, &b, &CompareOptions { samples: 50_000, ..Default::default() });
     assert!(sampled.hausdorff() <= tight.upper);
     assert!(sampled.hausdorff() > 0.9 * tight.lower);
+}
+
+/// Needles are searched in another way than other triangles, and so are samples far apart.
+#[test]
+fn the_largest_sampled_distance_alone_is_that_of_a_comparison() {
+    let sphere = |level| Sphere { radius: 1.0 }.icosphere(level).unwrap();
+    let [coarse, fine] = [2, 4].map(|level| Surface::new(&mesh(&sphere(level))).unwrap());
+    let stretched = moved(&mesh(&sphere(4)), |p| p * DVec3::new(1.0, 1e-4, 300.0));
+    let needles = Surface::new(&stretched).unwrap();
+    for (a, b) in [(&coarse, &fine), (&fine, &coarse), (&coarse, &needles), (&needles, &fine)] {
+        for samples in [300, 30_000] {
+            let options = CompareOptions { samples, ..Default::default() };
+            let whole = compare(a, b, &options).hausdorff();
+            assert!(whole > 0.0);
+            assert_eq!(sampled_hausdorff(a, b, &options), whole);
+        }
+    }
 }
 
 #[test]

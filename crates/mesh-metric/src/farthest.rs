@@ -1,0 +1,83 @@
+//! The largest distance of many points from all triangles.
+//!
+//! Of a point, or of eight of them, that are closer than another one is known to be, it does not
+//! matter how close they are: the search ends with the first triangle that tells.
+
+use fearless_simd::dispatch;
+use fearless_simd::prelude::*;
+use glam::DVec3;
+
+use crate::bvh::{Bvh, Tasks};
+use crate::packet::{Packet, along_a_curve};
+use crate::wide::{LANES, Wide, squared_gaps};
+
+impl Bvh {
+    /// The largest of `known` and the squared distances of points from all triangles. Points that are
+    /// not finite have none.
+    pub(crate) fn farthest(&self, points: &[DVec3], known: f64) -> f64 {
+        let order = along_a_curve(points);
+        let mut largest = known;
+        dispatch!(self.simd(), simd => {
+            let (mut guess, mut tasks) = (0, Tasks::new(self.root_height()));
+            for eight in order.chunks(LANES) {
+                if self.is_one_packet(points, eight, guess) {
+                    guess = self.farthest_of_eight(simd, points, eight, guess, &mut tasks, &mut largest);
+                } else {
+                    for &index in eight {
+                        guess = self.farthest_of_one(simd, points[index as usize], guess, &mut tasks, &mut largest);
+                    }
+                }
+            }
+        });
+        largest
+    }
+
+    /// Goes on to the distances of up to eight points. Returns the slot of a triangle near one of them.
+    #[inline(always)]
+    fn farthest_of_eight<S: Simd>(
+        &self,
+        simd: S,
+        points: &[DVec3],
+        eight: &[u32],
+        guess: u32,
+        tasks: &mut Tasks,
+        largest: &mut f64,
+    ) -> u32 {
+        let mut packet = Packet::new(simd, points, eight);
+        packet.measure(self.triangle(guess), guess);
+        self.search_packet(&mut packet, tasks, *largest);
+        *largest = largest.max(packet.farthest());
+        packet.slot(eight.len() - 1)
+    }
+
+    /// The same for one point.
+    #[inline(always)]
+    fn farthest_of_one<S: Simd>(
+        &self,
+        simd: S,
+        point: DVec3,
+        guess: u32,
+        tasks: &mut Tasks,
+        largest: &mut f64,
+    ) -> u32 {
+        let point = Wide::splat(simd, point);
+        let mut best = self.nearest_in_leaf(simd, point, guess / LANES as u32);
+        tasks.restart(self.root_height());
+        while let Some(task) = tasks.pop().filter(|_| best.squared > *largest) {
+            if task.squared >= best.squared {
+                continue;
+            }
+            if task.height > 0 {
+                let squares = squared_gaps([point, point], self.node(task).wide(simd));
+                tasks.push_children(task, squares, best.squared);
+            } else {
+                let candidate = self.nearest_in_leaf(simd, point, task.index);
+                if candidate.squared < best.squared {
+                    best = candidate;
+                }
+            }
+        }
+        *largest = largest.max(best.squared);
+        best.slot
+    }
+}
