@@ -1,63 +1,63 @@
-//! Which triangles belong to which faces, in linked lists both ways.
+//! Which edges of one mesh belong to which faces of another, in linked lists both ways.
 
 use mesh_core::{FaceId, Handle};
 
-/// Pairs of a triangle and a face. A face gives all of its triangles up at once.
+/// Pairs of an edge and a face. A face gives all of its edges up at once.
 pub(super) struct Covers {
     of_face: Vec<u32>,
-    of_triangle: Vec<u32>,
+    of_edge: Vec<u32>,
     pairs: Vec<Pair>,
-    /// A list of pairs that are free again, by their triangles' lists.
+    /// A list of pairs that are free again, by their edges' lists.
     free: u32,
 }
 
 #[derive(Clone, Copy)]
 struct Pair {
-    triangle: u32,
+    edge: u32,
     face: u32,
-    /// The next one of the same face, and of the same triangle.
+    /// The next one of the same face, and of the same edge.
     next_of_face: u32,
-    next_of_triangle: u32,
+    next_of_edge: u32,
 }
 
 const NONE: u32 = u32::MAX;
 
 impl Covers {
-    pub(super) fn new(faces: usize, triangles: usize) -> Self {
-        let (of_face, of_triangle) = (vec![NONE; faces], vec![NONE; triangles]);
-        Self { of_face, of_triangle, pairs: Vec::new(), free: NONE }
+    pub(super) fn new(faces: usize, edges: usize) -> Self {
+        let (of_face, of_edge) = (vec![NONE; faces], vec![NONE; edges]);
+        Self { of_face, of_edge, pairs: Vec::new(), free: NONE }
     }
 
     /// Adds a pair that is not there yet.
-    pub(super) fn add(&mut self, triangle: u32, face: FaceId) {
-        let (first_of_face, first_of_triangle) =
-            (&mut self.of_face[face.index()], &mut self.of_triangle[triangle as usize]);
+    pub(super) fn add(&mut self, edge: u32, face: FaceId) {
+        let (first_of_face, first_of_edge) =
+            (&mut self.of_face[face.index()], &mut self.of_edge[edge as usize]);
         let face = face.index() as u32;
-        let (next_of_face, next_of_triangle) = (*first_of_face, *first_of_triangle);
-        let pair = Pair { triangle, face, next_of_face, next_of_triangle };
+        let (next_of_face, next_of_edge) = (*first_of_face, *first_of_edge);
+        let pair = Pair { edge, face, next_of_face, next_of_edge };
         let place = match self.free {
             NONE => {
                 self.pairs.push(pair);
                 self.pairs.len() as u32 - 1
             }
             place => {
-                self.free = self.pairs[place as usize].next_of_triangle;
+                self.free = self.pairs[place as usize].next_of_edge;
                 self.pairs[place as usize] = pair;
                 place
             }
         };
-        (*first_of_face, *first_of_triangle) = (place, place);
+        (*first_of_face, *first_of_edge) = (place, place);
     }
 
     pub(super) fn of_face(&self, face: FaceId) -> impl Iterator<Item = u32> + '_ {
         let following = |&i: &u32| some(self.pairs[i as usize].next_of_face);
         core::iter::successors(some(self.of_face[face.index()]), following)
-            .map(|i| self.pairs[i as usize].triangle)
+            .map(|i| self.pairs[i as usize].edge)
     }
 
-    pub(super) fn of_triangle(&self, triangle: u32) -> impl Iterator<Item = FaceId> + '_ {
-        let following = |&i: &u32| some(self.pairs[i as usize].next_of_triangle);
-        core::iter::successors(some(self.of_triangle[triangle as usize]), following)
+    pub(super) fn of_edge(&self, edge: u32) -> impl Iterator<Item = FaceId> + '_ {
+        let following = |&i: &u32| some(self.pairs[i as usize].next_of_edge);
+        core::iter::successors(some(self.of_edge[edge as usize]), following)
             .map(|i| FaceId::from_index(self.pairs[i as usize].face as usize))
     }
 
@@ -66,19 +66,19 @@ impl Covers {
         let mut next = core::mem::replace(&mut self.of_face[face.index()], NONE);
         while next != NONE {
             let place = next;
-            let Pair { triangle, next_of_face, next_of_triangle, .. } = self.pairs[place as usize];
+            let Pair { edge, next_of_face, next_of_edge, .. } = self.pairs[place as usize];
             next = next_of_face;
-            // Few faces have the same triangle.
-            let mut before = self.of_triangle[triangle as usize];
+            // Few faces have the same edge.
+            let mut before = self.of_edge[edge as usize];
             if before == place {
-                self.of_triangle[triangle as usize] = next_of_triangle;
+                self.of_edge[edge as usize] = next_of_edge;
             } else {
-                while self.pairs[before as usize].next_of_triangle != place {
-                    before = self.pairs[before as usize].next_of_triangle;
+                while self.pairs[before as usize].next_of_edge != place {
+                    before = self.pairs[before as usize].next_of_edge;
                 }
-                self.pairs[before as usize].next_of_triangle = next_of_triangle;
+                self.pairs[before as usize].next_of_edge = next_of_edge;
             }
-            self.pairs[place as usize].next_of_triangle = self.free;
+            self.pairs[place as usize].next_of_edge = self.free;
             self.free = place;
         }
     }
@@ -96,12 +96,12 @@ mod tests {
     fn pairs_are_found_from_both_sides_until_the_face_gives_them_up() {
         let mut covers = Covers::new(4, 3);
         let face = FaceId::from_index;
-        for (triangle, f) in [(0, 0), (0, 1), (0, 2), (1, 1), (2, 1), (2, 3)] {
-            covers.add(triangle, face(f));
+        for (edge, f) in [(0, 0), (0, 1), (0, 2), (1, 1), (2, 1), (2, 3)] {
+            covers.add(edge, face(f));
         }
         covers.clear(face(1));
         let faces = |covers: &Covers, t| {
-            let mut faces: Vec<usize> = covers.of_triangle(t).map(Handle::index).collect();
+            let mut faces: Vec<usize> = covers.of_edge(t).map(Handle::index).collect();
             faces.sort_unstable();
             faces
         };

@@ -2,8 +2,8 @@
 
 use mesh_core::TriMesh;
 use mesh_metric::{
-    CertifiedBounds, CertifyOptions, CompareOptions, Surface, SurfaceError, compare,
-    hausdorff_bounds_until,
+    CertifiedBounds, CertifyOptions, CompareOptions, Surface, SurfaceError, hausdorff_bounds_until,
+    sampled_hausdorff,
 };
 
 use crate::collapse::run::Phase;
@@ -68,7 +68,7 @@ impl Measuring<'_> {
         if self.check == ErrorCheck::Certified {
             let size = self.original.bounding_box().diagonal();
             let limit = self.limit;
-            let tolerance = limit.map_or(1e-4 * size, |limit| 0.01 * limit);
+            let tolerance = limit.map_or(1e-4 * size, |limit| 0.001 * limit);
             // Where the distance is so close to the limit that more pieces were needed to tell, it
             // counts as above.
             let certify = match limit {
@@ -89,7 +89,7 @@ impl Measuring<'_> {
             Ok(bounds.map(error))
         } else {
             let samples = CompareOptions { samples: SAMPLES, ..CompareOptions::default() };
-            let lower = compare(self.original, &surface, &samples).hausdorff();
+            let lower = sampled_hausdorff(self.original, &surface, &samples);
             Ok(Some(AchievedError { lower, upper: None }))
         }
     }

@@ -13,11 +13,13 @@
 //! Uses the rooms `collapse` and `finish`, and `mesh-metric` for distances. It knows no options: what
 //! is finished, measured and squeezed, and how, is handed in.
 //!
-//! From the bottom: `measure` and `covers`; `within` and `tether`; `squeeze`; `search`.
+//! From the bottom: `measure`, `covers`, `reach` and `spokes`; `within` and `tether`; `squeeze`; `search`.
 
 mod covers;
 pub(crate) mod measure;
+mod reach;
 pub(crate) mod search;
+mod spokes;
 mod squeeze;
 mod tether;
 pub(crate) mod within;

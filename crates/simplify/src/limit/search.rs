@@ -133,15 +133,22 @@ impl Search<'_> {
 
     /// How many collapses there may be before the vertices of the original are farther from the
     /// level, as it is before it is finished, than the limit; or fewer, when the observer says to
-    /// stop.
+    /// stop. What is not finished has to be as close to the original as that in the other direction,
+    /// too: there its vertices and the middles of its edges tell.
     fn guess(&self, observer: &mut Observer<'_>) -> Result<usize, SimplifyError> {
         let original = self.measuring.original;
         let at = |v: u32| original.positions()[v as usize];
         let used: Vec<DVec3> = original.used_vertices().into_iter().map(at).collect();
         let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
-            let surface = Surface::new(&self.level(collapses)?.mesh)?;
-            let distances = surface.distances(&used);
-            Ok(distances.into_iter().all(|distance| distance <= self.limit))
+            let mesh = self.level(collapses)?.mesh;
+            let is_near = |surface: &Surface, points: &[DVec3]| {
+                surface.distances(points).into_iter().all(|distance| distance <= self.limit)
+            };
+            // These points are fewer.
+            if self.squeeze.is_some() && !is_near(original, &vertices_and_middles(&mesh)) {
+                return Ok(false);
+            }
+            Ok(is_near(&Surface::new(&mesh)?, &used))
         };
         let (mut good, mut bad) = (0, self.log.len());
         if is_within(bad)? {
@@ -159,6 +166,16 @@ impl Search<'_> {
     fn level(&self, collapses: usize) -> Result<Level, SimplifyError> {
         Ok(Level::new(self.mesh, &self.marks, self.log, collapses)?)
     }
+}
+
+/// The vertices of a mesh without gaps and the middles of its edges.
+fn vertices_and_middles(mesh: &TriMesh) -> Vec<DVec3> {
+    let topology = mesh.topology();
+    let middles = topology.edges().map(|edge| {
+        let [p, q] = topology.edge_vertices(edge).map(|v| mesh.position(v));
+        p + 0.5 * (q - p)
+    });
+    topology.vertices().map(|v| mesh.position(v)).chain(middles).collect()
 }
 
 /// The number of vertices that have faces.

@@ -1,116 +1,171 @@
 //! What keeps collapses within a distance of the original.
 //!
-//! Every triangle of the original belongs to the faces of the mesh that cover it: divided into parts if
-//! need be, all corners of each part are close enough to one of them. The distance from a triangle is
-//! a convex function, so that then no point of the part is farther away than its corners. A collapse
-//! is allowed when the triangles that belong to the faces it changes are covered again, and when
-//! these faces, at all their points, are close enough to the original.
+//! Where one surface is a height over the other, their distance is a linear function over each piece in
+//! which a face of the one meets a face of the other, and largest at a corner of such a piece: at a
+//! vertex of either surface, or where an edge of the one crosses an edge of the other. So vertices and
+//! edges are all that is looked at, in both directions, which is much less than what lies between them.
+//! Where it is not, what is too far is found when the result is measured, and faces can be proved as well.
+//!
+//! Every vertex of the original belongs to the face that is closest to it. Every edge belongs to
+//! the faces that cover it: divided into parts if need be, both ends of each part are close enough to one
+//! of them. The distance from a triangle is a convex function, so that then no point of the part is
+//! farther away than its ends. A collapse is allowed when the vertices and edges that belong to the
+//! faces it changes are covered again, and the edges that it changes are close enough to the original.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh, parallel};
-use mesh_metric::{CertifyOptions, Surface, SurfaceError, closest_on_triangle, one_sided_bounds};
+use mesh_core::{FaceId, TriMesh};
+use mesh_metric::{
+    CertifyOptions, ClosestPoint, Surface, SurfaceError, closest_on_triangle, one_sided_bounds,
+};
 
 use crate::collapse::patch::{Collapse, EdgePatch, Place};
 use crate::collapse::placement::{Optimal, Placement};
 use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusal;
+use crate::finish::face_lists::FaceLists;
 use crate::limit::covers::Covers;
+use crate::limit::reach::{Reach, Segment, Triangle};
+use crate::limit::spokes;
 
-/// The triangles of the original and the faces to which they belong.
+/// What of the original is tied to the faces of a mesh.
 pub(crate) struct Tether<'a> {
     original: &'a Surface,
-    limit: f64,
+    edges: &'a [[u32; 2]],
+    reach: Reach,
+    proves: bool,
+    /// The vertices of each face, the farthest first: it is the first to be too far.
+    vertices: FaceLists,
     covers: Covers,
-    /// The triangles of the patch that is about to be collapsed.
-    loose: Vec<u32>,
+    /// The vertices and edges of the patch that is about to be collapsed.
+    loose_vertices: Vec<u32>,
+    loose_edges: Vec<u32>,
 }
 
 /// The pieces of faces to look at before a collapse counts as too far.
 const MAX_PIECES: usize = 3000;
 
-/// How often a triangle is cut into four before the corners of its parts alone tell.
-const DEPTH: usize = 4;
-
-type Triangle = [DVec3; 3];
+/// The edges of a surface, each once.
+pub(crate) fn edges_of(surface: &Surface) -> Vec<[u32; 2]> {
+    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+    let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+    let mut edges: Vec<_> = surface.triangles().iter().flat_map(sides).map(sorted).collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
 
 impl<'a> Tether<'a> {
+    /// Ties an original, whose edges are given, to the faces of a mesh. With `proves`, new faces are looked at
+    /// between their edges, too.
     pub(crate) fn new(
         mesh: &TriMesh,
         original: &'a Surface,
-        limit: f64,
+        edges: &'a [[u32; 2]],
+        distance: f64,
+        proves: bool,
     ) -> Result<Self, SurfaceError> {
+        let reach = Reach::new(distance);
         let surface = Surface::new(mesh)?;
-        let squared = limit * limit;
-        let found = parallel::collect_with(
-            original.triangle_count(),
-            || (),
-            |(), t| {
-                let mut faces = Vec::new();
-                find_covers(&surface, &original.triangle(t), squared, DEPTH, &mut faces);
-                faces.sort_unstable();
-                faces.dedup();
-                faces
-            },
+        let faces = mesh.topology().face_capacity();
+        let closest = surface.closest_points(original.positions());
+        let mut vertices = FaceLists::new(faces);
+        let used = original.used_vertices().into_iter();
+        add_farthest_last(
+            used.map(|v| (closest[v as usize].distance, v, closest[v as usize].face)).collect(),
+            &mut vertices,
         );
-        let mut covers = Covers::new(mesh.topology().face_capacity(), original.triangle_count());
-        for (triangle, faces) in (0..).zip(found) {
-            faces.into_iter().for_each(|face| covers.add(triangle, face));
+        let mut covers = Covers::new(faces, edges.len());
+        for (edge, face) in find_covers(&surface, original, edges, &closest, reach) {
+            covers.add(edge, face);
         }
-        Ok(Self { original, limit, covers, loose: Vec::new() })
+        let (loose_vertices, loose_edges) = (Vec::new(), Vec::new());
+        Ok(Self { original, edges, reach, proves, vertices, covers, loose_vertices, loose_edges })
     }
 
-    /// Whether the triangles of the patch are covered when the edge is collapsed to `x`, relative to
-    /// its midpoint.
+    fn vertex(&self, vertex: u32) -> DVec3 {
+        self.original.positions()[vertex as usize]
+    }
+
+    fn segment(&self, edge: u32) -> Segment {
+        self.edges[edge as usize].map(|v| self.vertex(v))
+    }
+
+    /// Whether what belongs to the patch is covered when the edge is collapsed to `x`, and the new
+    /// edges are close enough.
     fn holds(&self, patch: &EdgePatch<'_>, x: DVec3) -> bool {
+        let hub = patch.origin() + x;
         // Most places that do not hold are too far themselves.
-        if self.original.distance(patch.origin() + x) > self.limit {
+        if self.original.distance(hub) > self.reach.distance() {
             return false;
         }
-        let around: Vec<FaceId> = faces_of(patch).collect();
+        let at = |corner: DVec3| patch.origin() + corner;
         let remaining = patch.remaining_faces().iter();
-        let new: Vec<Triangle> = remaining
-            .map(|face| [x, face.corners[1], face.corners[2]].map(|p| patch.origin() + p))
-            .collect();
-        let mut candidates = new.clone();
+        let new: Vec<Triangle> =
+            remaining.map(|face| [hub, at(face.corners[1]), at(face.corners[2])]).collect();
         let mut last = 0;
-        for triangle in self.triangles_of(around.iter().copied()) {
-            candidates.truncate(new.len());
-            let others = self.covers.of_triangle(triangle).filter(|face| !around.contains(face));
-            candidates.extend(others.map(|face| patch.mesh().triangle(face)));
-            let corners = self.original.triangle(triangle as usize);
-            if !is_covered(&corners, &candidates, self.limit * self.limit, DEPTH, &mut last) {
-                return false;
-            }
+        let mut is_near = |v: u32| {
+            let found = self.reach.find(self.vertex(v), &new, [last, 0]);
+            last = found.unwrap_or(last);
+            found.is_some()
+        };
+        if !faces_of(patch).flat_map(|face| self.vertices.of_face(face)).all(&mut is_near) {
+            return false;
         }
-        true
+        let mut rim: Vec<DVec3> = Vec::with_capacity(new.len() + 2);
+        for &[_, from, to] in &new {
+            // They go round clockwise, each from where the next one goes to.
+            if rim.last() != Some(&to) {
+                rim.push(to);
+            }
+            rim.push(from);
+        }
+        spokes::are_within(hub, &rim, self.original, self.reach.distance(), self.reach.least())
+            && self.covers_edges(patch, &new)
+            && (!self.proves || self.is_proved(&new))
     }
 
-    /// The triangles that belong to some faces, each once.
-    fn triangles_of(&self, faces: impl Iterator<Item = FaceId>) -> Vec<u32> {
+    /// Whether no point of some faces is too far from the original.
+    fn is_proved(&self, faces: &[Triangle]) -> bool {
+        let corners: Vec<[u32; 3]> =
+            (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let Ok(surface) = Surface::from_triangles(faces.as_flattened(), &corners) else {
+            return false;
+        };
+        let options = CertifyOptions {
+            limit: Some(self.reach.distance()),
+            max_pieces: MAX_PIECES,
+            ..CertifyOptions::default()
+        };
+        one_sided_bounds(&surface, self.original, &options).upper <= self.reach.distance()
+    }
+
+    /// Whether the edges that belong to the patch are covered when its faces are these.
+    fn covers_edges(&self, patch: &EdgePatch<'_>, new: &[Triangle]) -> bool {
+        let around: Vec<FaceId> = faces_of(patch).collect();
+        let (count, mut candidates, mut last) = (new.len(), new.to_vec(), [0; 2]);
+        self.edges_of_faces(around.iter().copied()).into_iter().all(|edge| {
+            candidates.truncate(count);
+            let others = self.covers.of_edge(edge).filter(|face| !around.contains(face));
+            candidates.extend(others.map(|face| patch.mesh().triangle(face)));
+            self.reach.cover(self.segment(edge), &candidates, &mut last, &mut |_| {})
+        })
+    }
+
+    /// The edges that belong to some faces, each once.
+    fn edges_of_faces(&self, faces: impl Iterator<Item = FaceId>) -> Vec<u32> {
         let mut all: Vec<u32> = faces.flat_map(|face| self.covers.of_face(face)).collect();
         all.sort_unstable();
         all.dedup();
         all
     }
+}
 
-    /// Whether no point of the faces that remain is beyond the limit.
-    fn is_proved(&self, patch: &EdgePatch<'_>, x: DVec3) -> bool {
-        let mut places = vec![patch.origin() + x];
-        let mut triangles = Vec::new();
-        for face in patch.remaining_faces() {
-            let [_, a, b] = face.corners.map(|corner| patch.origin() + corner);
-            places.extend([a, b]);
-            let last = places.len() as u32 - 1;
-            triangles.push([0, last - 1, last]);
-        }
-        let Ok(surface) = Surface::from_triangles(&places, &triangles) else { return false };
-        let options = CertifyOptions {
-            limit: Some(self.limit),
-            max_pieces: MAX_PIECES,
-            ..CertifyOptions::default()
-        };
-        one_sided_bounds(&surface, self.original, &options).upper <= self.limit
+/// Puts vertices into the lists of their faces, by their distances from these.
+fn add_farthest_last(mut all: Vec<(f64, u32, FaceId)>, vertices: &mut FaceLists) {
+    all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    for (_, vertex, face) in all {
+        vertices.push(face, vertex);
     }
 }
 
@@ -120,116 +175,82 @@ fn faces_of<'p>(patch: &EdgePatch<'p>) -> impl Iterator<Item = FaceId> + 'p {
     patch.faces().iter().filter_map(|face| topology.face(face.side))
 }
 
-fn is_within(point: DVec3, triangle: &Triangle, squared: f64) -> bool {
-    closest_on_triangle(point, triangle).length_squared() <= squared
-}
-
-/// The four parts of a triangle.
-fn parts([a, b, c]: &Triangle) -> [Triangle; 4] {
-    let middle = |p: &DVec3, q: &DVec3| *p + 0.5 * (*q - *p);
-    let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
-    [[*a, ab, ca], [ab, *b, bc], [ca, bc, *c], [ab, bc, ca]]
-}
-
-/// Whether each part of a piece is within a distance of one of some triangles; parts that cannot be
-/// divided any more when their corners are. `last` is the triangle to try first.
-fn is_covered(
-    piece: &Triangle,
-    triangles: &[Triangle],
-    squared: f64,
-    depth: usize,
-    last: &mut usize,
-) -> bool {
-    let mut reached = [false; 3];
-    let first = (*last).min(triangles.len().saturating_sub(1));
-    for i in core::iter::once(first).chain((0..triangles.len()).filter(|&i| i != first)) {
-        let Some(triangle) = triangles.get(i) else { return false };
-        // The corners in turn, until one is too far.
-        let close = piece.iter().take_while(|&&p| is_within(p, triangle, squared)).count();
-        reached[..close].fill(true);
-        if close == 3 {
-            *last = i;
-            return true;
-        }
-    }
-    let is_close = |p: DVec3| triangles.iter().any(|triangle| is_within(p, triangle, squared));
-    piece.iter().zip(reached).all(|(&p, reached)| reached || is_close(p))
-        && (depth == 0
-            || parts(piece)
-                .iter()
-                .all(|part| is_covered(part, triangles, squared, depth - 1, last)))
-}
-
-/// As above, with all triangles of a surface; adds those that are needed. What is beyond the distance
-/// belongs to the closest.
+/// The faces of a surface that cover each edge of the original, whose vertices are closest to the points
+/// that are given. What is beyond the distance belongs to the closest.
 fn find_covers(
     surface: &Surface,
-    piece: &Triangle,
-    squared: f64,
-    depth: usize,
-    faces: &mut Vec<FaceId>,
-) {
-    let closest = piece.map(|corner| surface.closest(corner));
-    let covers = |triangle: u32| {
-        let triangle = surface.triangle(triangle as usize);
-        piece.iter().all(|&p| is_within(p, &triangle, squared))
+    original: &Surface,
+    edges: &[[u32; 2]],
+    closest: &[ClosestPoint],
+    reach: Reach,
+) -> Vec<(u32, FaceId)> {
+    /// A part of an edge, and what is closest to its ends.
+    struct Part {
+        edge: u32,
+        ends: Segment,
+        closest: [ClosestPoint; 2],
+    }
+    let mut found = Vec::with_capacity(edges.len());
+    let whole = |(edge, &ends): (u32, &[u32; 2])| Part {
+        edge,
+        ends: ends.map(|v| original.positions()[v as usize]),
+        closest: ends.map(|v| closest[v as usize]),
     };
-    match closest.iter().find(|closest| covers(closest.triangle)) {
-        Some(found) => faces.push(found.face),
-        None if depth == 0 => faces.extend(closest.map(|closest| closest.face)),
-        None => {
-            for part in parts(piece) {
-                find_covers(surface, &part, squared, depth - 1, faces);
+    let mut parts: Vec<Part> = (0..).zip(edges).map(whole).collect();
+    while !parts.is_empty() {
+        let mut open = Vec::new();
+        for part in parts {
+            let covers = |closest: &&ClosestPoint| {
+                reach.covers(&surface.triangle(closest.triangle as usize), &part.ends)
+            };
+            if let Some(closest) = part.closest.iter().find(covers) {
+                found.push((part.edge, closest.face));
+            } else if let Some(halves) = reach.halves(&part.ends) {
+                open.push((part, halves));
+            } else {
+                found.extend(part.closest.map(|closest| (part.edge, closest.face)));
             }
         }
+        let middles: Vec<DVec3> = open.iter().map(|(_, [[_, middle], _])| *middle).collect();
+        let middles = surface.closest_to_neighbours(&middles);
+        let halves = |((part, halves), middle): ((Part, [Segment; 2]), ClosestPoint)| {
+            let [first, second] = part.closest;
+            let closest = [[first, middle], [middle, second]];
+            let half = |i: usize| Part { edge: part.edge, ends: halves[i], closest: closest[i] };
+            [half(0), half(1)]
+        };
+        parts = open.into_iter().zip(middles).flat_map(halves).collect();
     }
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 impl Policy for Tether<'_> {
     fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
         let around: Vec<FaceId> = mesh.topology().faces_of_vertex(collapse.kept).collect();
         let new: Vec<Triangle> = around.iter().map(|&face| mesh.triangle(face)).collect();
-        let squared = self.limit * self.limit;
+        let closest = |&v: &u32| {
+            let squares =
+                new.iter().map(|t| closest_on_triangle(self.vertex(v), t).length_squared());
+            let nearest = squares.zip(&around).min_by(|a, b| a.0.total_cmp(&b.0));
+            nearest.map(|(squared, &face)| (squared, v, face))
+        };
+        let found = self.loose_vertices.iter().filter_map(closest).collect();
+        add_farthest_last(found, &mut self.vertices);
+        let (count, mut candidates, mut last) = (new.len(), new, [0; 2]);
         let mut used = Vec::new();
-        for &triangle in &self.loose {
-            let others: Vec<FaceId> = self.covers.of_triangle(triangle).collect();
-            let outside: Vec<Triangle> = others.iter().map(|&face| mesh.triangle(face)).collect();
+        for &edge in &self.loose_edges {
+            candidates.truncate(count);
+            candidates.extend(self.covers.of_edge(edge).map(|face| mesh.triangle(face)));
             used.clear();
-            let corners = self.original.triangle(triangle as usize);
-            list_covers(&corners, [&new, &outside], squared, DEPTH, &mut used);
+            self.reach.cover(self.segment(edge), &candidates, &mut last, &mut |i| used.push(i));
             used.sort_unstable();
             used.dedup();
-            for &i in &used {
-                if let Some(&face) = around.get(i) {
-                    self.covers.add(triangle, face);
-                }
+            // The others have it already.
+            for &face in used.iter().filter_map(|&i| around.get(i)) {
+                self.covers.add(edge, face);
             }
-        }
-    }
-}
-
-/// Adds the numbers of the triangles of the first list that cover a piece, as in [`is_covered`].
-fn list_covers(
-    piece: &Triangle,
-    [new, outside]: [&[Triangle]; 2],
-    squared: f64,
-    depth: usize,
-    used: &mut Vec<usize>,
-) {
-    let covers = |t: &Triangle| piece.iter().all(|&p| is_within(p, t, squared));
-    let known = used.iter().copied().find(|&i| covers(&new[i]));
-    if known.is_some() || outside.iter().any(covers) {
-        return;
-    }
-    if let Some(i) = new.iter().position(covers) {
-        used.push(i);
-    } else if depth == 0 {
-        used.extend(
-            (0..new.len()).filter(|&i| piece.iter().any(|&p| is_within(p, &new[i], squared))),
-        );
-    } else {
-        for part in parts(piece) {
-            list_covers(&part, [new, outside], squared, depth - 1, used);
         }
     }
 }
@@ -246,8 +267,7 @@ impl Placement for Tether<'_> {
     }
 
     fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
-        let is_tied = self.holds(patch, x) && self.is_proved(patch, x);
-        if is_tied { Ok(()) } else { Err(Refusal::Distance) }
+        if self.holds(patch, x) { Ok(()) } else { Err(Refusal::Distance) }
     }
 
     /// Where the best place does not hold, the ends.
@@ -256,8 +276,11 @@ impl Placement for Tether<'_> {
     }
 
     fn collapsing(&mut self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) {
-        self.loose = self.triangles_of(faces_of(patch));
+        self.loose_edges = self.edges_of_faces(faces_of(patch));
+        self.loose_vertices.clear();
         for face in faces_of(patch) {
+            self.loose_vertices.extend(self.vertices.of_face(face));
+            self.vertices.clear(face);
             self.covers.clear(face);
         }
     }
