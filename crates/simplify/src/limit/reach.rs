@@ -4,6 +4,7 @@
 //! So a segment is covered whose parts have both their ends close to one of the triangles each.
 
 use glam::DVec3;
+use mesh_core::BoundingBox;
 use mesh_metric::closest_on_triangle;
 
 pub(super) type Triangle = [DVec3; 3];
@@ -11,6 +12,8 @@ pub(super) type Segment = [DVec3; 2];
 
 /// The length of the shortest parts, relative to the distance.
 const LEAST: f64 = 0.1;
+/// The same, relative to the largest coordinate.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// A distance, and how finely it is looked at.
 #[derive(Clone, Copy)]
@@ -21,8 +24,12 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    pub(super) fn new(distance: f64) -> Self {
-        Self { distance, squared: distance * distance, least: LEAST * distance }
+    /// A distance between surfaces in a box.
+    pub(super) fn new(distance: f64, bounds: BoundingBox) -> Self {
+        let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+        // Between the ends of a part there has to be a middle that is neither of them.
+        let least = (LEAST * distance).max(ROUNDING * largest);
+        Self { distance, squared: distance * distance, least }
     }
 
     pub(super) fn distance(&self) -> f64 {
@@ -111,11 +118,12 @@ mod tests {
         let ridge = [at(0.0, -9.0, 1.0), at(0.0, 9.0, 1.0)];
         let roof = [4.0, -4.0].map(|x| [ridge[0], ridge[1], at(x, 0.0, 0.0)]);
         let across = [at(-3.0, 0.0, 0.0), at(3.0, 0.0, 0.0)];
+        let bounds = BoundingBox { min: at(-4.0, -9.0, 0.0), max: at(4.0, 9.0, 1.0) };
         let covered = |distance: f64| {
             let mut used = Vec::new();
             let mut last = [0; 2];
-            let covers =
-                Reach::new(distance).cover(across, &roof, &mut last, &mut |i| used.push(i));
+            let reach = Reach::new(distance, bounds);
+            let covers = reach.cover(across, &roof, &mut last, &mut |i| used.push(i));
             used.sort_unstable();
             used.dedup();
             covers.then_some(used)
@@ -126,5 +134,19 @@ mod tests {
         assert_eq!(covered(0.9 * farthest), None);
         // One is enough where it has both ends.
         assert_eq!(covered(3.2), Some(vec![0]));
+    }
+
+    /// The distance is far below what coordinates are rounded to.
+    #[test]
+    fn segments_are_not_divided_beyond_the_rounding_of_their_ends() {
+        let far = DVec3::splat(1e6);
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X + DVec3::Y].map(|p| far + p);
+        let [a, b, c, d] = corners;
+        let bounds = BoundingBox { min: a, max: d };
+        let halves = [[a, b, c], [b, d, c]];
+        let reach = Reach::new(1e-13, bounds);
+        let mut parts = 0;
+        reach.cover([a, d], &halves, &mut [0; 2], &mut |_| parts += 1);
+        assert!(parts < 100, "{parts}");
     }
 }

@@ -65,7 +65,7 @@ impl<'a> Tether<'a> {
         distance: f64,
         proves: bool,
     ) -> Result<Self, SurfaceError> {
-        let reach = Reach::new(distance);
+        let reach = Reach::new(distance, original.bounding_box());
         let surface = Surface::new(mesh)?;
         let faces = mesh.topology().face_capacity();
         let closest = surface.closest_points(original.positions());
@@ -203,9 +203,10 @@ fn find_covers(
             let covers = |closest: &&ClosestPoint| {
                 reach.covers(&surface.triangle(closest.triangle as usize), &part.ends)
             };
+            let is_near = part.closest.iter().all(|end| end.distance <= reach.distance());
             if let Some(closest) = part.closest.iter().find(covers) {
                 found.push((part.edge, closest.face));
-            } else if let Some(halves) = reach.halves(&part.ends) {
+            } else if let Some(halves) = reach.halves(&part.ends).filter(|_| is_near) {
                 open.push((part, halves));
             } else {
                 found.extend(part.closest.map(|closest| (part.edge, closest.face)));
