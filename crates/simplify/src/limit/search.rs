@@ -168,14 +168,15 @@ impl Search<'_> {
     }
 }
 
-/// The vertices of a mesh without gaps and the middles of its edges.
+/// The vertices of a mesh that have faces, and the middles of its edges.
 fn vertices_and_middles(mesh: &TriMesh) -> Vec<DVec3> {
     let topology = mesh.topology();
     let middles = topology.edges().map(|edge| {
         let [p, q] = topology.edge_vertices(edge).map(|v| mesh.position(v));
         p + 0.5 * (q - p)
     });
-    topology.vertices().map(|v| mesh.position(v)).chain(middles).collect()
+    let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+    used.map(|v| mesh.position(v)).chain(middles).collect()
 }
 
 /// The number of vertices that have faces.
