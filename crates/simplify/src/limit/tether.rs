@@ -69,7 +69,7 @@ impl<'a> Tether<'a> {
         let surface = Surface::new(mesh)?;
         let faces = mesh.topology().face_capacity();
         let closest = surface.closest_points(original.positions());
-        let mut vertices = FaceLists::new(faces);
+        let mut vertices = FaceLists::new(faces, original.positions().len());
         let used = original.used_vertices().into_iter();
         add_farthest_last(
             used.map(|v| (closest[v as usize].distance, v, closest[v as usize].face)).collect(),
