@@ -237,15 +237,8 @@ const ROUNDING: f64 = 1e-9;
 mod tests {
     use super::*;
     use crate::finish::peaks::points::Points;
+    use crate::finish::peaks::points::tests::plane;
     use mesh_core::EdgeId;
-    use mesh_core::shapes::Plane;
-
-    fn plane(half_width: f64, cells: usize, place: impl Fn(DVec3) -> DVec3) -> TriMesh {
-        let soup = Plane { half_width }.mesh(cells, Default::default()).unwrap();
-        let mut mesh = TriMesh::from_soup(&soup).unwrap();
-        mesh.positions_mut().iter_mut().for_each(|p| *p = place(*p));
-        mesh
-    }
 
     /// What is asked again after a change is what would be asked anew.
     fn check_after(before: &TriMesh, after: &TriMesh, original: &Surface, became: Became<'_>) {

@@ -143,11 +143,15 @@ impl<'a> Peaks<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use mesh_core::shapes::Plane;
 
-    fn plane(half_width: f64, cells: usize, place: impl Fn(DVec3) -> DVec3) -> TriMesh {
+    pub(in crate::finish::peaks) fn plane(
+        half_width: f64,
+        cells: usize,
+        place: impl Fn(DVec3) -> DVec3,
+    ) -> TriMesh {
         let soup = Plane { half_width }.mesh(cells, Default::default()).unwrap();
         let mut mesh = TriMesh::from_soup(&soup).unwrap();
         mesh.positions_mut().iter_mut().for_each(|p| *p = place(*p));
