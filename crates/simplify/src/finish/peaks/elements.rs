@@ -5,7 +5,6 @@ use mesh_core::{EdgeId, FaceId, Topology, TriMesh, VertexId};
 use mesh_metric::Surface;
 
 use crate::finish::blocks::values_in_turn;
-use crate::finish::peaks::points::BLOCK;
 
 /// How far the original is from each vertex, from the middle of each edge, and from the centre of each face of a mesh,
 /// by index; 0 from what has no face.
@@ -23,6 +22,9 @@ enum Element {
     Edge(EdgeId),
     Face(FaceId),
 }
+
+/// Points that one thread asks for at a time.
+pub(super) const BLOCK: usize = 1024;
 
 /// A distance that was not asked for yet.
 const UNKNOWN: f64 = -1.0;

@@ -6,7 +6,7 @@ use mesh_metric::{Surface, SurfaceError, edge_points};
 
 use crate::finish::blocks::values_in_turn;
 use crate::finish::fit::spread::{Spread, area};
-use crate::finish::peaks::elements::Elements;
+use crate::finish::peaks::elements::{BLOCK, Elements};
 
 /// Points of the original, to be asked how far they are from the mesh.
 pub(super) struct Points {
@@ -109,9 +109,6 @@ pub(super) struct Closest {
     pub(super) distance: f64,
     pub(super) face: FaceId,
 }
-
-/// Points that one thread asks for at a time.
-pub(super) const BLOCK: usize = 1024;
 
 impl<'a> Peaks<'a> {
     pub(super) fn new(
