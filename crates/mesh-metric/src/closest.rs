@@ -51,6 +51,8 @@ pub struct Foot {
     pub offset: DVec3,
     /// The unit normal of the triangle.
     pub normal: DVec3,
+    /// Twice the area of the triangle.
+    pub double_area: f64,
 }
 
 /// Why a point has no [`Foot`] on a triangle.
@@ -82,7 +84,8 @@ pub fn foot_inside(point: DVec3, triangle: &[DVec3; 3]) -> Result<Foot, NoFoot> 
     let height = height / length;
     // Where there is no area there is no normal, and nothing is near.
     let is_near = height * height <= NEAR * length;
-    if is_near { Ok(Foot { offset: height * normal, normal }) } else { Err(NoFoot::Far) }
+    let foot = Foot { offset: height * normal, normal, double_area: length };
+    if is_near { Ok(foot) } else { Err(NoFoot::Far) }
 }
 
 /// A point is near when the square of its height over a triangle is at most this part of twice the area.
@@ -197,7 +200,7 @@ mod tests {
     fn a_foot_is_found_inside_and_near_only() {
         let at = |x: f64, y: f64, z: f64| foot_inside(DVec3::new(x, y, z), &TRIANGLE);
         let foot = at(1.0, 1.0, -0.5).unwrap();
-        assert_eq!((foot.offset, foot.normal), (0.5 * DVec3::Z, DVec3::Z));
+        assert_eq!((foot.offset, foot.normal, foot.double_area), (0.5 * DVec3::Z, DVec3::Z, 12.0));
         // Beyond a side, though as near; above the inside, but farther than the square root of 0.6.
         assert_eq!(at(2.1, 1.5, 0.5), Err(NoFoot::Beyond(0)));
         assert_eq!(at(-0.1, 1.0, 0.0), Err(NoFoot::Beyond(1)));

@@ -4,6 +4,10 @@ use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
 use mesh_metric::{NoFoot, foot_inside};
 
+/// A foot counts when the square of its distance is at most this part of twice the area of the face: farther away,
+/// the face of another sheet or component of the mesh may well be the closest one.
+const NEAR: f64 = 3e-4;
+
 /// After so many steps a search in a tree is quicker.
 const MOST_STEPS: usize = 8;
 
@@ -27,10 +31,12 @@ pub(super) fn walk_to(mesh: &TriMesh, start: FaceId, point: DVec3, normal: DVec3
     let (mut face, mut before) = (start, None);
     for _ in 0..MOST_STEPS {
         let corner = match foot_inside(point, &mesh.triangle(face)) {
-            Ok(foot) if foot.normal.dot(normal) > 0.0 => {
-                return End::Foot(face, foot.offset.length_squared());
+            Ok(foot) => {
+                let squared = foot.offset.length_squared();
+                let is_near = squared <= NEAR * foot.double_area && foot.normal.dot(normal) > 0.0;
+                return if is_near { End::Foot(face, squared) } else { End::Elsewhere };
             }
-            Ok(_) | Err(NoFoot::Far) => return End::Elsewhere,
+            Err(NoFoot::Far) => return End::Elsewhere,
             Err(NoFoot::Beyond(corner)) => corner,
         };
         let side = topology.face_half_edges(face)[(corner + 1) % 3];
@@ -55,14 +61,14 @@ mod tests {
             let soup = Sphere { radius: 1.0 }.icosphere(cuts).unwrap();
             TriMesh::from_soup(&soup).unwrap()
         };
-        let (mesh, fine) = (sphere(2), sphere(4));
+        let (mesh, fine) = (sphere(4), sphere(5));
         let surface = Surface::new(&mesh).unwrap();
         let (mut ended, mut asked) = (0, 0);
         for face in fine.topology().faces() {
             let point = fine.triangle(face).iter().sum::<DVec3>() / 3.0;
             let closest = surface.closest(point);
             // From a face that is a few steps away.
-            let start = surface.closest(point + DVec3::new(0.1, -0.15, 0.1)).face;
+            let start = surface.closest(point + DVec3::new(0.03, -0.05, 0.03)).face;
             asked += 1;
             if let End::Foot(_, squared) = walk_to(&mesh, start, point, point) {
                 assert!(
@@ -81,10 +87,11 @@ mod tests {
         let start = mesh.topology().faces().next().unwrap();
         let to =
             |x: f64, z: f64, normal: DVec3| walk_to(&mesh, start, DVec3::new(x, -0.9, z), normal);
-        let End::Foot(_, squared) = to(-0.3, 0.1, DVec3::Z) else { panic!("no foot") };
-        assert!((squared - 0.01).abs() < 1e-15);
+        // At most .0087 away.
+        let End::Foot(_, squared) = to(-0.3, 0.008, DVec3::Z) else { panic!("no foot") };
+        assert!((squared - 0.008 * 0.008).abs() < 1e-15);
         assert!(matches!(to(-1.2, 0.0, DVec3::Z), End::Face(_)));
-        // From below, and farther from the mesh than its faces are large.
-        assert_eq!([to(-0.3, 0.1, -DVec3::Z), to(-0.3, 0.9, DVec3::Z)], [End::Elsewhere; 2]);
+        // From below, and farther from the mesh than suits the size of its faces.
+        assert_eq!([to(-0.3, 0.008, -DVec3::Z), to(-0.3, 0.009, DVec3::Z)], [End::Elsewhere; 2]);
     }
 }

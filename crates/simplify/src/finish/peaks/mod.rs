@@ -60,7 +60,7 @@ pub struct PeakOptions {
 impl Default for PeakOptions {
     fn default() -> Self {
         Self {
-            rounds: 5,
+            rounds: 6,
             above: 0.7,
             share: 0.003,
             spacing: 3.0,
