@@ -75,14 +75,11 @@ impl<'a> Pairs<'a> {
                         Some(before) => before[index],
                         None => last.unwrap_or_else(|| surface.closest(point).face),
                     };
-                    let end = walk_to(mesh, start, point, targets.normal(index));
-                    let foot = match end {
-                        End::Foot(face, squared) => Some((face, squared)),
-                        End::Face(_) | End::Elsewhere => None,
-                    };
-                    last = match end {
-                        End::Foot(face, _) | End::Face(face) => Some(face),
-                        End::Elsewhere => None,
+                    let foot;
+                    (foot, last) = match walk_to(mesh, start, point, targets.normal(index)) {
+                        End::Foot(face, squared) => (Some((face, squared)), Some(face)),
+                        End::Face(face) => (None, Some(face)),
+                        End::Elsewhere => (None, None),
                     };
                     if foot.is_none() {
                         lost.push(point);
