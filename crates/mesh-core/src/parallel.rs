@@ -137,6 +137,15 @@ pub fn both<A: Send, B: Send>(
     (first(), second())
 }
 
+/// Sorts, those that are equal in the order in which they are. Quick where much is in order already.
+pub fn sort_by<T: Send>(items: &mut [T], compare: impl Fn(&T, &T) -> core::cmp::Ordering + Sync) {
+    #[cfg(feature = "rayon")]
+    if !stays_here(items.len().div_ceil(BLOCK)) {
+        return items.par_sort_by(compare);
+    }
+    items.sort_by(compare);
+}
+
 /// How many threads there are to share the work.
 #[must_use]
 pub fn threads() -> usize {
@@ -236,6 +245,14 @@ mod tests {
         });
         assert!(in_blocks.into_iter().eq((0..count).map(Some)));
         assert!(collect_blocks(0, || (), |_, _| [0; 4]).is_empty());
+    }
+
+    #[test]
+    fn equal_items_stay_in_order() {
+        let count = 3 * BLOCK + 5;
+        let mut items: Vec<(usize, usize)> = (0..count).map(|i| (i * 7 % 100, i)).collect();
+        sort_by(&mut items, |a, b| a.0.cmp(&b.0));
+        assert!(items.is_sorted() && items.len() == count);
     }
 
     #[test]

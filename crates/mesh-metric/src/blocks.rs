@@ -14,7 +14,7 @@ pub(crate) fn in_blocks<T: Send>(count: usize, value: impl Fn(Range<usize>) -> T
     parallel::collect_each(count.div_ceil(BLOCK), block)
 }
 
-/// A value for each index below `count`, made block by block.
+/// Values for the indices below `count`, one each or as many as there are to tell, made block by block.
 pub(crate) fn values_in_blocks<T: Send>(
     count: usize,
     values: impl Fn(Range<usize>) -> Vec<T> + Sync,
@@ -23,7 +23,7 @@ pub(crate) fn values_in_blocks<T: Send>(
     if blocks.len() == 1 {
         return blocks.pop().unwrap_or_default();
     }
-    let mut all = Vec::with_capacity(count);
+    let mut all = Vec::with_capacity(blocks.iter().map(Vec::len).sum());
     blocks.into_iter().for_each(|block| all.extend(block));
     all
 }

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap};
 
-use crate::blocks::in_blocks;
+use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::Nearest;
 use crate::sampling::AreaSampler;
 use crate::surface::Surface;
@@ -316,9 +316,13 @@ impl<'a> EdgePoints<'a> {
     /// be more than `most` in all.
     fn new(surface: &'a Surface, spacing: f64, limit: usize, most: usize) -> Self {
         let count = |&edge: &[u32; 2]| points_within(ends_of(surface, edge), spacing, limit);
-        let sides = surface.triangles().iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-        let ordered = sides.map(|[a, b]| [a.min(b), a.max(b)]);
-        let mut edges: Vec<[u32; 2]> = ordered.filter(|side| count(side) > 0).collect();
+        let sides = |t: usize| {
+            let [a, b, c] = surface.triangles()[t];
+            [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
+        };
+        let mut edges: Vec<[u32; 2]> = values_in_blocks(surface.triangle_count(), |range| {
+            range.flat_map(sides).filter(|side| count(side) > 0).collect()
+        });
         edges.sort_unstable();
         edges.dedup();
         let mut points = Self { surface, edges, ends: Vec::new() };

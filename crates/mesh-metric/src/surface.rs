@@ -1,9 +1,11 @@
 //! A surface to be asked for closest points.
 
-use glam::DVec3;
-use mesh_core::{BoundingBox, FaceId, Handle, TriMesh};
+use core::ops::Range;
 
-use crate::blocks::values_in_blocks;
+use glam::DVec3;
+use mesh_core::{BoundingBox, FaceId, Handle, TriMesh, parallel};
+
+use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::{Bvh, Nearest};
 
 /// Triangles, in any arrangement, with a bounding volume hierarchy for closest-point queries.
@@ -82,9 +84,16 @@ impl Surface {
         // No more room than they need: there may be gaps among the faces, so that iterators do not tell.
         let count = topology.face_count();
         let (mut triangles, mut faces) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        triangles.extend(topology.triangles());
-        faces.extend(topology.faces());
-        Self::build(mesh.positions().to_vec(), triangles, faces)
+        let (positions, ()) = parallel::both(
+            || mesh.positions().to_vec(),
+            || {
+                parallel::both(
+                    || triangles.extend(topology.triangles()),
+                    || faces.extend(topology.faces()),
+                );
+            },
+        );
+        Self::build(positions, triangles, faces)
     }
 
     /// The surface of triangles that need not form a manifold.
@@ -114,8 +123,10 @@ impl Surface {
         }
         check(&positions, &triangles)?;
         let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
-        let bvh = Bvh::new(corners, triangles.len());
-        let bounding_box = bounding_box(&positions, &triangles);
+        let (bvh, bounding_box) = parallel::both(
+            || Bvh::new(corners, triangles.len()),
+            || bounding_box(&positions, &triangles),
+        );
         Ok(Self { positions, triangles, faces, bounding_box, bvh })
     }
 
@@ -303,18 +314,21 @@ impl Surface {
 
 /// Whether all corners are there and finite.
 fn check(positions: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), SurfaceError> {
-    for (triangle, corners) in triangles.iter().enumerate() {
-        for &vertex in corners {
-            let Some(&position) = positions.get(vertex as usize) else {
-                let vertex_count = positions.len();
-                return Err(SurfaceError::IndexOutOfRange { triangle, vertex, vertex_count });
-            };
-            if !position.is_finite() {
-                return Err(SurfaceError::NotFinite { vertex, position });
+    let check_block = |range: Range<usize>| {
+        for triangle in range {
+            for vertex in triangles[triangle] {
+                let Some(&position) = positions.get(vertex as usize) else {
+                    let vertex_count = positions.len();
+                    return Err(SurfaceError::IndexOutOfRange { triangle, vertex, vertex_count });
+                };
+                if !position.is_finite() {
+                    return Err(SurfaceError::NotFinite { vertex, position });
+                }
             }
         }
-    }
-    Ok(())
+        Ok(())
+    };
+    in_blocks(triangles.len(), check_block).into_iter().collect()
 }
 
 fn bounding_box(positions: &[DVec3], triangles: &[[u32; 3]]) -> BoundingBox {

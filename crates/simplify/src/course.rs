@@ -16,7 +16,7 @@ use crate::error::SimplifyError;
 use crate::named::{Regional, collapse, collapse_on, regional, regional_at};
 use crate::options::Options;
 use crate::regions::driven::{Drive, collapse_driven};
-use crate::regions::run::{self as regions, collapse_in_regions, collapse_sheet};
+use crate::regions::run::{self as regions, Precision, collapse_in_regions, collapse_sheet};
 use crate::regions::{Fragment, Rules, Sheet};
 
 /// The largest part of the faces at which another metric takes over: with more of them left, the second
@@ -51,12 +51,12 @@ pub(crate) fn collapse_to_level(
     match found.map(|Regional { rules, is_start }| (rules, is_start, rest)) {
         Some((rules, false, _)) => {
             let regions::Regional { mesh, became, run, .. } =
-                collapse_in_regions(mesh, rules, limits, observe);
+                collapse_in_regions(mesh, rules, limits, Precision::Exact, observe);
             (Level { mesh, marks: Marks::default(), became }, run)
         }
         Some((rules, true, Some(rest))) => {
             let rough = Limits { faces: Some(rest), ratio: None, ..*limits };
-            let first = collapse_in_regions(mesh, rules, &rough, observe);
+            let first = collapse_in_regions(mesh, rules, &rough, Precision::About, observe);
             let left = Limits {
                 faces: Some(target),
                 ratio: None,
@@ -127,12 +127,12 @@ pub fn finish_collapses(
     }
     let observe = &mut |now: &Progress| observe(&Progress { faces_before, ..*now });
     if !is_start {
-        let done = collapse_sheet(sheet, capacity, rules, &limits, observe);
+        let done = collapse_sheet(sheet, capacity, rules, &limits, Precision::Exact, observe);
         return Ok((done.mesh, done.run));
     }
     let rest = rest(options, faces_before, target).unwrap_or(faces_before);
     let rough = Limits { faces: Some(rest), ..limits };
-    let first = collapse_sheet(sheet, capacity, rules, &rough, observe);
+    let first = collapse_sheet(sheet, capacity, rules, &rough, Precision::About, observe);
     let time = limits.time.map(|time| time.saturating_sub(start.elapsed()));
     let (level, run) = go_on(first, options, Limits { time, ..limits }, faces_before, observe);
     Ok((level.mesh, run))

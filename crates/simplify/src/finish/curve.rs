@@ -30,13 +30,17 @@ impl Curve {
     pub fn of_edges(mesh: &TriMesh, is_line: impl Fn(EdgeId) -> bool) -> Option<Self> {
         let topology = mesh.topology();
         let lines: Vec<EdgeId> = topology.edges().filter(|&e| is_line(e)).collect();
+        let curve = Self::new(mesh, &lines)?;
         let corners = topology.vertices().filter(|&v| is_corner(mesh, v, &is_line));
         let corners = corners.map(|v| mesh.position(v)).collect();
-        Some(Self { corners, ..Self::new(mesh, &lines)? })
+        Some(Self { corners, ..curve })
     }
 
     /// These edges, without corners.
     pub(crate) fn new(mesh: &TriMesh, lines: &[EdgeId]) -> Option<Self> {
+        if lines.is_empty() {
+            return None;
+        }
         let side = |&e: &EdgeId| {
             let [a, b] = mesh.topology().edge_vertices(e).map(VertexId::get);
             [a, b, b]

@@ -22,7 +22,7 @@ use crate::collapse::start::Start;
 use crate::collapse::stop::{Limits, StopReason};
 use crate::regions::excerpt::Excerpt;
 use crate::regions::partition::Partition;
-use crate::regions::pass::{FORECAST, LEAST_ASKED, aim, by_cost_so_far};
+use crate::regions::pass::{FORECAST, LEAST_ASKED, aim, by_cost_so_far, last_piece};
 use crate::regions::sheet::Sheet;
 
 /// A run of the driver: with the quadrics of the vertices, what else it begins with, and limits.
@@ -95,15 +95,18 @@ pub(crate) fn collapse_driven(
     let start = Instant::now();
     let faces_before = mesh.topology().face_count();
     let face_target = limits.face_target(faces_before);
+    // What remembers a run before has been through the first pass.
+    let first = usize::from(!quadrics.is_empty());
     let quadrics = match quadrics.is_empty() {
         true => AccumulatedQuadrics::new(mesh),
         false => AccumulatedQuadrics::from_vec(quadrics),
     };
+    let end = last_piece(face_target);
     let fixed = Fixed::new(mesh, constraints, Guards::default(), None);
     let mut passes = Passes { mesh, quadrics, fixed, run: Run::new() };
-    for number in 0.. {
+    for number in first.. {
         let faces = passes.mesh.topology().face_count();
-        let Some(aim) = aim(number, faces, face_target, FEWEST_AGAIN) else { break };
+        let Some(aim) = aim(number, faces, end, FEWEST_AGAIN) else { break };
         let stop = passes.pass(number, aim, drive, &mut |faces, collapses| {
             let phase = Phase::Collapse;
             let now = Progress { phase, faces_before, faces, face_target, collapses };

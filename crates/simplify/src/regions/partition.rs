@@ -109,11 +109,10 @@ impl Partition {
             _ => GONE,
         });
         let of_face = || tags.iter().enumerate().map(|(face, &tag)| (face as u32, tag));
-        let inner = Lists::new(regions, || {
-            of_face().filter(|&(_, tag)| tag < GONE).map(|(face, tag)| (face, tag as usize))
-        });
+        let in_one =
+            || of_face().filter(|&(_, tag)| tag < GONE).map(|(face, tag)| (face, tag as usize));
         let several = || of_face().filter(|&(_, tag)| tag == MIXED).map(|(face, _)| face);
-        let mixed = Lists::new(regions, || {
+        let in_each = || {
             several().flat_map(|face| {
                 let [a, b, c] = regions_of(face as usize).unwrap_or_default();
                 let others = [(b != a).then_some(b), (c != a && c != b).then_some(c)];
@@ -122,7 +121,9 @@ impl Partition {
                 all.filter(|&region| (region as usize) < regions)
                     .map(move |region| (face, region as usize))
             })
-        });
+        };
+        let (inner, mixed) =
+            parallel::both(|| Lists::new(regions, in_one), || Lists::new(regions, in_each));
         Self { order, rank, shift, inner, mixed }
     }
 

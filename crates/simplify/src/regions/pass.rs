@@ -24,11 +24,16 @@ pub(super) const FORECAST: usize = 16;
 /// The fewest that are.
 pub(super) const LEAST_ASKED: usize = 2;
 
-/// How many of the faces that there are a pass is to leave where `target` are wanted in the end; `None` when the
-/// rest is for one piece. `fewest_again` are the fewest faces that are cut into regions once more.
-pub(super) fn aim(pass: usize, faces: usize, target: usize, fewest_again: usize) -> Option<usize> {
+/// How many faces are for the last piece where `target` are wanted in the end.
+pub(super) fn last_piece(target: usize) -> usize {
+    (LAST * target as f64) as usize
+}
+
+/// How many of the faces that there are a pass is to leave where the last one leaves `end`; `None` when no other
+/// pass is worth it. `fewest_again` are the fewest faces that are cut into regions once more.
+pub(super) fn aim(pass: usize, faces: usize, end: usize, fewest_again: usize) -> Option<usize> {
     let fewest = if pass == 0 { FEWEST } else { fewest_again };
-    let aim = ((LAST * target as f64) as usize).max(faces / PASS);
+    let aim = end.max(faces / PASS);
     (faces >= fewest && 10 * aim <= 9 * faces).then_some(aim)
 }
 
@@ -141,26 +146,36 @@ pub(super) fn by_cost_so_far(
             order.push((largest, region as u32, i as u32));
         }
     }
-    order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+    // Each region is in order, and of equal costs the first regions come first, as they do now.
+    parallel::sort_by(&mut order, |a, b| a.0.total_cmp(&b.0));
     order
 }
 
 /// Puts the collapses of regions of one pass into one order.
 pub(super) fn merge_steps(regions: &[Done], log: &mut Vec<LogEntry>, faces_before: &mut u32) {
     let order = by_cost_so_far(regions.iter().map(|done| done.steps.iter().map(|step| step.cost)));
-    log.reserve(order.len());
-    for (_, region, i) in order {
+    let mut entries = parallel::collect(order.len(), |place| {
+        let (_, region, i) = order[place];
         let Step { removed, kept, half_edge, faces, position, cost } =
             regions[region as usize].steps[i as usize];
-        log.push(LogEntry {
+        LogEntry {
             half_edge: HalfEdgeId::new(half_edge),
             removed: VertexId::new(removed),
             kept: VertexId::new(kept),
             position,
             cost,
-            faces_before: *faces_before,
-        });
-        *faces_before -= faces;
+            // Those that go with it, for now.
+            faces_before: faces,
+        }
+    });
+    for entry in &mut entries {
+        let gone = core::mem::replace(&mut entry.faces_before, *faces_before);
+        *faces_before -= gone;
+    }
+    if log.is_empty() {
+        *log = entries;
+    } else {
+        log.append(&mut entries);
     }
 }
 
@@ -169,12 +184,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pass_leaves_a_fourth_or_a_little_more_than_is_wanted() {
+    fn a_pass_leaves_a_fourth_or_what_the_last_piece_is_made_of() {
+        assert_eq!(last_piece(400_000), 500_000);
         assert_eq!(aim(0, 1_000_000, 1_000, 30_000), Some(250_000));
-        assert_eq!(aim(0, 1_000_000, 400_000, 30_000), Some(500_000));
+        assert_eq!(aim(0, 1_000_000, 500_000, 30_000), Some(500_000));
         // Not worth a pass: nearly there, or too few faces.
-        assert_eq!(aim(0, 1_000_000, 720_000, 30_000), Some(900_000));
-        assert_eq!(aim(0, 1_000_000, 720_001, 30_000), None);
+        assert_eq!(aim(0, 1_000_000, 900_000, 30_000), Some(900_000));
+        assert_eq!(aim(0, 1_000_000, 900_001, 30_000), None);
         assert_eq!([75_000, 74_999].map(|faces| aim(0, faces, 100, 30_000)), [Some(18_750), None]);
         assert_eq!([30_000, 29_999].map(|faces| aim(1, faces, 100, 30_000)), [Some(7_500), None]);
     }

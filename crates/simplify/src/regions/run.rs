@@ -12,7 +12,7 @@ use crate::collapse::run::{Phase, Progress, Run};
 use crate::collapse::stop::{Limits, StopReason};
 use crate::regions::ceiling::{Ceiling, Forecast};
 use crate::regions::partition::Partition;
-use crate::regions::pass::{FORECAST, LEAST_ASKED, aim, merge_steps};
+use crate::regions::pass::{FORECAST, LEAST_ASKED, aim, last_piece, merge_steps};
 use crate::regions::region::{Done, Reduced, Region};
 use crate::regions::rules::Rules;
 use crate::regions::sheet::{Ordered, Sheet};
@@ -57,15 +57,43 @@ struct Passes<'a, 'o> {
     stop: Option<StopReason>,
 }
 
+/// How close a run comes to the wanted number of faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Precision {
+    /// As close as collapses can.
+    Exact,
+    /// As close as a pass does; for a run that another one goes on with.
+    About,
+}
+
+impl Precision {
+    /// How many faces the last pass is to leave.
+    fn end(self, target: usize) -> usize {
+        match self {
+            Self::Exact => last_piece(target),
+            Self::About => target,
+        }
+    }
+
+    /// Whether so many faces are close enough.
+    fn is_met(self, faces: usize, target: usize) -> bool {
+        match self {
+            Self::Exact => faces <= target,
+            Self::About => 10 * faces <= 11 * target,
+        }
+    }
+}
+
 /// Collapses edges of a mesh in regions.
 pub(crate) fn collapse_in_regions(
     mesh: &TriMesh,
     rules: Rules,
     limits: &Limits,
+    precision: Precision,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Regional {
     let capacity = mesh.topology().vertex_capacity();
-    collapse_sheet(Sheet::new(mesh), capacity, rules, limits, observe)
+    collapse_sheet(Sheet::new(mesh), capacity, rules, limits, precision, observe)
 }
 
 /// The same for a sheet whose vertices have ids below `capacity`.
@@ -74,6 +102,7 @@ pub(crate) fn collapse_sheet(
     capacity: usize,
     rules: Rules,
     limits: &Limits,
+    precision: Precision,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Regional {
     let faces = sheet.face_count();
@@ -96,14 +125,14 @@ pub(crate) fn collapse_sheet(
     let mut pass = 0;
     while passes.goes_on(sheet.face_count(), 0) {
         let faces = sheet.face_count();
-        let Some(aim) = aim(pass, faces, target, FEWEST_AGAIN) else { break };
+        let Some(aim) = aim(pass, faces, precision.end(target), FEWEST_AGAIN) else { break };
         sheet = passes.pass(&sheet, pass, aim);
         pass += 1;
         if 20 * sheet.face_count() > 19 * faces {
             break;
         }
     }
-    if passes.stop.is_none() {
+    if passes.stop.is_none() && !precision.is_met(sheet.face_count(), target) {
         sheet = passes.in_one_piece(sheet);
     }
     passes.finish(&sheet)
@@ -301,7 +330,8 @@ mod tests {
         }
         let (rules, target) = (Rules::new(&mesh), 60_000);
         let limits = Limits { faces: Some(target), ..Limits::default() };
-        let done = collapse_in_regions(&mesh, rules, &limits, &mut |_| ControlFlow::Continue(()));
+        let go_on = &mut |_: &Progress| ControlFlow::Continue(());
+        let done = collapse_in_regions(&mesh, rules, &limits, Precision::Exact, go_on);
         assert_eq!(done.run.stop, StopReason::Faces);
         let left = done.mesh.topology().face_count();
         assert!(left == target || left + 1 == target, "{left}");

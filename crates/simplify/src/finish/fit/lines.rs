@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use mesh_core::{EdgeId, TriMesh};
+use mesh_core::{EdgeId, TriMesh, parallel};
 use mesh_metric::Surface;
 
 use crate::finish::curve::Curve;
@@ -28,10 +28,10 @@ impl Lines {
     pub(super) fn new(mesh: &TriMesh, original: &Surface, constraints: &FitConstraints) -> Self {
         let topology = mesh.topology();
         let samples = USUAL_SAMPLES * topology.face_count();
-        let all: f64 = (0..original.triangle_count())
-            .map(|t| original.triangle(t))
-            .map(|triangle| area(&triangle))
-            .sum();
+        if constraints.boundary_curve.is_none() && constraints.feature_curve.is_none() {
+            return Self(Vec::new());
+        }
+        let all = parallel::sum(original.triangle_count(), |t| area(&original.triangle(t)));
         let spacing = (all / samples.max(1) as f64).sqrt();
         let line = |curve: &Option<Arc<Curve>>, is_line: &dyn Fn(EdgeId) -> bool| {
             let points = curve.as_ref()?.points(spacing);

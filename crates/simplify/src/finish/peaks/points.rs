@@ -4,7 +4,7 @@ use glam::DVec3;
 use mesh_core::{FaceId, TriMesh, parallel};
 use mesh_metric::{Surface, SurfaceError, edge_points};
 
-use crate::finish::blocks::values_in_turn;
+use crate::finish::blocks::{for_blocks_in_turn, values_in_turn};
 use crate::finish::fit::spread::{Spread, area};
 use crate::finish::peaks::elements::{BLOCK, Elements};
 
@@ -28,15 +28,22 @@ impl Points {
         let whole = parallel::sum(count, |t| area(&original.triangle(t)));
         let spacing = spacing * (whole / count as f64).sqrt();
         let most = (MAX_ON_EDGES_PER_FACE * count).max(LEAST_ON_EDGES);
-        let on_edges = edge_points(original, spacing, MAX_ON_EDGE, most);
-        let vertices = vertices_in_space(original);
+        let (on_edges, vertices) = parallel::both(
+            || edge_points(original, spacing, MAX_ON_EDGE, most),
+            || vertices_in_space(original),
+        );
         let first = vertices.len() + on_edges.len();
         let corners = |t: u32| original.triangle(t as usize);
         let spread = Spread::even(original.in_space(), corners, samples, SEED);
         let mut all = Vec::with_capacity(first + spread.len());
         all.extend(vertices.iter().map(|&v| original.positions()[v as usize]));
         all.extend(on_edges);
-        all.extend(spread.points(corners, 0..spread.len()));
+        for_blocks_in_turn(
+            spread.len(),
+            BLOCK,
+            |range| spread.points(corners, range),
+            |points| all.extend(points),
+        );
         Self { all, vertices, samples: first }
     }
 
