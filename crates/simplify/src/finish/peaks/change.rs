@@ -84,21 +84,22 @@ impl Peaks<'_> {
             self.forward.len(),
             BLOCK,
             |range| {
-                let (old, points) = (&self.forward[range.clone()], &self.points.all[range.clone()]);
-                let all = || range.clone().zip(old).zip(points);
+                let old = &self.forward[range.clone()];
+                let all = || range.clone().zip(old);
+                let point = |number: usize| self.points.point(number);
                 let is_near =
                     |face: FaceId| is_near.as_ref().is_some_and(|is_near| is_near[face.index()]);
                 let has_gone = |old: &Closest| new_faces[old.face.index()].is_none();
-                let gone = all().filter(|((_, old), _)| has_gone(old));
+                let gone = all().filter(|(_, old)| has_gone(old));
                 let (gone, points_of_gone): (Vec<usize>, Vec<DVec3>) =
-                    gone.map(|((index, _), &point)| (index, point)).unzip();
+                    gone.map(|(index, _)| (index, point(index))).unzip();
                 let anew = surface.closest_to_neighbours(&points_of_gone).into_iter();
                 let anew = anew.map(|c| Closest { distance: c.distance, face: c.face });
-                let near = all().filter(|((_, old), _)| !has_gone(old) && is_near(old.face));
-                let near: Vec<(usize, f64, DVec3)> =
-                    near.map(|((index, old), &point)| (index, old.distance, point)).collect();
-                let points: Vec<DVec3> = near.iter().map(|&(_, _, point)| point).collect();
-                let bounds: Vec<f64> = near.iter().map(|&(_, bound, _)| bound).collect();
+                let near = all().filter(|(_, old)| !has_gone(old) && is_near(old.face));
+                let near: Vec<(usize, f64)> =
+                    near.map(|(index, old)| (index, old.distance)).collect();
+                let points: Vec<DVec3> = near.iter().map(|&(index, _)| point(index)).collect();
+                let bounds: Vec<f64> = near.iter().map(|&(_, bound)| bound).collect();
                 let closer = nearby.as_ref().map(|nearby| nearby.closer_points(&points, &bounds));
                 let closer = near.iter().zip(closer.into_iter().flatten());
                 let closer = closer.filter_map(|(&(index, ..), found)| {
@@ -188,10 +189,9 @@ impl Peaks<'_> {
         nearby: Option<&Surface>,
         bar: f64,
     ) -> bool {
-        let all = self.forward.iter().zip(&self.points.all);
-        let far = all.filter(|(closest, _)| closest.distance >= bar);
-        let stayed = far.filter(|(closest, _)| new_faces[closest.face.index()].is_some());
-        let points: Vec<DVec3> = stayed.map(|(_, &point)| point).collect();
+        let far = self.forward.iter().enumerate().filter(|(_, closest)| closest.distance >= bar);
+        let stayed = far.filter(|(_, closest)| new_faces[closest.face.index()].is_some());
+        let points: Vec<DVec3> = stayed.map(|(number, _)| self.points.point(number)).collect();
         let bounds = vec![bar; points.len()];
         points.is_empty()
             || nearby.is_some_and(|nearby| {
@@ -252,9 +252,9 @@ mod tests {
         let distances = |p: &Peaks<'_>| p.forward.iter().map(|c| c.distance).collect::<Vec<_>>();
         assert_eq!(distances(&found), distances(&anew));
         assert_ne!(distances(&found), distances(&old));
-        for (point, closest) in points.all.iter().zip(&found.forward) {
+        for (point, closest) in points.points(0..points.len()).into_iter().zip(&found.forward) {
             let triangle = after.triangle(closest.face);
-            let distance = mesh_metric::closest_on_triangle(*point, &triangle).length();
+            let distance = mesh_metric::closest_on_triangle(point, &triangle).length();
             assert!((distance - closest.distance).abs() < 1e-12);
         }
         let (ours, theirs) = (found.heights, anew.heights);

@@ -124,9 +124,9 @@ impl Peaks<'_> {
                 all.push((closest.face, target));
             }
         }
-        for (&point, closest) in self.points.all.iter().zip(&self.forward).take(self.points.samples)
-        {
+        for (number, closest) in self.forward[..self.points.samples].iter().enumerate() {
             if moves[closest.face.index()] && closest.distance > 0.5 * self.heights.largest {
+                let point = self.points.point(number);
                 let offset = closest_on_triangle(point, &mesh.triangle(closest.face));
                 let normal = offset.normalize_or_zero();
                 all.push((closest.face, Target { point, normal, share: 1.0, triangle: None }));

@@ -73,7 +73,7 @@ impl Peaks<'_> {
                     }
                 }
             }
-            placed.extend(put_vertex(mesh, constraints, found, self.points.all[i], face));
+            placed.extend(put_vertex(mesh, constraints, found, self.points.point(i), face));
             if placed.len() >= most {
                 break;
             }

@@ -1,5 +1,7 @@
 //! How far a mesh and the original are from each other, point by point.
 
+use core::ops::Range;
+
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh, parallel};
 use mesh_metric::{Surface, SurfaceError, edge_points};
@@ -8,48 +10,63 @@ use crate::finish::blocks::{for_blocks_in_turn, values_in_turn};
 use crate::finish::fit::spread::{Spread, area};
 use crate::finish::peaks::elements::{BLOCK, Elements};
 
-/// Points of the original, to be asked how far they are from the mesh.
-pub(super) struct Points {
-    /// The vertices, points on edges that are longer than most, and samples; vertices and samples so that
-    /// neighbours in order are close to each other.
-    pub(super) all: Vec<DVec3>,
-    /// The vertices, as they come first among the points.
+/// Points of the original, to be asked how far they are from the mesh; by their numbers, in which neighbours
+/// are mostly close to each other.
+pub(super) struct Points<'a> {
+    original: &'a Surface,
+    /// The vertices, which come first.
     pub(super) vertices: Vec<u32>,
-    /// From here on samples, uniform by area: the averages are those of these.
+    /// Points on edges that are longer than most, and samples.
+    others: Vec<DVec3>,
+    /// From this number on samples, uniform by area: the averages are those of these.
     pub(super) samples: usize,
 }
 
-impl Points {
+impl<'a> Points<'a> {
     /// `spacing` is in roots of the mean area of the triangles; samples are as many as suit a mesh of
     /// `faces` faces, but not more than one for every other triangle.
-    pub(super) fn new(original: &Surface, spacing: f64, faces: usize) -> Self {
+    pub(super) fn new(original: &'a Surface, spacing: f64, faces: usize) -> Self {
         let count = original.triangle_count();
         let samples = (SAMPLES_PER_FACE * faces).min((count / 2).max(LEAST_SAMPLES));
         let whole = parallel::sum(count, |t| area(&original.triangle(t)));
         let spacing = spacing * (whole / count as f64).sqrt();
         let most = (MAX_ON_EDGES_PER_FACE * count).max(LEAST_ON_EDGES);
-        let (on_edges, vertices) = parallel::both(
+        let (mut others, vertices) = parallel::both(
             || edge_points(original, spacing, MAX_ON_EDGE, most),
             || vertices_in_space(original),
         );
-        let first = vertices.len() + on_edges.len();
+        let first = vertices.len() + others.len();
         let corners = |t: u32| original.triangle(t as usize);
         let spread = Spread::even(original.in_space(), corners, samples, SEED);
-        let mut all = Vec::with_capacity(first + spread.len());
-        all.extend(vertices.iter().map(|&v| original.positions()[v as usize]));
-        all.extend(on_edges);
+        others.reserve_exact(spread.len());
         for_blocks_in_turn(
             spread.len(),
             BLOCK,
             |range| spread.points(corners, range),
-            |points| all.extend(points),
+            |points| others.extend(points),
         );
-        Self { all, vertices, samples: first }
+        Self { original, vertices, others, samples: first }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.vertices.len() + self.others.len()
+    }
+
+    #[inline]
+    pub(super) fn point(&self, number: usize) -> DVec3 {
+        match self.vertices.get(number) {
+            Some(&v) => self.original.positions()[v as usize],
+            None => self.others[number - self.vertices.len()],
+        }
+    }
+
+    pub(super) fn points(&self, numbers: Range<usize>) -> Vec<DVec3> {
+        numbers.map(|number| self.point(number)).collect()
     }
 
     /// With the sums of the distances of all samples, and of their squares.
     pub(super) fn heights(&self, largest: f64, [sum, squares]: [f64; 2]) -> Heights {
-        let count = (self.all.len() - self.samples).max(1) as f64;
+        let count = (self.len() - self.samples).max(1) as f64;
         Heights { largest, mean: sum / count, rms: (squares / count).max(0.0).sqrt() }
     }
 }
@@ -101,7 +118,7 @@ pub(super) struct Heights {
 /// Distances of a mesh without gaps, both ways.
 #[derive(Clone)]
 pub(super) struct Peaks<'a> {
-    pub(super) points: &'a Points,
+    pub(super) points: &'a Points<'a>,
     /// For each of the points, the closest face of the mesh and the distance.
     pub(super) forward: Vec<Closest>,
     pub(super) elements: Elements,
@@ -121,11 +138,11 @@ impl<'a> Peaks<'a> {
     pub(super) fn new(
         mesh: &TriMesh,
         original: &Surface,
-        points: &'a Points,
+        points: &'a Points<'a>,
     ) -> Result<Self, SurfaceError> {
         let surface = Surface::new(mesh)?;
-        let forward = values_in_turn(points.all.len(), BLOCK, |range| {
-            let closest = surface.closest_to_neighbours(&points.all[range]).into_iter();
+        let forward = values_in_turn(points.len(), BLOCK, |range| {
+            let closest = surface.closest_to_neighbours(&points.points(range)).into_iter();
             closest.map(|c| Closest { distance: c.distance, face: c.face }).collect()
         });
         let faces: Vec<FaceId> = mesh.topology().faces().collect();
@@ -173,7 +190,7 @@ pub(super) mod tests {
             assert_eq!(on_edges == 0, times == 3.0);
             let points = Points::new(&surface, times, 20);
             assert_eq!(points.samples, mesh.topology().vertex_count() + on_edges);
-            assert_eq!(points.all.len(), points.samples + 200);
+            assert_eq!(points.len(), points.samples + 200);
         }
     }
 
