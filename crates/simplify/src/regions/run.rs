@@ -312,7 +312,26 @@ fn forecast_ceiling(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::{Plane, SplitMix64};
+    use mesh_core::shapes::{Irregular, Plane, SplitMix64, Wave};
+
+    /// What another run goes on with is not collapsed in one piece, unless there are no passes.
+    #[test]
+    fn a_run_that_another_goes_on_with_ends_with_a_pass() {
+        let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
+        for (cells, has_passes) in [(220, true), (150, false)] {
+            let soup = wave.irregular_mesh(cells, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+            let mesh = TriMesh::from_soup(&soup).unwrap();
+            let target = 40_000;
+            let limits = Limits { faces: Some(target), ..Limits::default() };
+            let go_on = &mut |_: &Progress| ControlFlow::Continue(());
+            let rules = Rules::new(&mesh);
+            let done = collapse_in_regions(&mesh, rules, &limits, Precision::About, go_on);
+            let left = done.mesh.topology().face_count();
+            let is_exact = left == target || left + 1 == target;
+            assert_eq!(is_exact, !has_passes, "{left}");
+            assert!((target - target / 5..=target + target / 10).contains(&left), "{left}");
+        }
+    }
 
     /// A flat mesh that is rough just where a region is looked at beforehand: these tell of a high ceiling, at
     /// which next to nothing would be left of the others.

@@ -26,11 +26,11 @@ struct Line {
 impl Lines {
     /// As densely sampled as the surface is at the usual density.
     pub(super) fn new(mesh: &TriMesh, original: &Surface, constraints: &FitConstraints) -> Self {
-        let topology = mesh.topology();
-        let samples = USUAL_SAMPLES * topology.face_count();
         if constraints.boundary_curve.is_none() && constraints.feature_curve.is_none() {
             return Self(Vec::new());
         }
+        let topology = mesh.topology();
+        let samples = USUAL_SAMPLES * topology.face_count();
         let all = parallel::sum(original.triangle_count(), |t| area(&original.triangle(t)));
         let spacing = (all / samples.max(1) as f64).sqrt();
         let line = |curve: &Option<Arc<Curve>>, is_line: &dyn Fn(EdgeId) -> bool| {
