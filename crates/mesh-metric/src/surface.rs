@@ -1,6 +1,7 @@
 //! A surface to be asked for closest points.
 
 use core::ops::Range;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use mesh_core::{BoundingBox, FaceId, Handle, TriMesh, parallel};
@@ -213,6 +214,27 @@ impl Surface {
             nearest.map(|nearest| nearest.squared.sqrt()).collect::<Vec<_>>()
         });
         (!stops()).then_some(distances)
+    }
+
+    /// Whether no point is farther from the surface than `distance`. Takes a part of the time of
+    /// [`Surface::distances`]: of a point that is closer it does not matter by how much, and with the
+    /// first ones that are not the search ends. A point that is not finite counts as farther.
+    #[must_use]
+    pub fn are_within(&self, points: &[DVec3], distance: f64) -> bool {
+        // With its sign, and nothing is within what is not a number.
+        let distance = distance.max(-1.0);
+        let squared = distance * distance.abs();
+        let are_within = AtomicBool::new(true);
+        in_blocks(points.len(), |range| {
+            if are_within.load(Ordering::Relaxed) {
+                let points = &points[range];
+                let are_finite = points.iter().all(|point| point.is_finite());
+                if !are_finite || self.bvh.farthest(points, squared) > squared {
+                    are_within.store(false, Ordering::Relaxed);
+                }
+            }
+        });
+        are_within.into_inner()
     }
 
     /// The closest points of many points; where several are equally close, any of them. Quicker

@@ -101,6 +101,26 @@ fn only_what_is_closer_than_a_distance_is_found() {
 }
 
 #[test]
+fn points_are_within_the_largest_of_their_distances() {
+    let surface = Surface::new(&sphere()).unwrap();
+    let points = random_points(3000, 2.0, 8);
+    let distances = surface.distances(&points);
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    assert!(surface.are_within(&points, largest * (1.0 + 1e-12)));
+    assert!(!surface.are_within(&points, largest * (1.0 - 1e-12)));
+    // Those that are closer than some distance are within it, and with one more they are not.
+    let (mut near, far): (Vec<DVec3>, Vec<DVec3>) =
+        points.iter().partition(|&&point| surface.distance(point) < 0.3);
+    assert!(surface.are_within(&near, 0.3));
+    near.insert(near.len() / 2, far[0]);
+    assert!(!surface.are_within(&near, 0.3));
+    let vertices: Vec<DVec3> = surface.positions().to_vec();
+    assert!(surface.are_within(&vertices, 0.0) && !surface.are_within(&vertices, -1e-9));
+    assert!(!surface.are_within(&vertices, f64::NAN) && surface.are_within(&[], 0.0));
+    assert!(!surface.are_within(&[DVec3::NAN], f64::INFINITY));
+}
+
+#[test]
 fn a_surface_follows_its_mesh() {
     let mut mesh = sphere();
     let mut surface = Surface::new(&mesh).unwrap();

@@ -141,14 +141,11 @@ impl Search<'_> {
         let used: Vec<DVec3> = original.used_vertices().into_iter().map(at).collect();
         let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
             let mesh = self.level(collapses)?.mesh;
-            let is_near = |surface: &Surface, points: &[DVec3]| {
-                surface.distances(points).into_iter().all(|distance| distance <= self.limit)
-            };
             // These points are fewer.
-            if self.squeeze.is_some() && !is_near(original, &vertices_and_middles(&mesh)) {
+            if self.squeeze.is_some() && !original.are_within(&vertices_and_middles(&mesh), self.limit) {
                 return Ok(false);
             }
-            Ok(is_near(&Surface::new(&mesh)?, &used))
+            Ok(Surface::new(&mesh)?.are_within(&used, self.limit))
         };
         let (mut good, mut bad) = (0, self.log.len());
         if is_within(bad)? {
