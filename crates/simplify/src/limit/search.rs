@@ -142,7 +142,9 @@ impl Search<'_> {
         let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
             let mesh = self.level(collapses)?.mesh;
             // These points are fewer.
-            if self.squeeze.is_some() && !original.are_within(&vertices_and_middles(&mesh), self.limit) {
+            if self.squeeze.is_some()
+                && !original.are_within(&vertices_and_middles(&mesh), self.limit)
+            {
                 return Ok(false);
             }
             Ok(Surface::new(&mesh)?.are_within(&used, self.limit))

@@ -1,5 +1,7 @@
 //! Putting together the normal equations of a mesh, or of a part of it.
 
+use core::hint::select_unpredictable;
+
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh, parallel};
 use mesh_metric::{Surface, foot_inside, weights_of_closest};
@@ -25,6 +27,9 @@ pub(super) struct Equations<'a> {
 
 /// Faces whose equations are made by one thread at a time.
 const BLOCK: usize = 64;
+
+/// No triangle.
+const NOWHERE: u32 = u32::MAX;
 
 impl Equations<'_> {
     /// Adds the pairs of every face: the targets that it draws, and samples of its own with the
@@ -95,19 +100,13 @@ impl Equations<'_> {
     /// inside and the surface is near: as a rule that is the closest point, and found at once.
     #[inline]
     fn foot_near(&self, spot: &Spot, density: f64, near: &[(DVec3, u32)]) -> Option<Pair> {
-        let mut nearest = [(f64::INFINITY, None); 2];
-        for &(point, triangle) in near {
-            let squared = (point - spot.point).length_squared();
-            if squared < nearest[0].0 {
-                nearest = [(squared, Some(triangle)), nearest[0]];
-            } else if squared < nearest[1].0 {
-                nearest[1] = (squared, Some(triangle));
-            }
-        }
-        let on = |(_, triangle): (f64, Option<u32>)| {
-            foot_inside(spot.point, &self.original.triangle(triangle? as usize)).ok()
+        let [first, second] = nearest_two(spot.point, near);
+        let on = |triangle: u32| {
+            let corners =
+                (triangle != NOWHERE).then(|| self.original.triangle(triangle as usize))?;
+            foot_inside(spot.point, &corners).ok()
         };
-        let foot = on(nearest[0]).or_else(|| on(nearest[1]))?;
+        let foot = on(first).or_else(|| on(second))?;
         let (weights, share) = (spot.weights, density * spot.share);
         Some(Pair { weights, gap: -foot.offset, normal: foot.normal, share })
     }
@@ -131,6 +130,28 @@ impl Equations<'_> {
     }
 }
 
+/// The triangles of the two of these points that are nearest to a point, the nearest first; [`NOWHERE`] for want of
+/// points.
+///
+/// No processor could foresee which are nearer than those before, so there are no branches, and
+/// distances are compared as whole numbers: not being negative, they are ordered as their bits are.
+#[inline]
+fn nearest_two(to: DVec3, points: &[(DVec3, u32)]) -> [u32; 2] {
+    let infinity = f64::INFINITY.to_bits();
+    let ([mut first, mut second], mut on) = ([infinity; 2], [NOWHERE; 2]);
+    for &(point, triangle) in points {
+        let squared = (point - to).length_squared().to_bits();
+        let (is_first, is_second) = (squared < first, squared < second);
+        second = select_unpredictable(is_second, squared, second);
+        on[1] = select_unpredictable(is_second, triangle, on[1]);
+        second = select_unpredictable(is_first, first, second);
+        on[1] = select_unpredictable(is_first, on[0], on[1]);
+        first = select_unpredictable(is_first, squared, first);
+        on[0] = select_unpredictable(is_first, triangle, on[0]);
+    }
+    on
+}
+
 /// A target and the point of the face that is closest to it.
 #[inline]
 fn draw(corners: &[DVec3; 3], target: &Target) -> Pair {
@@ -139,4 +160,25 @@ fn draw(corners: &[DVec3; 3], target: &Target) -> Pair {
     let [a, b, c] = *corners;
     let gap = from(a) * weights.x + from(b) * weights.y + from(c) * weights.z;
     Pair { weights, gap, normal: target.normal, share: target.share }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NOWHERE, nearest_two};
+    use glam::DVec3;
+
+    #[test]
+    fn the_two_nearest_of_some_points_are_those_of_a_sorted_list() {
+        let at = |i: u32| DVec3::new(f64::from(i * 37 % 11), f64::from(i * 53 % 13), 0.5);
+        let points: Vec<(DVec3, u32)> = (0..40).map(|i| (at(i), i)).collect();
+        let to = DVec3::new(3.2, 4.9, -1.0);
+        for count in 2..points.len() {
+            let mut sorted = points[..count].to_vec();
+            sorted.sort_by(|(p, _), (q, _)| p.distance(to).total_cmp(&q.distance(to)));
+            assert_eq!(nearest_two(to, &points[..count]), [sorted[0].1, sorted[1].1]);
+        }
+        assert_eq!(nearest_two(to, &points[..1]), [0, NOWHERE]);
+        // Nothing is near to what is no point.
+        assert_eq!(nearest_two(DVec3::NAN, &points), [NOWHERE; 2]);
+    }
 }
