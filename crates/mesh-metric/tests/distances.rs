@@ -115,7 +115,7 @@ fn points_are_within_the_largest_of_their_distances() {
     near.insert(near.len() / 2, far[0]);
     assert!(!surface.are_within(&near, 0.3));
     let vertices: Vec<DVec3> = surface.positions().to_vec();
-    assert!(surface.are_within(&vertices, 0.0) && !surface.are_within(&vertices, -1e-9));
+    assert!(surface.are_within(&vertices, 1e-12) && !surface.are_within(&vertices, -1e-9));
     assert!(!surface.are_within(&vertices, f64::NAN) && surface.are_within(&[], 0.0));
     assert!(!surface.are_within(&[DVec3::NAN], f64::INFINITY));
 }
