@@ -169,7 +169,7 @@ pub(crate) fn fit_observed(
     observer: &mut Observer<'_>,
 ) -> Result<FitReport, SimplifyError> {
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
-    let [first, others] = Counts::new(options, faces.len(), original.triangle_count());
+    let [first, middle, fine] = Counts::new(options, faces.len(), original.triangle_count());
     let mut report = FitReport { norm: options.norm, ..FitReport::default() };
     let lines = Lines::new(mesh, original, constraints);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
@@ -179,7 +179,12 @@ pub(crate) fn fit_observed(
         if observer.stops(Phase::Fit, mesh) {
             break;
         }
-        let counts = if round == 0 { first } else { others };
+        let counts_of = |round: usize| match round {
+            0 => first,
+            _ if round < options.rounds / 2 => middle,
+            _ => fine,
+        };
+        let counts = counts_of(round);
         if round > 0 {
             surface.follow(mesh)?;
         }
@@ -226,7 +231,7 @@ pub(crate) fn fit_observed(
             report.rms_before = tally.rms();
         }
         let is_last = round + 1 == options.rounds;
-        if !is_last && counts.targets == others.targets {
+        if !is_last && counts.targets == counts_of(round + 1).targets {
             kept = Some(paired);
         } else {
             drop(paired);
@@ -340,8 +345,10 @@ struct Counts {
 }
 
 impl Counts {
-    /// Those of the first round and of all others, for so many faces of the mesh and triangles of the original.
-    fn new(options: &FitOptions, faces: usize, triangles: usize) -> [Self; 2] {
+    /// Those of the first round, of all others in the first half, and of those in the second, for so many faces of
+    /// the mesh and triangles of the original. Until the vertices are near their places, half of the points say as
+    /// well where these are.
+    fn new(options: &FitOptions, faces: usize, triangles: usize) -> [Self; 3] {
         let FitOptions { samples_per_face, samples_per_triangle, .. } = *options;
         let wanted = samples_per_face.saturating_mul(faces).min(MOST_SAMPLES);
         let least = samples_per_triangle.saturating_mul(FEWEST_OWN);
@@ -349,19 +356,27 @@ impl Counts {
         let most = MOST_SAMPLES / faces.max(1);
         let own = options.own_samples_per_face.min(least.max(in_proportion)).min(most);
         // As many of each triangle where these are few: then they are the points of a quadrature, and no
-        // triangle goes unseen. The first of several rounds is a rough one, unless few points have to speak
-        // for many triangles.
-        let (targets, rough) = if wanted >= samples_per_triangle.saturating_mul(triangles) {
-            let rough = Count::OnEach(samples_per_triangle.min(1));
-            (Count::OnEach(samples_per_triangle), Self { targets: rough, own })
-        } else if wanted > triangles {
-            let rough = Self { targets: Count::About(wanted / 2), own: own.min(ROUGH_OWN) };
-            (Count::About(wanted), rough)
+        // triangle goes unseen. The first of several rounds is a rough one, and those up to the half are by half as
+        // many points, unless few have to speak for many triangles.
+        let targets = if wanted >= samples_per_triangle.saturating_mul(triangles) {
+            Count::OnEach(samples_per_triangle)
         } else {
-            (Count::About(wanted), Self { targets: Count::About(wanted), own })
+            Count::About(wanted)
         };
         let fine = Self { targets, own };
-        [if options.rounds > 1 { rough } else { fine }, fine]
+        let half = own.div_ceil(2);
+        let (rough, middle) = match targets {
+            Count::OnEach(count) => (
+                Self { targets: Count::OnEach(count.min(1)), own },
+                Self { targets: Count::OnEach(count.div_ceil(2)), own: half },
+            ),
+            Count::About(count) if count > triangles => (
+                Self { targets: Count::About(count / 2), own: own.min(ROUGH_OWN) },
+                Self { targets: Count::About(count / 2), own: half },
+            ),
+            Count::About(_) => (fine, fine),
+        };
+        if options.rounds > 1 { [rough, middle, fine] } else { [fine; 3] }
     }
 }
 
@@ -378,13 +393,14 @@ mod tests {
             counts.map(|Counts { targets, own }| (targets, own))
         };
         // Three triangles a face, ten, twenty, and many.
-        assert_eq!(of(1000, 3000), [(Count::OnEach(1), 6), (Count::OnEach(3), 6)]);
-        assert_eq!(of(1000, 10_000), [(Count::About(10_000), 3), (Count::About(20_000), 6)]);
-        assert_eq!(of(1000, 20_000), [(Count::About(20_000), 10); 2]);
-        assert_eq!(of(1000, 500_000), [(Count::About(20_000), 10); 2]);
+        let (each, about) = (Count::OnEach, Count::About);
+        assert_eq!(of(1000, 3000), [(each(1), 6), (each(2), 3), (each(3), 6)]);
+        assert_eq!(of(1000, 10_000), [(about(10_000), 3), (about(10_000), 3), (about(20_000), 6)]);
+        assert_eq!(of(1000, 20_000), [(about(20_000), 10); 3]);
+        assert_eq!(of(1000, 500_000), [(about(20_000), 10); 3]);
         let once = FitOptions { rounds: 1, ..FitOptions::default() };
-        let [first, others] = Counts::new(&once, 1000, 3000);
-        assert_eq!((first, first.targets), (others, Count::OnEach(3)));
+        let all = Counts::new(&once, 1000, 3000);
+        assert!(all.iter().all(|&counts| counts == all[0] && counts.targets == each(3)));
     }
 
     #[test]
