@@ -59,7 +59,8 @@ pub(crate) use crate::finish::fit::targets::Target;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FitOptions {
-    /// How many rounds.
+    /// How many rounds. The first of several, and those up to the half, are as a rule by fewer samples than is
+    /// said here.
     pub rounds: usize,
     /// Samples of the original per face of the mesh.
     pub samples_per_face: usize,
@@ -170,6 +171,11 @@ pub(crate) fn fit_observed(
 ) -> Result<FitReport, SimplifyError> {
     let faces: Vec<FaceId> = mesh.topology().faces().collect();
     let [first, middle, fine] = Counts::new(options, faces.len(), original.triangle_count());
+    let counts_of = |round: usize| match round {
+        0 => first,
+        _ if round < options.rounds / 2 => middle,
+        _ => fine,
+    };
     let mut report = FitReport { norm: options.norm, ..FitReport::default() };
     let lines = Lines::new(mesh, original, constraints);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
@@ -179,11 +185,6 @@ pub(crate) fn fit_observed(
         if observer.stops(Phase::Fit, mesh) {
             break;
         }
-        let counts_of = |round: usize| match round {
-            0 => first,
-            _ if round < options.rounds / 2 => middle,
-            _ => fine,
-        };
         let counts = counts_of(round);
         if round > 0 {
             surface.follow(mesh)?;
