@@ -282,8 +282,9 @@ fn squeeze(options: &Options, target: usize) -> Option<CollapseBack<'static>> {
 
 /// The largest distance of a boundary vertex of one mesh to the boundary of another.
 fn boundary_shift(from: &TriMesh, to: &TriMesh) -> Option<f64> {
+    let boundary = Curve::boundary(to)?;
     let topology = from.topology();
     let vertices = topology.vertices().filter(|&v| topology.is_boundary_vertex(v));
     let points: Vec<DVec3> = vertices.map(|v| from.position(v)).collect();
-    Curve::boundary(to)?.farthest(&points)
+    boundary.farthest(&points)
 }

@@ -232,21 +232,12 @@ impl Passes<'_, '_> {
 
     /// The mesh that is left: vertices and faces in the order of the original.
     fn finish(mut self, sheet: &Sheet<'_>) -> Regional {
-        let Ordered { mesh: left, vertices: order, faces } = sheet.to_ordered_mesh();
+        let merged_into = &mut self.merged_into;
+        let (ordered, ()) = parallel::both(|| sheet.to_ordered_mesh(), || follow(merged_into));
+        let Ordered { mesh: left, vertices: order, faces } = ordered;
         let mut of_id = vec![None; self.merged_into.len()];
         for (new, &(id, _)) in order.iter().enumerate() {
             of_id[id as usize] = Some(VertexId::new(new as u32));
-        }
-        // Where all that a vertex was merged into leads, which later look-ups then find at once.
-        for v in 0..self.merged_into.len() {
-            let mut root = v as u32;
-            while self.merged_into[root as usize] != root {
-                root = self.merged_into[root as usize];
-            }
-            let mut on_the_way = v as u32;
-            while on_the_way != root {
-                on_the_way = core::mem::replace(&mut self.merged_into[on_the_way as usize], root);
-            }
         }
         let became = self.merged_into.iter().map(|&v| of_id[v as usize]).collect();
         let quadrics = order.iter().filter_map(|&(_, v)| sheet.quadrics.get(v as usize).copied());
@@ -265,6 +256,21 @@ impl Passes<'_, '_> {
             mesh: left,
             became: VertexMap::from_vec(became),
             run,
+        }
+    }
+}
+
+/// Lets every vertex know where all that it was merged into leads.
+fn follow(merged_into: &mut [u32]) {
+    for v in 0..merged_into.len() {
+        let mut root = v as u32;
+        while merged_into[root as usize] != root {
+            root = merged_into[root as usize];
+        }
+        // Later look-ups then find it at once.
+        let mut on_the_way = v as u32;
+        while on_the_way != root {
+            on_the_way = core::mem::replace(&mut merged_into[on_the_way as usize], root);
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
-use mesh_core::{FaceId, HalfEdgeId, Handle, Topology, TriMesh, VertexId};
+use mesh_core::{FaceId, HalfEdgeId, Handle, Topology, TriMesh, VertexId, parallel};
 
 use crate::collapse::quadric::Quadric;
 
@@ -111,24 +111,26 @@ impl<'a> Sheet<'a> {
     }
 
     pub(super) fn to_ordered_mesh(&self) -> Ordered {
-        let mut vertices: Vec<(u32, u32)> =
-            self.vertices().map(|v| (self.vertex_id(v), v)).collect();
-        vertices.sort_unstable();
+        let in_order = |mut all: Vec<(u32, u32)>| {
+            all.sort_unstable();
+            all
+        };
+        let (vertices, faces) = parallel::both(
+            || in_order(self.vertices().map(|v| (self.vertex_id(v), v)).collect()),
+            || {
+                let faces = (0..self.face_capacity()).filter(|&f| self.triangle(f).is_some());
+                in_order(faces.map(|f| (self.face_id(f), f as u32)).collect())
+            },
+        );
         let mut number = vec![u32::MAX; self.vertex_capacity()];
         for (new, &(_, v)) in vertices.iter().enumerate() {
             number[v as usize] = new as u32;
         }
-        let positions: Vec<DVec3> =
-            vertices.iter().map(|&(_, v)| self.positions[v as usize]).collect();
-        let mut faces: Vec<(u32, u32)> = (0..self.face_capacity())
-            .filter(|&f| self.triangle(f).is_some())
-            .map(|f| (self.face_id(f), f as u32))
-            .collect();
-        faces.sort_unstable();
-        let triangle = |&(_, f): &(u32, u32)| {
-            self.triangle(f as usize).unwrap_or_default().map(|v| number[v as usize])
-        };
-        let triangles: Vec<[u32; 3]> = faces.iter().map(triangle).collect();
+        let positions =
+            parallel::collect(vertices.len(), |v| self.positions[vertices[v].1 as usize]);
+        let triangles = parallel::collect(faces.len(), |f| {
+            self.triangle(faces[f].1 as usize).unwrap_or_default().map(|v| number[v as usize])
+        });
         #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
         let mesh = TriMesh::from_triangles(&positions, &triangles).expect("a manifold");
         Ordered { mesh, vertices, faces }

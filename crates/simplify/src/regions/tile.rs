@@ -1,7 +1,10 @@
 //! A region of a mesh by itself, small enough for the nearest cache, under collapse.
 
+use core::ops::Range;
+
 use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;
+use mesh_core::parallel;
 
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::{Refusal, Refusals};
@@ -12,7 +15,7 @@ use crate::regions::offers::{FARTHEST, TIE, offers};
 use crate::regions::patch::Patch;
 use crate::regions::rules::Rules;
 use crate::regions::vertex::{Vertex, rows};
-use crate::regions::waiting::{Waiting, bucket};
+use crate::regions::waiting::{BUCKETS, Waiting, bucket};
 
 /// A part of a mesh: what the tile is made of.
 #[derive(Clone, Debug, Default)]
@@ -106,6 +109,10 @@ enum Turn {
     Later(usize),
 }
 
+/// The bucket of an edge that does not wait.
+const HELD: u16 = u16::MAX;
+const _: () = assert!(BUCKETS <= HELD as usize);
+
 /// How many edges have their turn between two questions whether to go on.
 const ASKED_EVERY: usize = 4096;
 
@@ -150,33 +157,51 @@ impl Tile {
             vertices,
             corners,
         };
-        dispatch!(Level::new(), simd => tile.queue_all(simd, &is_free));
+        tile.queue_all(&is_free);
         tile
     }
 
-    /// All edges between free vertices begin to wait.
+    /// All edges between free vertices begin to wait. Only a tile that is a whole mesh has more than one block of
+    /// them or two.
+    fn queue_all(&mut self, is_free: &[bool]) {
+        const BLOCK: u32 = 1 << 14;
+        let count = self.corners.edge_capacity() as u32;
+        let blocks = parallel::collect_each(count.div_ceil(BLOCK) as usize, |block| {
+            let start = BLOCK * block as u32;
+            let edges = start..count.min(start + BLOCK);
+            dispatch!(Level::new(), simd => self.buckets(simd, edges, is_free))
+        });
+        for (edge, bucket) in blocks.into_iter().flatten().enumerate() {
+            if bucket != HELD {
+                self.waiting.push(edge as u32, bucket.into());
+            }
+        }
+    }
+
+    /// The bucket of each of these edges; [`HELD`] for those that do not lie between free vertices.
     #[inline(always)]
-    fn queue_all<S: Simd>(&mut self, simd: S, is_free: &[bool]) {
+    fn buckets<S: Simd>(&self, simd: S, edges: Range<u32>, is_free: &[bool]) -> Vec<u16> {
+        let (start, mut all) = (edges.start, vec![HELD; edges.len()]);
         let mut batch = Batch::default();
-        for edge in 0..self.corners.edge_capacity() as u32 {
+        for edge in edges {
             let ends = self.ends(self.corners.of_edge(edge));
             if ends.iter().all(|&v| is_free[v as usize]) {
                 batch.push(edge, ends);
             }
             if batch.count == LANES {
-                self.queue(simd, &batch);
+                self.evaluate(simd, &batch, start, &mut all);
                 batch.count = 0;
             }
         }
-        self.queue(simd, &batch);
+        self.evaluate(simd, &batch, start, &mut all);
+        all
     }
 
-    /// Edges that do not wait begin to.
     #[inline(always)]
-    fn queue<S: Simd>(&mut self, simd: S, batch: &Batch) {
+    fn evaluate<S: Simd>(&self, simd: S, batch: &Batch, start: u32, buckets: &mut [u16]) {
         let offers = offers(simd, &self.vertices, &batch.ends, self.rules.marginal);
         for (&edge, cost) in batch.edges[..batch.count].iter().zip(offers.costs) {
-            self.waiting.push(edge, bucket(cost * self.rules.scale));
+            buckets[(edge - start) as usize] = bucket(cost * self.rules.scale) as u16;
         }
     }
 
