@@ -2,8 +2,8 @@
 //!
 //! The faces of the result are dealt out to pieces by cell. A face of the original belongs to the piece that
 //! is closest to its middle. Each piece is fitted, annealed, and its peaks are cut, as the options say; its
-//! rim stays, so that pieces fit together again. A second round does the same with strips along the rims of
-//! the first, and what was a rim lies within a piece then.
+//! rim stays, so that pieces fit together again. Further rounds do the same with strips along what has been a
+//! rim in every round so far, in pieces that are cut in other directions, until next to nothing has.
 
 use core::ops::Range;
 use std::path::{Path, PathBuf};
@@ -22,6 +22,13 @@ use crate::work::{Step, Work};
 
 /// So many rings of faces about a rim make up the strip in which it is smoothed over.
 const RINGS: usize = 4;
+
+/// Rounds end when fewer than one in so many vertices has been on a rim in every one of them. Large pieces have
+/// come so far after the second.
+const MOST_STUCK: usize = 100;
+
+/// The directions in which pieces of the rounds after the first are cut: angles about z, then about x.
+const TURNS: [[f64; 2]; 3] = [[0.785, 0.471], [1.3, 1.1], [2.2, 0.8]];
 
 /// No piece, no vertex.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -70,19 +77,25 @@ impl Finishing<'_> {
             // Faces across the border of a cell may have their middle beyond it.
             of_face[face] = of_face[face].clamp(self.cells.start, self.cells.end - 1);
         }
-        let strips = strips(&mesh, &of_face);
+        let mut stuck = rims(&mesh, &of_face);
         mesh = follow(self.round(0, mesh, &of_face, self.cells.clone(), see)?);
         // The rims are where they were; faces about them may have been flipped or moved since.
-        if let Some(rims) = strips {
-            let turn = DMat3::from_rotation_z(0.785) * DMat3::from_rotation_x(0.471);
-            let depth = self.cells.len().trailing_zeros();
+        let depth = self.cells.len().trailing_zeros();
+        for (number, [about_z, about_x]) in (1..).zip(TURNS) {
+            let is_enough = number > 1 && stuck.len() * MOST_STUCK < mesh.positions().len();
+            if stuck.is_empty() || is_enough {
+                break;
+            }
+            let turn = DMat3::from_rotation_z(about_z) * DMat3::from_rotation_x(about_x);
             let sites = mesh.positions().iter().map(|&position| turn * position).collect();
             of_face = by_cell(&mesh, &Cells::new(sites, depth), turn);
-            let is_near = near(&mesh, &rims);
+            let is_near = near(&mesh, &stuck);
             for face in mesh.topology().faces().filter(|&face| !is_near[face]) {
                 of_face[face] = NONE;
             }
-            mesh = follow(self.round(1, mesh, &of_face, 0..1 << depth, see)?);
+            let on_rims = rims(&mesh, &of_face);
+            stuck.retain(|place| on_rims.binary_search(place).is_ok());
+            mesh = follow(self.round(number, mesh, &of_face, 0..1 << depth, see)?);
         }
         Ok(Finished { mesh, kept })
     }
@@ -155,27 +168,33 @@ fn middle([a, b, c]: [DVec3; 3]) -> DVec3 {
     (a + b + c) / 3.0
 }
 
-/// The places of the vertices between pieces; `None` when there are none.
-fn strips(mesh: &TriMesh, of_face: &FaceMap<u32>) -> Option<Vec<DVec3>> {
+/// The bits of a position, by which a vertex that stays is found again.
+type Place = [u64; 3];
+
+fn place_of(point: DVec3) -> Place {
+    point.to_array().map(f64::to_bits)
+}
+
+/// The places of the vertices between pieces, in order.
+fn rims(mesh: &TriMesh, of_face: &FaceMap<u32>) -> Vec<Place> {
     let topology = mesh.topology();
     let is_rim = |&v: &VertexId| {
         let mut pieces = topology.faces_of_vertex(v).map(|face| of_face[face]);
         let first = pieces.next();
         pieces.any(|piece| Some(piece) != first)
     };
-    let rims: Vec<DVec3> = topology.vertices().filter(is_rim).map(|v| mesh.position(v)).collect();
-    (!rims.is_empty()).then_some(rims)
+    let mut rims: Vec<Place> =
+        topology.vertices().filter(is_rim).map(|v| place_of(mesh.position(v))).collect();
+    rims.sort_unstable();
+    rims
 }
 
 /// The faces within some rings of the vertices at these places.
-fn near(mesh: &TriMesh, rims: &[DVec3]) -> FaceMap<bool> {
+fn near(mesh: &TriMesh, places: &[Place]) -> FaceMap<bool> {
     let topology = mesh.topology();
-    let key = |point: DVec3| point.to_array().map(f64::to_bits);
-    let mut places: Vec<[u64; 3]> = rims.iter().copied().map(key).collect();
-    places.sort_unstable();
     let mut reached = topology.vertex_map(false);
     for v in topology.vertices() {
-        reached[v] = places.binary_search(&key(mesh.position(v))).is_ok();
+        reached[v] = places.binary_search(&place_of(mesh.position(v))).is_ok();
     }
     let mut is_near = topology.face_map(false);
     for _ in 0..RINGS {
