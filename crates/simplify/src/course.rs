@@ -23,17 +23,15 @@ use crate::regions::{Fragment, Rules, Sheet};
 /// start takes the time that the regions save.
 const MOST_OF_ALL: f64 = 0.6;
 
-/// Of a large mesh it takes over with that part left where that is later than asked for, if this is so many times
-/// the wanted number: on ten models mean errors are the same within .7 %.
+/// Where that is later than asked for, it takes over with that part left nevertheless, if this is so many times the
+/// wanted number: on ten models mean errors are the same within .1 %, in .9 of the time.
 const LATE_ENOUGH: f64 = 1.9;
-/// The fewest faces of such a mesh: what is small is quick anyway.
-const LARGE: usize = 75_000;
 
 /// At how many faces a metric takes over that regions do not know, if it is not to do it all.
 fn rest(options: &Options, faces: usize, target: usize) -> Option<usize> {
     let (asked, most) = (options.collapse.takeover? * target as f64, MOST_OF_ALL * faces as f64);
-    let may_be_late = faces >= LARGE && most >= LATE_ENOUGH * target as f64;
-    (target > 0 && (asked <= most || may_be_late)).then_some(asked.min(most) as usize)
+    let is_early_enough = most >= asked.min(LATE_ENOUGH * target as f64);
+    (target > 0 && is_early_enough).then_some(asked.min(most) as usize)
 }
 
 /// Collapses the edges of a mesh as the options say.
@@ -204,13 +202,10 @@ mod tests {
             rest(&options, faces, target)
         };
         assert_eq!(left(8.0, 50_000, 1_000), Some(8_000));
-        // Six tenths of the faces are the most.
-        assert_eq!([3_750, 3_751].map(|target| left(8.0, 50_000, target)), [Some(30_000), None]);
-        // Of a large mesh it is then they, if there are enough more than wanted.
-        assert_eq!(left(8.0, 100_000, 10_000), Some(60_000));
-        assert_eq!([31_000, 32_000].map(|n| left(8.0, 100_000, n)), [Some(60_000), None]);
-        assert_eq!(left(8.0, 75_000, 10_000), Some(45_000));
-        assert_eq!(left(8.0, 74_999, 10_000), None);
+        // Six tenths of the faces are the most, if they are enough more than wanted.
+        assert_eq!([3_750, 5_000].map(|target| left(8.0, 50_000, target)), [Some(30_000); 2]);
+        assert_eq!([3_100, 3_200].map(|n| left(8.0, 10_000, n)), [Some(6_000), None]);
+        assert_eq!([4_000, 4_100].map(|n| left(1.5, 10_000, n)), [Some(6_000), None]);
         assert_eq!(left(8.0, 100_000, 0), None);
     }
 }

@@ -46,9 +46,8 @@ pub struct CollapseOptions {
     pub update: Update,
     /// With [`Update::Regions`] and [`Metric::Hybrid`]: at how many times the wanted faces this metric
     /// takes over from accumulated quadrics, which are several times as quick. Where that is more than 60 % of
-    /// all faces, it does so from the beginning; of 75,000 faces and more it takes over at these 60 %, unless they
-    /// are less than 1.9 times the wanted faces. `None` for the metric from the beginning, on one core; at
-    /// least 1 otherwise.
+    /// all faces, it takes over at these, or from the beginning if they are less than 1.9 times the wanted faces.
+    /// `None` for the metric from the beginning, on one core; at least 1 otherwise.
     pub takeover: Option<f64>,
     /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60
     /// bytes for each.

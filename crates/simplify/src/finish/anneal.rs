@@ -56,7 +56,7 @@ pub struct AnnealOptions {
 
 impl Default for AnnealOptions {
     fn default() -> Self {
-        let fit = FitOptions { own_samples_per_face: 20, ..FitOptions::default() };
+        let fit = FitOptions { rounds: 2, own_samples_per_face: 20, ..FitOptions::default() };
         Self {
             sweeps: 160,
             jump: 0.2,

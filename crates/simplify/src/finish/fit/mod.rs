@@ -93,7 +93,7 @@ pub struct FitOptions {
 impl Default for FitOptions {
     fn default() -> Self {
         Self {
-            rounds: 2,
+            rounds: 3,
             samples_per_face: 20,
             own_samples_per_face: 10,
             samples_per_triangle: 3,
@@ -173,7 +173,7 @@ pub(crate) fn fit_observed(
     let [first, middle, fine] = Counts::new(options, faces.len(), original.triangle_count());
     let counts_of = |round: usize| match round {
         0 => first,
-        _ if round < options.rounds / 2 => middle,
+        _ if round < options.rounds.div_ceil(2) => middle,
         _ => fine,
     };
     let mut report = FitReport { norm: options.norm, ..FitReport::default() };
@@ -347,8 +347,8 @@ struct Counts {
 
 impl Counts {
     /// Those of the first round, of all others in the first half, and of those in the second, for so many faces of
-    /// the mesh and triangles of the original. Until the vertices are near their places, half of the points say as
-    /// well where these are.
+    /// the mesh and triangles of the original. Until the vertices are near their places, half of the points and
+    /// less say as well where these are.
     fn new(options: &FitOptions, faces: usize, triangles: usize) -> [Self; 3] {
         let FitOptions { samples_per_face, samples_per_triangle, .. } = *options;
         let wanted = samples_per_face.saturating_mul(faces).min(MOST_SAMPLES);
@@ -357,8 +357,8 @@ impl Counts {
         let most = MOST_SAMPLES / faces.max(1);
         let own = options.own_samples_per_face.min(least.max(in_proportion)).min(most);
         // As many of each triangle where these are few: then they are the points of a quadrature, and no
-        // triangle goes unseen. The first of several rounds is a rough one, and those up to the half are by half as
-        // many points, unless few have to speak for many triangles.
+        // triangle goes unseen. The first of several rounds is a rough one, and those up to the half do with
+        // half or a third as many points, unless few have to speak for many triangles.
         let targets = if wanted >= samples_per_triangle.saturating_mul(triangles) {
             Count::OnEach(samples_per_triangle)
         } else {
@@ -369,7 +369,7 @@ impl Counts {
         let (rough, middle) = match targets {
             Count::OnEach(count) => (
                 Self { targets: Count::OnEach(count.min(1)), own },
-                Self { targets: Count::OnEach(count.div_ceil(2)), own: half },
+                Self { targets: Count::OnEach(count.div_ceil(3)), own: half },
             ),
             Count::About(count) if count > triangles => (
                 Self { targets: Count::About(count / 2), own: own.min(ROUGH_OWN) },
@@ -395,7 +395,7 @@ mod tests {
         };
         // Three triangles a face, ten, twenty, and many.
         let (each, about) = (Count::OnEach, Count::About);
-        assert_eq!(of(1000, 3000), [(each(1), 6), (each(2), 3), (each(3), 6)]);
+        assert_eq!(of(1000, 3000), [(each(1), 6), (each(1), 3), (each(3), 6)]);
         assert_eq!(of(1000, 10_000), [(about(10_000), 3), (about(10_000), 3), (about(20_000), 6)]);
         assert_eq!(of(1000, 20_000), [(about(20_000), 10); 3]);
         assert_eq!(of(1000, 500_000), [(about(20_000), 10); 3]);
