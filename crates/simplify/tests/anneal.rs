@@ -137,7 +137,7 @@ fn an_ellipsoid_is_laid_out_anew_and_comes_nearer() {
 fn the_closest_of_several_layouts_is_kept_on_smooth_surfaces_alone() {
     let mesh = sphere();
     let original = Surface::new(&mesh).unwrap();
-    let start = simplify(&mesh, &Options::preset(Preset::Quality).to_faces(400)).unwrap().mesh;
+    let start = simplify(&mesh, &Options::default().to_faces(400)).unwrap().mesh;
     let run = |starts| {
         let options = AnnealOptions { sweeps: 40, starts, rounds: 0, ..AnnealOptions::default() };
         let (mesh, report) = annealed(&start, &original, &options);
