@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use mesh_core::edit::LegalFlip;
-use mesh_core::{EdgeId, Handle, TriMesh, parallel};
+use mesh_core::{EdgeId, FaceId, Handle, TriMesh, parallel};
 use mesh_metric::closest_on_triangle;
 
 use crate::collapse::intersection::{ChangedFace, Intersections};
@@ -23,9 +23,13 @@ pub(super) fn flip_edges(
     power: Power,
     mut found: Option<&mut Intersections>,
 ) -> usize {
+    let sums: Vec<f64> = parallel::collect(mesh.topology().face_capacity(), |index| {
+        paired.sum_of(FaceId::from_index(index), power)
+    });
     let helps: Vec<bool> = parallel::collect(mesh.topology().edge_capacity(), |index| {
         let edge = EdgeId::from_index(index);
-        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, power, edge)
+        let sum_of = |face: FaceId| sums[face.index()];
+        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, power, sum_of, edge)
     });
     let mut is_new = vec![false; mesh.topology().face_capacity()];
     let mut scratch = Vec::new();
@@ -36,8 +40,11 @@ pub(super) fn flip_edges(
             continue;
         }
         let mut faces = mesh.topology().edge_faces(edge).into_iter().flatten();
+        let sum_of = |face: FaceId| paired.sum_of(face, power);
         let helps = match faces.any(|face| is_new[face.index()]) {
-            true => !constraints.is_feature(edge) && flip_is_closer(mesh, paired, power, edge),
+            true => {
+                !constraints.is_feature(edge) && flip_is_closer(mesh, paired, power, sum_of, edge)
+            }
             false => helped,
         };
         if !helps {
@@ -60,7 +67,14 @@ pub(super) fn flip_edges(
     flips
 }
 
-fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, power: Power, edge: EdgeId) -> bool {
+/// `sum_of` tells what the targets of a face add up to now.
+fn flip_is_closer(
+    mesh: &TriMesh,
+    paired: &Pairs<'_>,
+    power: Power,
+    sum_of: impl Fn(FaceId) -> f64,
+    edge: EdgeId,
+) -> bool {
     let topology = mesh.topology();
     if !topology.contains_edge(edge) {
         return false;
@@ -76,19 +90,34 @@ fn flip_is_closer(mesh: &TriMesh, paired: &Pairs<'_>, power: Power, edge: EdgeId
         return false;
     }
     let faces = || topology.edge_faces(edge).into_iter().flatten();
-    let squares = faces().flat_map(|face| paired.squares_of(face));
-    let before: f64 = squares.map(|squared| power.of(squared)).sum();
-    let mut left = before * (1.0 - 1e-9);
-    for (point, _) in faces().flat_map(|face| paired.of_face(face)) {
-        let squared = |triangle| closest_on_triangle(point, triangle).length_squared();
-        let [first, second] = &new;
-        left -= power.of(squared(first).min(squared(second)));
-        // Most flips are for the worse, as the first few targets tell.
+    let before: f64 = faces().map(sum_of).sum();
+    let limit = before * (1.0 - 1e-9);
+    let points = || faces().flat_map(|face| paired.of_face(face)).map(|(point, _)| point);
+    let planes = new.map(|triangle| (triangle[0], cross(triangle).normalize_or_zero()));
+    let to_planes = points().map(|point| {
+        let [first, second] = planes.map(|(on, normal)| normal.dot(point - on));
+        power.of((first * first).min(second * second))
+    });
+    let to_triangles = points().map(|point| {
+        let [first, second] = new.each_ref().map(|t| closest_on_triangle(point, t));
+        power.of(first.length_squared().min(second.length_squared()))
+    });
+    // No triangle is closer than its plane, which is found sooner.
+    is_below(limit, to_planes) && is_below(limit, to_triangles)
+}
+
+/// Whether the sum of some numbers, none of them negative, is less than a limit. Most flips are for the worse, as the
+/// first few targets tell.
+#[inline]
+fn is_below(limit: f64, numbers: impl Iterator<Item = f64>) -> bool {
+    let mut left = limit;
+    for number in numbers {
+        left -= number;
         if left <= 0.0 || left.is_nan() {
             return false;
         }
     }
-    before > 0.0
+    limit > 0.0
 }
 
 fn flip_crosses(mesh: &TriMesh, found: &Intersections, flip: &LegalFlip) -> bool {

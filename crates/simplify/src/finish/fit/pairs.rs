@@ -128,9 +128,10 @@ impl<'a> Pairs<'a> {
         indices.map(|index| (self.point(index), self.squares[index]))
     }
 
-    /// The squared distances of the points that are closest to a face.
-    pub(super) fn squares_of(&self, face: FaceId) -> impl Iterator<Item = f64> + '_ {
-        self.lists.of_face(face).map(|index| self.squares[index as usize])
+    /// What the distances of the points that are closest to a face add up to, each raised to a power.
+    pub(super) fn sum_of(&self, face: FaceId, power: Power) -> f64 {
+        let indices = self.lists.of_face(face);
+        indices.map(|index| power.of(self.squares[index as usize])).sum()
     }
 
     /// The targets that are closest to a face; `density` is the share of one that stands for the mean
