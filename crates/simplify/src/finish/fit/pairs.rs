@@ -79,7 +79,13 @@ impl<'a> Pairs<'a> {
                     (foot, last) = match walk_to(mesh, start, point, targets.normal(index)) {
                         End::Foot(face, squared) => (Some((face, squared)), Some(face)),
                         End::Face(face) => (None, Some(face)),
-                        End::Elsewhere => (None, None),
+                        End::Elsewhere if before.is_some() => (None, None),
+                        End::Elsewhere => {
+                            // The next walk cannot begin anywhere before this is known.
+                            let closest = surface.closest(point);
+                            let squared = closest.offset.length_squared();
+                            (Some((closest.face, squared)), Some(closest.face))
+                        }
                     };
                     if foot.is_none() {
                         lost.push(point);
