@@ -80,8 +80,8 @@ pub fn foot_inside(point: DVec3, triangle: &[DVec3; 3]) -> Result<Foot, NoFoot> 
         return Err(NoFoot::Beyond(least));
     }
     let length = cross.length();
-    let normal = cross / length;
-    let height = height / length;
+    let inverse = length.recip();
+    let (normal, height) = (cross * inverse, height * inverse);
     // Where there is no area there is no normal, and nothing is near.
     let is_near = height * height <= NEAR * length;
     let foot = Foot { offset: height * normal, normal, double_area: length };
