@@ -347,7 +347,8 @@ def simplify(
         What the cost is raised by: ``cost * (1 + surcharge)``, at least 0; called likewise.
     guard : callable, optional
         Which edges may collapse: ``True`` for each that may; called likewise. With any of the three
-        functions the result is not fitted.
+        functions the result is not fitted, and the metric is asked from the first collapse on; without
+        them quadrics come first where it is a long way.
     progress : bool or callable, optional
         ``True`` for a bar, or a function of the part that is done.
     callback : callable, optional
