@@ -31,6 +31,12 @@ impl FaceLists {
         self.first[face.index()] = NONE;
     }
 
+    /// Empties all lists, and keeps their room.
+    pub(crate) fn clear_all(&mut self) {
+        self.first.fill(NONE);
+        self.following.clear();
+    }
+
     /// The numbers of a face, the last one added first.
     pub(crate) fn of_face(&self, face: FaceId) -> impl Iterator<Item = u32> + '_ {
         let start = Some(self.first[face.index()]).filter(|&i| i != NONE);

@@ -53,7 +53,7 @@ impl<'a> Pairs<'a> {
             }
         }
         self.more.clear();
-        self.lists = FaceLists::new(mesh.topology().face_capacity(), self.targets.len());
+        self.lists.clear_all();
         self.squares = Vec::with_capacity(self.targets.len());
         self.pair(mesh, surface, Some(&before));
     }
