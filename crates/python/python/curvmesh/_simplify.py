@@ -348,7 +348,7 @@ def simplify(
     guard : callable, optional
         Which edges may collapse: ``True`` for each that may; called likewise. With any of the three
         functions the result is not fitted, and the metric is asked from the first collapse on; without
-        them quadrics come first where it is a long way.
+        them quadrics come first where far fewer faces are wanted.
     progress : bool or callable, optional
         ``True`` for a bar, or a function of the part that is done.
     callback : callable, optional

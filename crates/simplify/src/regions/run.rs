@@ -233,8 +233,8 @@ impl Passes<'_, '_> {
     /// The mesh that is left: vertices and faces in the order of the original.
     fn finish(mut self, sheet: &Sheet<'_>) -> Regional {
         let merged_into = &mut self.merged_into;
-        let (ordered, ()) = parallel::both(|| sheet.to_ordered_mesh(), || follow(merged_into));
-        let Ordered { mesh: left, vertices: order, faces } = ordered;
+        let (Ordered { mesh: left, vertices: order, faces }, ()) =
+            parallel::both(|| sheet.to_ordered_mesh(), || follow(merged_into));
         let mut of_id = vec![None; self.merged_into.len()];
         for (new, &(id, _)) in order.iter().enumerate() {
             of_id[id as usize] = Some(VertexId::new(new as u32));

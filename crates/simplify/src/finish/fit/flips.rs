@@ -23,13 +23,12 @@ pub(super) fn flip_edges(
     power: Power,
     mut found: Option<&mut Intersections>,
 ) -> usize {
-    let sums: Vec<f64> = parallel::collect(mesh.topology().face_capacity(), |index| {
+    let mut sums: Vec<f64> = parallel::collect(mesh.topology().face_capacity(), |index| {
         paired.sum_of(FaceId::from_index(index), power)
     });
     let helps: Vec<bool> = parallel::collect(mesh.topology().edge_capacity(), |index| {
         let edge = EdgeId::from_index(index);
-        let sum_of = |face: FaceId| sums[face.index()];
-        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, power, sum_of, edge)
+        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, &sums, power, edge)
     });
     let mut is_new = vec![false; mesh.topology().face_capacity()];
     let mut scratch = Vec::new();
@@ -40,10 +39,9 @@ pub(super) fn flip_edges(
             continue;
         }
         let mut faces = mesh.topology().edge_faces(edge).into_iter().flatten();
-        let sum_of = |face: FaceId| paired.sum_of(face, power);
         let helps = match faces.any(|face| is_new[face.index()]) {
             true => {
-                !constraints.is_feature(edge) && flip_is_closer(mesh, paired, power, sum_of, edge)
+                !constraints.is_feature(edge) && flip_is_closer(mesh, paired, &sums, power, edge)
             }
             false => helped,
         };
@@ -61,18 +59,21 @@ pub(super) fn flip_edges(
         }
         if let [Some(left), Some(right)] = mesh.topology().edge_faces(edge) {
             paired.redistribute(mesh, [left, right], &mut scratch);
-            [left, right].iter().for_each(|face| is_new[face.index()] = true);
+            for face in [left, right] {
+                is_new[face.index()] = true;
+                sums[face.index()] = paired.sum_of(face, power);
+            }
         }
     }
     flips
 }
 
-/// `sum_of` tells what the targets of a face add up to now.
+/// `sums` are what the targets of each face add up to now.
 fn flip_is_closer(
     mesh: &TriMesh,
     paired: &Pairs<'_>,
+    sums: &[f64],
     power: Power,
-    sum_of: impl Fn(FaceId) -> f64,
     edge: EdgeId,
 ) -> bool {
     let topology = mesh.topology();
@@ -90,7 +91,7 @@ fn flip_is_closer(
         return false;
     }
     let faces = || topology.edge_faces(edge).into_iter().flatten();
-    let before: f64 = faces().map(sum_of).sum();
+    let before: f64 = faces().map(|face| sums[face.index()]).sum();
     let limit = before * (1.0 - 1e-9);
     let points = || faces().flat_map(|face| paired.of_face(face)).map(|(point, _)| point);
     let planes = new.map(|triangle| (triangle[0], cross(triangle).normalize_or_zero()));
