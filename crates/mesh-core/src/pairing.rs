@@ -1,9 +1,10 @@
 //! From index triples to a half-edge structure: pairing the sides of the triangles.
 //!
-//! Sides are bucketed by their smaller vertex with a counting sort, and paired inside a bucket
-//! through one scratch slot per vertex, so the whole build is linear and hashes nothing.
+//! Sides are bucketed by their smaller vertex with a counting sort, and paired inside each bucket. Buckets do
+//! not wait for each other, so blocks of them are paired on all cores; edges keep the order of the buckets.
 
 use crate::handle::{FaceId, HalfEdgeId, Handle, VertexId};
+use crate::parallel;
 use crate::revision::Revision;
 use crate::topology::{HalfEdge, Topology};
 
@@ -70,7 +71,7 @@ impl Topology {
     ///
     /// Vertex and face handles keep the given indices, and each face starts at its first corner.
     /// Edges are numbered by their smaller vertex; half-edge `2e` runs from the smaller vertex to
-    /// the larger. Takes linear time.
+    /// the larger. Takes linear time, but for vertices of very many edges, where it is k log k for k of them.
     ///
     /// # Errors
     /// A [`TopologyError`] that names the first offence. Use [`crate::build()`] for polygons, for a
@@ -84,8 +85,8 @@ impl Topology {
             return Err(TopologyError::TooLarge);
         }
         check_corners(vertex_count, triangles)?;
-        let sides = pair_sides(vertex_count, triangles)?;
-        let mut topology = link_faces(vertex_count, triangles, &sides);
+        let edges = pair_sides(vertex_count, triangles)?;
+        let mut topology = link_faces(vertex_count, triangles, &edges);
         topology.link_boundary()?;
         topology.choose_vertex_half_edges()?;
         Ok(topology)
@@ -94,6 +95,9 @@ impl Topology {
     /// Links the exterior half-edges to boundary loops and gives boundary vertices their exterior
     /// half-edge.
     fn link_boundary(&mut self) -> Result<(), TopologyError> {
+        if self.half_edges.len() == 3 * self.live_faces {
+            return Ok(());
+        }
         for index in 0..self.half_edges.len() {
             if self.half_edges[index].face.is_some() {
                 continue;
@@ -129,13 +133,13 @@ impl Topology {
             valence[origin] += 1;
             self.vertex_half_edge[origin].get_or_insert(h);
         }
-        for (vertex, &expected) in valence.iter().enumerate() {
-            let vertex = VertexId::from_index(vertex);
-            if self.outgoing(vertex).count() != expected as usize {
-                return Err(TopologyError::PinchedVertex { vertex: vertex.get() });
-            }
+        let is_one_fan =
+            |v: usize| self.outgoing(VertexId::from_index(v)).count() == valence[v] as usize;
+        let pinched = |v: usize| (!is_one_fan(v)).then_some(v as u32);
+        match parallel::fold(valence.len(), None, pinched, Option::or) {
+            Some(vertex) => Err(TopologyError::PinchedVertex { vertex }),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -155,52 +159,100 @@ fn check_corners(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<(), Topo
     Ok(())
 }
 
+/// The side that follows round the triangle; as a corner, the one where `side` ends.
+#[inline]
+pub(crate) fn next(side: u32) -> u32 {
+    if side % 3 == 2 { side - 2 } else { side + 1 }
+}
+
 /// The two ends of side `side % 3` of triangle `side / 3`.
 #[inline]
-pub(crate) fn side_ends(triangles: &[[u32; 3]], side: usize) -> [u32; 2] {
-    let triangle = triangles[side / 3];
-    let corner = side % 3;
-    [triangle[corner], triangle[if corner == 2 { 0 } else { corner + 1 }]]
+pub(crate) fn side_ends(triangles: &[[u32; 3]], side: u32) -> [u32; 2] {
+    let corners = triangles.as_flattened();
+    [corners[side as usize], corners[next(side) as usize]]
 }
 
-/// What pairing finds: the half-edge of every triangle side, and the number of edges.
-struct Sides {
-    half_edge: Vec<u32>,
-    edge_count: usize,
-}
+/// The side of a triangle that runs along an edge from its smaller to its larger vertex, and the one that runs
+/// back; [`EMPTY`] where there is none.
+type EdgeSides = [u32; 2];
 
-/// Gives the sides of all triangles their half-edges.
-fn pair_sides(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<Sides, TopologyError> {
+/// The edges of triangles by their sides: those of each smaller vertex as its sides meet them.
+fn pair_sides(
+    vertex_count: usize,
+    triangles: &[[u32; 3]],
+) -> Result<Vec<EdgeSides>, TopologyError> {
+    /// Vertices whose edges are found together.
+    const BLOCK: usize = 1 << 13;
     let (starts, bucketed) = bucket_by_smaller_vertex(vertex_count, triangles);
-    let mut half_edge = vec![EMPTY; 3 * triangles.len()];
-    // Per vertex: the edge to it from the vertex whose bucket is being read.
-    let mut edge_to = vec![EMPTY; vertex_count];
-    // Which side took each half-edge, to recognise a second claim.
-    let mut taken_by: Vec<[u32; 2]> = Vec::with_capacity(triangles.len() * 3 / 2 + 16);
-    for smaller in 0..vertex_count {
-        let bucket = &bucketed[starts[smaller] as usize..starts[smaller + 1] as usize];
-        for &side in bucket {
-            let [from, to] = side_ends(triangles, side as usize);
-            let larger = from.max(to);
-            let slot = &mut edge_to[larger as usize];
-            if *slot == EMPTY {
-                *slot = taken_by.len() as u32;
-                taken_by.push([EMPTY; 2]);
-            }
-            let direction = usize::from(from > to);
-            let claim = &mut taken_by[*slot as usize][direction];
-            if *claim != EMPTY {
-                return Err(conflict(triangles, bucket, [smaller as u32, larger], [*claim, side]));
-            }
-            *claim = side;
-            half_edge[side as usize] = 2 * *slot + direction as u32;
+    let blocks = parallel::collect_each(vertex_count.div_ceil(BLOCK), |block| {
+        let vertices = BLOCK * block..vertex_count.min(BLOCK * (block + 1));
+        let sides = (starts[vertices.end] - starts[vertices.start]) as usize;
+        let mut edges = Vec::with_capacity(sides / 2 + sides / 16 + 2);
+        let mut ends = Vec::new();
+        for v in vertices {
+            let bucket = &bucketed[starts[v] as usize..starts[v + 1] as usize];
+            pair_bucket(triangles, v as u32, bucket, &mut ends, &mut edges)?;
         }
-        for &side in bucket {
-            let [from, to] = side_ends(triangles, side as usize);
-            edge_to[from.max(to) as usize] = EMPTY;
-        }
+        Ok(edges)
+    });
+    drop((starts, bucketed));
+    let blocks = blocks.into_iter().collect::<Result<Vec<_>, _>>()?;
+    Ok(blocks.concat())
+}
+
+/// Appends the edges from a vertex to larger ones, in the order in which the sides of its bucket meet them.
+/// `ends` is for use in here.
+fn pair_bucket(
+    triangles: &[[u32; 3]],
+    smaller: u32,
+    bucket: &[u32],
+    ends: &mut Vec<u32>,
+    edges: &mut Vec<EdgeSides>,
+) -> Result<(), TopologyError> {
+    /// So many sides or fewer are compared with each other.
+    const FEW: usize = 32;
+    let first = edges.len();
+    ends.clear();
+    // Of many sides: the edge to each of the larger ends, which are then sorted.
+    let mut edge_to = Vec::new();
+    if bucket.len() > FEW {
+        ends.extend(bucket.iter().map(|&side| larger_end(triangles, side)));
+        ends.sort_unstable();
+        ends.dedup();
+        edge_to.resize(ends.len(), EMPTY);
     }
-    Ok(Sides { half_edge, edge_count: taken_by.len() })
+    for &side in bucket {
+        let [from, to] = side_ends(triangles, side);
+        let larger = from.max(to);
+        let edge = if bucket.len() > FEW {
+            let slot = &mut edge_to[ends.partition_point(|&end| end < larger)];
+            if *slot == EMPTY {
+                *slot = edges.len() as u32;
+            }
+            *slot as usize
+        } else {
+            let known = ends.iter().position(|&end| end == larger);
+            if known.is_none() {
+                ends.push(larger);
+            }
+            first + known.unwrap_or(ends.len() - 1)
+        };
+        if edge == edges.len() {
+            edges.push([EMPTY; 2]);
+        }
+        let claim = &mut edges[edge][usize::from(from > to)];
+        if *claim != EMPTY {
+            return Err(conflict(triangles, bucket, [smaller, larger], [*claim, side]));
+        }
+        *claim = side;
+    }
+    Ok(())
+}
+
+/// The larger end of a side.
+pub(crate) fn larger_end(triangles: &[[u32; 3]], side: u32) -> u32 {
+    let [from, to] = side_ends(triangles, side);
+    from.max(to)
 }
 
 /// All triangle sides, grouped by their smaller vertex, and where each group starts.
@@ -237,11 +289,7 @@ fn conflict(
     vertices: [u32; 2],
     sides: [u32; 2],
 ) -> TopologyError {
-    let faces = bucket
-        .iter()
-        .map(|&side| side_ends(triangles, side as usize))
-        .filter(|[from, to]| from.max(to) == &vertices[1])
-        .count();
+    let faces = bucket.iter().filter(|&&side| larger_end(triangles, side) == vertices[1]).count();
     if faces > 2 {
         TopologyError::NonManifoldEdge { vertices, faces }
     } else {
@@ -250,31 +298,126 @@ fn conflict(
 }
 
 /// The arrays with everything set but what the boundary and the vertices need.
-fn link_faces(vertex_count: usize, triangles: &[[u32; 3]], sides: &Sides) -> Topology {
-    let half_edges = 2 * sides.edge_count;
-    let mut topology = Topology {
-        half_edges: vec![HalfEdge::UNSET; half_edges],
-        vertex_half_edge: vec![None; vertex_count],
-        face_half_edge: Vec::with_capacity(triangles.len()),
-        live_vertices: vertex_count,
-        live_edges: sides.edge_count,
-        live_faces: triangles.len(),
-        revision: Revision::new(),
-    };
-    for (face, (triangle, sides)) in
-        triangles.iter().zip(sides.half_edge.chunks_exact(3)).enumerate()
-    {
-        let h = [HalfEdgeId::new(sides[0]), HalfEdgeId::new(sides[1]), HalfEdgeId::new(sides[2])];
-        topology.face_half_edge.push(h[0]);
-        for corner in 0..3 {
-            let following = (corner + 1) % 3;
-            topology.half_edges[h[corner].index()] = HalfEdge {
-                next: h[following],
-                target: VertexId::new(triangle[following]),
-                face: Some(FaceId::from_index(face)),
-            };
-            topology.half_edges[h[corner].twin().index()].target = VertexId::new(triangle[corner]);
+fn link_faces(vertex_count: usize, triangles: &[[u32; 3]], edges: &[EdgeSides]) -> Topology {
+    let (corners, sides) = (triangles.as_flattened(), edges.as_flattened());
+    let mut half_edge = vec![HalfEdgeId::REMOVED; corners.len()];
+    for (h, &side) in sides.iter().enumerate() {
+        if side != EMPTY {
+            half_edge[side as usize] = HalfEdgeId::from_index(h);
         }
     }
-    topology
+    let half_edges = parallel::collect(sides.len(), |h| {
+        let side = sides[h];
+        if side == EMPTY {
+            // An edge has a side.
+            let start = corners[sides[h ^ 1] as usize];
+            return HalfEdge { target: VertexId::new(start), ..HalfEdge::UNSET };
+        }
+        let following = next(side) as usize;
+        HalfEdge {
+            next: half_edge[following],
+            target: VertexId::new(corners[following]),
+            face: Some(FaceId::new(side / 3)),
+        }
+    });
+    Topology {
+        half_edges,
+        vertex_half_edge: vec![None; vertex_count],
+        face_half_edge: half_edge.iter().copied().step_by(3).collect(),
+        live_vertices: vertex_count,
+        live_edges: edges.len(),
+        live_faces: triangles.len(),
+        revision: Revision::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shapes::{Plane, SplitMix64};
+    use std::collections::HashMap;
+
+    /// Edges by their definition: those of each smaller vertex in the order in which the sides meet them.
+    fn by_definition(triangles: &[[u32; 3]]) -> Vec<EdgeSides> {
+        let mut sides: Vec<u32> = (0..3 * triangles.len() as u32).collect();
+        let ends = |side: u32| side_ends(triangles, side);
+        sides.sort_by_key(|&side| ends(side).into_iter().min());
+        let mut edges = Vec::new();
+        let mut number = HashMap::new();
+        for side in sides {
+            let [from, to] = ends(side);
+            let edge = *number.entry([from.min(to), from.max(to)]).or_insert_with(|| {
+                edges.push([EMPTY; 2]);
+                edges.len() - 1
+            });
+            edges[edge][usize::from(from > to)] = side;
+        }
+        edges
+    }
+
+    /// Brings the vertices into another order.
+    fn shuffle(count: usize, triangles: &mut [[u32; 3]]) {
+        let mut random = SplitMix64::new(5);
+        let mut keys: Vec<(u64, u32)> = (0..count as u32).map(|v| (random.bits(), v)).collect();
+        keys.sort_unstable();
+        triangles.as_flattened_mut().iter_mut().for_each(|v| *v = keys[*v as usize].1);
+    }
+
+    /// A double pyramid over many sides, whose tips are the vertices 0 and 1.
+    fn double_pyramid(sides: u32) -> Vec<[u32; 3]> {
+        let rim = |i: u32| 2 + i * 7 % sides;
+        let at = |i: u32| [[0, rim(i), rim(i + 1)], [1, rim(i + 1), rim(i)]];
+        (0..sides).flat_map(at).collect()
+    }
+
+    #[test]
+    fn edges_are_those_of_the_definition_in_many_blocks_and_at_hubs() {
+        let plane = Plane { half_width: 1.0 }.mesh(200, Default::default()).unwrap();
+        let count = plane.positions().len();
+        let mut triangles =
+            crate::TriMesh::from_soup(&plane).unwrap().topology().triangles().collect::<Vec<_>>();
+        assert_eq!(pair_sides(count, &triangles).unwrap(), by_definition(&triangles));
+        shuffle(count, &mut triangles);
+        assert_eq!(pair_sides(count, &triangles).unwrap(), by_definition(&triangles));
+        for sides in [3, 16, 17, 100] {
+            let triangles = double_pyramid(sides);
+            assert_eq!(
+                pair_sides(sides as usize + 2, &triangles).unwrap(),
+                by_definition(&triangles)
+            );
+            Topology::from_triangles(sides as usize + 2, &triangles).unwrap().validate().unwrap();
+        }
+    }
+
+    #[test]
+    fn of_many_offences_that_at_the_smallest_vertex_is_told() {
+        // Beyond the first block, twice; and at a hub.
+        let mut triangles = double_pyramid(30_000);
+        let [_, b, c] = triangles[0];
+        triangles.push([b, c, 30_002]);
+        let vertices = [b.min(c), b.max(c)];
+        let expected = TopologyError::NonManifoldEdge { vertices, faces: 3 };
+        assert_eq!(Topology::from_triangles(30_003, &triangles).unwrap_err(), expected);
+        let late = triangles[50_000];
+        triangles.push([late[1], late[2], 30_002]);
+        assert!(late[1].min(late[2]) > vertices[0]);
+        assert_eq!(Topology::from_triangles(30_003, &triangles).unwrap_err(), expected);
+        triangles.push([0, b, 30_002]);
+        let found = Topology::from_triangles(30_003, &triangles).unwrap_err();
+        let at_hub = TopologyError::NonManifoldEdge { vertices: [0, b], faces: 3 };
+        assert_eq!(found, at_hub);
+    }
+
+    #[test]
+    fn of_many_pinched_vertices_the_smallest_is_told() {
+        // Double pyramids that meet in one of their tips: two in vertex 20,000, and two in 5000.
+        let mut triangles = Vec::new();
+        for (first, tip) in [(0, 20_000), (100, 20_000), (200, 5000), (300, 5000)] {
+            let pyramid = double_pyramid(10).into_iter();
+            let name = |v: u32| if v == 0 { tip } else { first + v };
+            triangles.extend(pyramid.map(|t| t.map(name)));
+        }
+        let found = Topology::from_triangles(20_001, &triangles).unwrap_err();
+        assert_eq!(found, TopologyError::PinchedVertex { vertex: 5000 });
+    }
 }

@@ -3,16 +3,11 @@
 //! *Side* `3 f + k` of triangle `f` runs from its corner `k` to the next one. Corner `3 f + k` has
 //! the same number, so a corner is where its side starts.
 
-use crate::pairing::{bucket_by_smaller_vertex, side_ends};
+pub(crate) use crate::pairing::next;
+use crate::pairing::{bucket_by_smaller_vertex, larger_end, side_ends};
 
 /// Stands for no side, no fan, no element.
 pub(crate) const NONE: u32 = u32::MAX;
-
-/// The side that follows round the triangle; as a corner, the one where `side` ends.
-#[inline]
-pub(crate) fn next(side: u32) -> u32 {
-    if side % 3 == 2 { side - 2 } else { side + 1 }
-}
 
 /// The side that precedes round the triangle.
 #[inline]
@@ -33,10 +28,7 @@ impl EdgeTable {
     /// come in order of their smaller, then of their larger vertex.
     pub(crate) fn new(vertex_count: usize, triangles: &[[u32; 3]]) -> Self {
         let (starts, mut sides) = bucket_by_smaller_vertex(vertex_count, triangles);
-        let larger = |side: u32| {
-            let [from, to] = side_ends(triangles, side as usize);
-            from.max(to)
-        };
+        let larger = |side: u32| larger_end(triangles, side);
         let mut ends = Vec::with_capacity(sides.len() / 2 + 1);
         for bucket in starts.windows(2) {
             let (start, end) = (bucket[0] as usize, bucket[1] as usize);
@@ -64,13 +56,13 @@ impl EdgeTable {
 
 /// The ends of the edge that a side lies on, smaller index first.
 pub(crate) fn edge_ends(triangles: &[[u32; 3]], side: u32) -> [u32; 2] {
-    let [from, to] = side_ends(triangles, side as usize);
+    let [from, to] = side_ends(triangles, side);
     [from.min(to), from.max(to)]
 }
 
 /// Whether two sides of one edge run in the same direction.
 pub(crate) fn same_direction(triangles: &[[u32; 3]], a: u32, b: u32) -> bool {
-    side_ends(triangles, a as usize)[0] == side_ends(triangles, b as usize)[0]
+    side_ends(triangles, a)[0] == side_ends(triangles, b)[0]
 }
 
 /// The edge's two sides, if there are two and they run in opposite directions.
