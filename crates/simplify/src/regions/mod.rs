@@ -44,7 +44,7 @@
 //! # }
 //! ```
 //!
-//! From the bottom: `corners`, `lanes`, `waiting`, `rules`; `vertex`; `offers`, `patch`; `tile`, `ceiling`; `sheet`; `partition`; `region`;
+//! From the bottom: `corners`, `lanes`, `order`, `waiting`, `rules`; `vertex`; `offers`, `patch`; `tile`, `ceiling`; `sheet`; `partition`; `region`;
 //! `pass`; `run`. Beside these, `excerpt` and `driven`: regions for the driver.
 
 mod ceiling;
@@ -53,6 +53,7 @@ pub(crate) mod driven;
 mod excerpt;
 mod lanes;
 mod offers;
+mod order;
 mod partition;
 mod pass;
 mod patch;

@@ -6,6 +6,7 @@ use glam::DVec3;
 use mesh_core::{FaceId, HalfEdgeId, Handle, Topology, TriMesh, VertexId, parallel};
 
 use crate::collapse::quadric::Quadric;
+use crate::regions::order::in_order;
 
 /// Vertices and triangles without gaps, and where they come from; before the first pass, those of
 /// the mesh itself, which has gaps where it has removed elements.
@@ -111,15 +112,11 @@ impl<'a> Sheet<'a> {
     }
 
     pub(super) fn to_ordered_mesh(&self) -> Ordered {
-        let in_order = |mut all: Vec<(u32, u32)>| {
-            all.sort_unstable();
-            all
-        };
         let (vertices, faces) = parallel::both(
-            || in_order(self.vertices().map(|v| (self.vertex_id(v), v)).collect()),
+            || in_order(&Vec::from_iter(self.vertices().map(|v| (self.vertex_id(v), v)))),
             || {
                 let faces = (0..self.face_capacity()).filter(|&f| self.triangle(f).is_some());
-                in_order(faces.map(|f| (self.face_id(f), f as u32)).collect())
+                in_order(&Vec::from_iter(faces.map(|f| (self.face_id(f), f as u32))))
             },
         );
         let mut number = vec![u32::MAX; self.vertex_capacity()];
