@@ -1,12 +1,14 @@
 //! Distances between two surfaces from samples, both ways, as Metro measures them (Cignoni,
 //! Rocchini, Scopigno 1998).
 
+use core::ops::Range;
+
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap};
 
 use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::Nearest;
-use crate::sampling::AreaSampler;
+use crate::sampling::{AreaSampler, first_beyond};
 use crate::surface::Surface;
 
 /// How to sample; see [`compare`].
@@ -133,11 +135,11 @@ fn one_sided(
     stops: &(dyn Fn() -> bool + Sync),
 ) -> OneSided {
     let points = Points::new(from, options);
-    let on_faces = measure(to, points.on_faces.count(), stops, |i| points.on_face(i));
+    let on_faces = measure(to, points.sampler.count(), stops, |range| points.on_faces(range));
     let mut all = on_faces;
-    all = all.join(measure(to, points.vertices.len(), stops, |i| points.vertex(i)));
+    all = all.join(measure(to, points.vertices.len(), stops, |range| points.at_vertices(range)));
     if let Some(edges) = &points.on_edges {
-        all = all.join(measure(to, edges.count(), stops, |i| edges.point(i)));
+        all = all.join(measure(to, edges.count(), stops, |range| edges.points(range)));
     }
     let averaged = if on_faces.count > 0 { on_faces } else { all };
     let count = averaged.count.max(1) as f64;
@@ -153,29 +155,29 @@ fn one_sided(
 /// The points of a surface that are compared with another one.
 struct Points<'a> {
     surface: &'a Surface,
-    on_faces: AreaSampler<'a>,
+    sampler: AreaSampler<'a>,
     vertices: Vec<u32>,
     on_edges: Option<EdgePoints<'a>>,
 }
 
 impl<'a> Points<'a> {
     fn new(surface: &'a Surface, options: &CompareOptions) -> Self {
-        let on_faces = AreaSampler::new(surface, options.samples, options.seed);
+        let sampler = AreaSampler::new(surface, options.samples, options.seed);
         let vertices = if options.vertices { surface.used_vertices() } else { Vec::new() };
         let on_edges = options.edges.then(|| {
-            let spacing = (on_faces.area() / options.samples.max(1) as f64).sqrt();
+            let spacing = (sampler.area() / options.samples.max(1) as f64).sqrt();
             let most = MOST_ON_EDGES.saturating_mul(options.samples);
             EdgePoints::new(surface, spacing, options.samples, most)
         });
-        Self { surface, on_faces, vertices, on_edges }
+        Self { surface, sampler, vertices, on_edges }
     }
 
-    fn on_face(&self, index: usize) -> DVec3 {
-        self.on_faces.sample(index).position
+    fn on_faces(&self, indices: Range<usize>) -> Vec<DVec3> {
+        self.sampler.samples(indices).map(|sample| sample.position).collect()
     }
 
-    fn vertex(&self, index: usize) -> DVec3 {
-        self.surface.positions()[self.vertices[index] as usize]
+    fn at_vertices(&self, indices: Range<usize>) -> Vec<DVec3> {
+        self.vertices[indices].iter().map(|&v| self.surface.positions()[v as usize]).collect()
     }
 }
 
@@ -185,10 +187,10 @@ pub fn sampled_hausdorff(a: &Surface, b: &Surface, options: &CompareOptions) -> 
     let largest = |from: &Surface, to: &Surface, known: f64| {
         let points = Points::new(from, options);
         // Vertices first: what is farther away than they are is rare.
-        let known = farthest(to, points.vertices.len(), known, |i| points.vertex(i));
-        let known = farthest(to, points.on_faces.count(), known, |i| points.on_face(i));
+        let known = farthest(to, points.vertices.len(), known, |range| points.at_vertices(range));
+        let known = farthest(to, points.sampler.count(), known, |range| points.on_faces(range));
         match &points.on_edges {
-            Some(edges) => farthest(to, edges.count(), known, |i| edges.point(i)),
+            Some(edges) => farthest(to, edges.count(), known, |range| edges.points(range)),
             None => known,
         }
     };
@@ -196,10 +198,13 @@ pub fn sampled_hausdorff(a: &Surface, b: &Surface, options: &CompareOptions) -> 
 }
 
 /// The largest of `known` and the squared distances of points.
-fn farthest(to: &Surface, count: usize, known: f64, point: impl Fn(usize) -> DVec3 + Sync) -> f64 {
-    let blocks = in_blocks(count, |indices| {
-        to.bvh().farthest(&indices.map(&point).collect::<Vec<_>>(), known)
-    });
+fn farthest(
+    to: &Surface,
+    count: usize,
+    known: f64,
+    points: impl Fn(Range<usize>) -> Vec<DVec3> + Sync,
+) -> f64 {
+    let blocks = in_blocks(count, |indices| to.bvh().farthest(&points(indices), known));
     blocks.into_iter().fold(known, f64::max)
 }
 
@@ -240,13 +245,13 @@ fn measure(
     to: &Surface,
     count: usize,
     stops: &(dyn Fn() -> bool + Sync),
-    point: impl Fn(usize) -> DVec3 + Sync,
+    points: impl Fn(Range<usize>) -> Vec<DVec3> + Sync,
 ) -> Tally {
     let blocks = in_blocks(count, |indices| {
         if stops() {
             return Tally::NONE;
         }
-        let points: Vec<DVec3> = indices.map(&point).collect();
+        let points = points(indices);
         let nearest = to.nearest_to_each(&points);
         points.iter().zip(nearest).fold(Tally::NONE, |tally, (&at, nearest)| {
             let Nearest { offset, squared, .. } = nearest;
@@ -269,7 +274,7 @@ fn measure(
 #[must_use]
 pub fn edge_points(surface: &Surface, spacing: f64, limit: usize, most: usize) -> Vec<DVec3> {
     let points = EdgePoints::new(surface, spacing, limit, most);
-    (0..points.count()).map(|i| points.point(i)).collect()
+    points.points(0..points.count())
 }
 
 /// The points of [`edge_points`] on a single edge, from its end with the lower number to the other one.
@@ -348,10 +353,14 @@ impl<'a> EdgePoints<'a> {
         self.ends.last().copied().unwrap_or(0)
     }
 
-    fn point(&self, index: usize) -> DVec3 {
-        let edge = self.ends.partition_point(|&end| end <= index);
-        let start = if edge == 0 { 0 } else { self.ends[edge - 1] };
-        let ends = ends_of(self.surface, self.edges[edge]);
-        point_within(ends, index - start, self.ends[edge] - start)
+    fn points(&self, indices: Range<usize>) -> Vec<DVec3> {
+        let mut edge = 0;
+        let point = |index: usize| {
+            edge = first_beyond(&self.ends, index, edge);
+            let start = if edge == 0 { 0 } else { self.ends[edge - 1] };
+            let ends = ends_of(self.surface, self.edges[edge]);
+            point_within(ends, index - start, self.ends[edge] - start)
+        };
+        indices.map(point).collect()
     }
 }

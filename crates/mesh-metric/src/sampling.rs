@@ -1,9 +1,12 @@
 //! Points spread evenly over a surface.
 
+use core::ops::Range;
+
 use glam::DVec3;
 use mesh_core::parallel;
 use mesh_core::shapes::SplitMix64;
 
+use crate::blocks::values_in_blocks;
 use crate::surface::Surface;
 
 /// A point of a surface; made by [`sample_surface`].
@@ -27,13 +30,13 @@ pub struct SurfaceSample {
 #[must_use]
 pub fn sample_surface(surface: &Surface, count: usize, seed: u64) -> Vec<SurfaceSample> {
     let sampler = AreaSampler::new(surface, count, seed);
-    parallel::collect(sampler.count(), |i| sampler.sample(i))
+    values_in_blocks(sampler.count(), |indices| sampler.samples(indices).collect())
 }
 
 /// The fractional part of the golden section.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// Makes the samples of [`sample_surface`] one at a time, in any order.
+/// Makes the samples of [`sample_surface`], any consecutive ones at a time.
 pub(crate) struct AreaSampler<'a> {
     surface: &'a Surface,
     /// The area up to and including each triangle.
@@ -61,16 +64,31 @@ impl<'a> AreaSampler<'a> {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
 
-    pub(crate) fn sample(&self, index: usize) -> SurfaceSample {
-        let at = self.rule.place(index);
-        let last = self.cumulative.len() - 1;
-        let triangle = self.cumulative.partition_point(|&end| end <= at).min(last);
-        let start = if triangle == 0 { 0.0 } else { self.cumulative[triangle - 1] };
-        let corners = self.surface.triangle(triangle);
-        let (position, weights) =
-            self.rule.point(index, at, [start, self.cumulative[triangle]], corners);
-        SurfaceSample { position, triangle: triangle as u32, weights }
+    pub(crate) fn samples(&self, indices: Range<usize>) -> impl Iterator<Item = SurfaceSample> {
+        let (last, mut next) = (self.cumulative.len().saturating_sub(1), 0);
+        indices.map(move |index| {
+            let at = self.rule.place(index);
+            next = first_beyond(&self.cumulative, at, next);
+            let triangle = next.min(last);
+            let start = if triangle == 0 { 0.0 } else { self.cumulative[triangle - 1] };
+            let corners = self.surface.triangle(triangle);
+            let (position, weights) =
+                self.rule.point(index, at, [start, self.cumulative[triangle]], corners);
+            SurfaceSample { position, triangle: triangle as u32, weights }
+        })
     }
+}
+
+/// How many of the numbers, which never fall, are at most `at`, where `known` of them are: quick when
+/// that is nearly all.
+pub(crate) fn first_beyond<T: PartialOrd + Copy>(numbers: &[T], at: T, known: usize) -> usize {
+    let (mut known, mut step) = (known, 1);
+    while numbers.get(known + step - 1).is_some_and(|&number| number <= at) {
+        known += step;
+        step *= 2;
+    }
+    let few = &numbers[known..numbers.len().min(known + step)];
+    known + few.partition_point(|&number| number <= at)
 }
 
 /// The samples of [`sample_surface`], for triangles that pass by one after another.
@@ -157,6 +175,18 @@ mod tests {
     use mesh_core::TriMesh;
 
     #[test]
+    fn numbers_are_counted_from_where_it_is_known() {
+        let numbers = [1, 1, 2, 4, 4, 4, 7, 9, 9, 12];
+        for at in 0..14 {
+            let count = numbers.iter().filter(|&&number| number <= at).count();
+            for known in 0..=count {
+                assert_eq!(first_beyond(&numbers, at, known), count, "{at} {known}");
+            }
+        }
+        assert_eq!(first_beyond(&[], 1, 0), 0);
+    }
+
+    #[test]
     fn samples_are_shared_out_by_area() {
         let corners = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 3.0, 0.0]];
         let mesh = TriMesh::from_triangles(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap();
@@ -173,6 +203,9 @@ mod tests {
             stream.pass(surface.triangle(t), t == 1, &mut |position| passed.push(position));
         }
         assert!(samples.iter().map(|s| s.position).eq(passed));
+        // From anywhere on.
+        let sampler = AreaSampler::new(&surface, 4000, 7);
+        assert!(sampler.samples(990..1010).eq(samples[990..1010].iter().copied()));
         for s in samples {
             assert!((s.weights.iter().sum::<f64>() - 1.0).abs() < 1e-15);
             assert!(s.weights.iter().all(|&w| (0.0..=1.0).contains(&w)));
