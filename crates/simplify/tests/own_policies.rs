@@ -182,7 +182,7 @@ impl Placement for NotAtEnds {
         Place::Kept
     }
 
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
         if patch.ends().contains(&x) { Err(Refusal::Other) } else { Ok(()) }
     }
 

@@ -22,8 +22,8 @@ impl Level {
         log: &CollapseLog,
         count: usize,
     ) -> Result<Self, ReplayError> {
-        let mut marks = marks.clone();
-        let mesh = log.replay_marked(original, &mut marks, count)?;
+        let (mut mesh, mut marks) = (original.clone(), marks.clone());
+        log.carry_out(0..count, &mut mesh, &mut marks)?;
         Ok(Self::compacted(mesh, &marks, log, count))
     }
 

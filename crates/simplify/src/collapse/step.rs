@@ -376,5 +376,5 @@ fn check<C: Cost, P: Placement>(
     for surcharge in &policies.surcharges {
         surcharge.check(patch, offset)?;
     }
-    policies.placement.check(patch, offset)
+    policies.placement.check(patch, offset, scratch)
 }

@@ -13,10 +13,11 @@
 //! Uses the rooms `collapse` and `finish`, and `mesh-metric` for distances. It knows no options: what
 //! is finished, measured and squeezed, and how, is handed in.
 //!
-//! From the bottom: `measure`, `covers`, `reach` and `spokes`; `within` and `tether`; `squeeze`; `search`.
+//! From the bottom: `measure`, `covers`, `prepared`, `reach` and `spokes`; `within` and `tether`; `squeeze`; `search`.
 
 mod covers;
 pub(crate) mod measure;
+mod prepared;
 mod reach;
 pub(crate) mod search;
 mod spokes;

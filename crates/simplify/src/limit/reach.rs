@@ -7,7 +7,8 @@ use glam::DVec3;
 use mesh_core::BoundingBox;
 use mesh_metric::closest_on_triangle;
 
-pub(super) type Triangle = [DVec3; 3];
+use crate::limit::prepared::{Prepared, Triangle};
+
 pub(super) type Segment = [DVec3; 2];
 
 /// The length of the shortest parts, relative to the distance.
@@ -41,15 +42,15 @@ impl Reach {
         self.least
     }
 
-    fn has(&self, point: DVec3, triangle: &Triangle) -> bool {
-        closest_on_triangle(point, triangle).length_squared() <= self.squared
+    fn has(&self, point: DVec3, triangle: &Prepared) -> bool {
+        triangle.squared_distance(point, self.squared).is_some()
     }
 
     /// One of some triangles that a point is close enough to. Two are tried first.
     pub(super) fn find(
         &self,
         point: DVec3,
-        triangles: &[Triangle],
+        triangles: &[Prepared],
         first: [usize; 2],
     ) -> Option<usize> {
         let has = |&i: &usize| triangles.get(i).is_some_and(|t| self.has(point, t));
@@ -62,7 +63,7 @@ impl Reach {
     pub(super) fn cover(
         &self,
         [p, q]: Segment,
-        triangles: &[Triangle],
+        triangles: &[Prepared],
         last: &mut [usize; 2],
         used: &mut impl FnMut(usize),
     ) -> bool {
@@ -76,7 +77,7 @@ impl Reach {
     fn cover_between(
         &self,
         [start, end]: [(DVec3, usize); 2],
-        triangles: &[Triangle],
+        triangles: &[Prepared],
         used: &mut impl FnMut(usize),
     ) -> bool {
         let ((p, of_p), (q, of_q)) = (start, end);
@@ -96,8 +97,8 @@ impl Reach {
         true
     }
 
-    pub(super) fn covers(&self, triangle: &Triangle, [p, q]: &Segment) -> bool {
-        self.has(*p, triangle) && self.has(*q, triangle)
+    pub(super) fn covers(&self, triangle: &Triangle, ends: &Segment) -> bool {
+        ends.iter().all(|&p| closest_on_triangle(p, triangle).length_squared() <= self.squared)
     }
 
     /// The halves of a segment; `None` when it is too short.
@@ -116,7 +117,7 @@ mod tests {
     fn a_segment_is_covered_when_all_of_it_is_close_to_one_triangle_or_the_next() {
         let at = DVec3::new;
         let ridge = [at(0.0, -9.0, 1.0), at(0.0, 9.0, 1.0)];
-        let roof = [4.0, -4.0].map(|x| [ridge[0], ridge[1], at(x, 0.0, 0.0)]);
+        let roof = [4.0, -4.0].map(|x| [ridge[0], ridge[1], at(x, 0.0, 0.0)]).map(Prepared::new);
         let across = [at(-3.0, 0.0, 0.0), at(3.0, 0.0, 0.0)];
         let bounds = BoundingBox { min: at(-4.0, -9.0, 0.0), max: at(4.0, 9.0, 1.0) };
         let covered = |distance: f64| {
@@ -143,7 +144,7 @@ mod tests {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X + DVec3::Y].map(|p| far + p);
         let [a, b, c, d] = corners;
         let bounds = BoundingBox { min: a, max: d };
-        let halves = [[a, b, c], [b, d, c]];
+        let halves = [[a, b, c], [b, d, c]].map(Prepared::new);
         let reach = Reach::new(1e-13, bounds);
         let mut parts = 0;
         reach.cover([a, d], &halves, &mut [0; 2], &mut |_| parts += 1);

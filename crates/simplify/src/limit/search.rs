@@ -1,5 +1,7 @@
 //! The coarsest level of a run that is within a distance of the original once it is finished.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
@@ -56,34 +58,30 @@ impl Search<'_> {
         let (mut good, mut bad): (Option<Found>, Option<usize>) = (None, None);
         loop {
             let Some(found) = self.attempt(collapses, observer)? else { return Ok(good) };
-            if found.error.is_within(self.limit) {
-                if collapses == total {
-                    return Ok(Some(found));
-                }
-                good = Some(found);
-            } else if collapses == 0 {
+            let is_within = found.error.is_within(self.limit);
+            if collapses == if is_within { total } else { 0 }
+                || (is_within && self.squeeze.is_some())
+            {
                 return Ok(Some(found));
+            } else if is_within {
+                good = Some(found);
             } else {
                 bad = Some(collapses);
             }
-            let next = match (&good, bad) {
-                (Some(_), _) if self.squeeze.is_some() => None,
-                (Some(good), Some(bad)) => self.between(good.collapses, bad),
-                (Some(good), None) => Some(self.scaled(good.collapses, 0.8).min(total)),
+            collapses = match (good.as_ref().map(|good| good.collapses), bad) {
+                (Some(good), None) => self.scaled(good, 0.8).min(total),
                 // Collapsing further makes up for what is gone back too far.
-                (None, _) if self.squeeze.is_some() => Some(self.scaled(collapses, 1.7)),
-                (None, _) => Some(self.scaled(collapses, 1.3)),
+                (None, _) => self.scaled(collapses, if self.squeeze.is_some() { 1.7 } else { 1.3 }),
+                (Some(more), Some(fewer)) => match self.between(more, fewer) {
+                    Some(middle) => middle,
+                    None => return Ok(good),
+                },
             };
-            match (next, good.take_if(|_| next.is_none())) {
-                (Some(next), _) => collapses = next,
-                (None, Some(found)) => return Ok(Some(self.squeezed(found, observer)?)),
-                (None, None) => collapses = 0,
-            }
         }
     }
 
-    /// A level, finished unless it is to be collapsed further, and measured; `None` when the observer
-    /// says to stop before that.
+    /// A level, collapsed further or finished, and measured; `None` when the observer says to stop before
+    /// that.
     fn attempt(
         &self,
         collapses: usize,
@@ -93,27 +91,19 @@ impl Search<'_> {
             return Ok(None);
         }
         let level = self.level(collapses)?;
-        let (finished, became) = if self.squeeze.is_some() && collapses < self.log.len() {
-            self.finishing.leave(level)
-        } else {
-            self.finishing.finish(level, observer)?
+        let (finished, became, error) = match &self.squeeze {
+            Some(to) if collapses < self.log.len() => {
+                let (mut level, became) = self.finishing.leave(level);
+                let error = squeeze_within(&mut level, &self.measuring, self.limit, to, observer)?;
+                (level, became, error)
+            }
+            _ => {
+                let (finished, became) = self.finishing.finish(level, observer)?;
+                let error = self.measuring.measure(&finished.mesh, observer)?;
+                (finished, became, error)
+            }
         };
-        let error = self.measuring.measure(&finished.mesh, observer)?;
         Ok(error.map(|error| Found { collapses, became, finished, error }))
-    }
-
-    fn squeezed(
-        &self,
-        mut found: Found,
-        observer: &mut Observer<'_>,
-    ) -> Result<Found, SimplifyError> {
-        if let Some(to) = &self.squeeze
-            && let Some(error) =
-                squeeze_within(&mut found.finished, &self.measuring, self.limit, to, observer)?
-        {
-            found.error = error;
-        }
-        Ok(found)
     }
 
     fn scaled(&self, collapses: usize, factor: f64) -> usize {
@@ -139,25 +129,31 @@ impl Search<'_> {
         let original = self.measuring.original;
         let at = |v: u32| original.positions()[v as usize];
         let used: Vec<DVec3> = original.used_vertices().into_iter().map(at).collect();
-        let is_within = |collapses: usize| -> Result<bool, SimplifyError> {
-            let mesh = self.level(collapses)?.mesh;
+        let is_within = |mesh: &TriMesh| -> Result<bool, SimplifyError> {
             // These points are fewer.
             if self.squeeze.is_some()
-                && !original.are_within(&vertices_and_middles(&mesh), self.limit)
+                && !original.are_within(&vertices_and_middles(mesh), self.limit)
             {
                 return Ok(false);
             }
-            Ok(Surface::new(&mesh)?.are_within(&used, self.limit))
+            Ok(Surface::new(mesh)?.are_within(&used, self.limit))
         };
+        // The coarsest one that is, with the gaps that collapses leave: others go on from there.
+        let mut coarsest = Cow::Borrowed(self.mesh);
         let (mut good, mut bad) = (0, self.log.len());
-        if is_within(bad)? {
-            return Ok(bad);
-        }
-        while let Some(middle) = self.between(good, bad) {
+        let mut next = Some(bad);
+        while let Some(collapses) = next {
             if observer.stops(Phase::Search, self.mesh) {
                 break;
             }
-            *(if is_within(middle)? { &mut good } else { &mut bad }) = middle;
+            let mut mesh = TriMesh::clone(&coarsest);
+            self.log.carry_out(good..collapses, &mut mesh, &mut Marks::default())?;
+            if is_within(&mesh)? {
+                (good, coarsest) = (collapses, Cow::Owned(mesh));
+            } else {
+                bad = collapses;
+            }
+            next = self.between(good, bad);
         }
         Ok(good)
     }

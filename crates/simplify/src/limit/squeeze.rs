@@ -34,32 +34,47 @@ const ATTEMPTS: [Attempt; 5] = [
     attempt(0.3, true),
 ];
 
-/// Collapses a mesh further that is within the limit. Returns the distance then, or `None` when the
-/// mesh was left as it is, also because the observer said to stop.
+/// Collapses a level further, for as long as it stays within the limit. Returns how far what is there then is from
+/// the original: that is beyond the limit only where the level is, which then is left as it was.
+/// `None` when the observer says to stop before any of this is known.
+///
+/// The level itself is measured only when something is seen to be too far, or an attempt has failed: as a rule, what
+/// becomes of it tells enough. So what an attempt has come to is measured even when the observer has said to
+/// stop; without that there would be nothing to show for it.
 pub(crate) fn squeeze_within(
-    done: &mut Finished,
+    level: &mut Finished,
     measuring: &Measuring<'_>,
     limit: f64,
     to: &CollapseBack<'_>,
     observer: &mut Observer<'_>,
 ) -> Result<Option<AchievedError>, SimplifyError> {
     let edges = edges_of(measuring.original);
-    for Attempt { slack, proves } in ATTEMPTS {
-        if observer.stops(Phase::Squeeze, &done.mesh) {
-            return Ok(None);
+    let mut own = None;
+    for (number, Attempt { slack, proves }) in ATTEMPTS.into_iter().enumerate() {
+        if observer.stops(Phase::Squeeze, &level.mesh) {
+            break;
         }
-        let (mut next, constraints) = (done.mesh.clone(), done.constraints.clone());
         let aim = limit - slack * limit;
-        let tether = Tether::new(&next, measuring.original, &edges, aim, proves)?;
+        let tether = Tether::new(&level.mesh, measuring.original, &edges, aim, proves)?;
+        if own.is_none() && (number > 0 || !tether.holds_all()) {
+            own = measuring.measure(&level.mesh, observer)?;
+            if !own.is_some_and(|error| error.is_within(limit)) {
+                break;
+            }
+        }
+        let (mut next, constraints) = (level.mesh.clone(), level.constraints.clone());
         let seen = (Phase::Squeeze, &mut *observer);
         let back = collapse_back_placed(&mut next, &constraints, to, tether, seen);
-        let (map, constraints) = (back.vertex_map, back.constraints);
-        let Some(error) = measuring.measure(&next, observer)? else { return Ok(None) };
-        if error.is_within(limit) {
-            done.follow(&map);
-            (done.mesh, done.constraints) = (next, constraints);
-            return Ok(Some(error));
+        let is_last = observer.stops(Phase::Measure, &next);
+        let error = measuring.measure(&next, &mut Observer::none())?;
+        if error.is_some_and(|error| error.is_within(limit)) {
+            level.follow(&back.vertex_map);
+            (level.mesh, level.constraints) = (next, back.constraints);
+            return Ok(error);
+        }
+        if is_last {
+            break;
         }
     }
-    Ok(None)
+    Ok(own)
 }

@@ -14,18 +14,17 @@
 
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
-use mesh_metric::{
-    CertifyOptions, ClosestPoint, Surface, SurfaceError, closest_on_triangle, one_sided_bounds,
-};
+use mesh_metric::{CertifyOptions, ClosestPoint, Surface, SurfaceError, one_sided_bounds};
 
-use crate::collapse::patch::{Collapse, EdgePatch, Place};
+use crate::collapse::patch::{EdgePatch, Place};
 use crate::collapse::placement::{Optimal, Placement};
 use crate::collapse::policy::{Policy, Scratch};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusal;
 use crate::finish::face_lists::FaceLists;
 use crate::limit::covers::Covers;
-use crate::limit::reach::{Reach, Segment, Triangle};
+use crate::limit::prepared::{Prepared, Triangle};
+use crate::limit::reach::{Reach, Segment};
 use crate::limit::spokes;
 
 /// What of the original is tied to the faces of a mesh.
@@ -37,9 +36,16 @@ pub(crate) struct Tether<'a> {
     /// The vertices of each face, the farthest first: it is the first to be too far.
     vertices: FaceLists,
     covers: Covers,
-    /// The vertices and edges of the patch that is about to be collapsed.
-    loose_vertices: Vec<u32>,
-    loose_edges: Vec<u32>,
+    holds_all: bool,
+}
+
+/// What a collapse would tie to the faces of its patch.
+#[derive(Default)]
+struct Ties {
+    /// The faces that remain, as they would be then, in the order of the patch. Any after them belong to others.
+    faces: Vec<Prepared>,
+    /// Edges, and which of these faces covers them.
+    edges: Vec<(u32, usize)>,
 }
 
 /// The pieces of faces to look at before a collapse counts as too far.
@@ -76,11 +82,16 @@ impl<'a> Tether<'a> {
             &mut vertices,
         );
         let mut covers = Covers::new(faces, edges.len());
-        for (edge, face) in find_covers(&surface, original, edges, &closest, reach) {
+        let (pairs, holds_all) = find_covers(&surface, original, edges, &closest, reach);
+        for (edge, face) in pairs {
             covers.add(edge, face);
         }
-        let (loose_vertices, loose_edges) = (Vec::new(), Vec::new());
-        Ok(Self { original, edges, reach, proves, vertices, covers, loose_vertices, loose_edges })
+        Ok(Self { original, edges, reach, proves, vertices, covers, holds_all })
+    }
+
+    /// Whether no edge of the original was too far from the mesh to begin with.
+    pub(crate) fn holds_all(&self) -> bool {
+        self.holds_all
     }
 
     fn vertex(&self, vertex: u32) -> DVec3 {
@@ -92,8 +103,8 @@ impl<'a> Tether<'a> {
     }
 
     /// Whether what belongs to the patch is covered when the edge is collapsed to `x`, and the new
-    /// edges are close enough.
-    fn holds(&self, patch: &EdgePatch<'_>, x: DVec3) -> bool {
+    /// edges are close enough. Leaves what is covered by which face.
+    fn holds(&self, patch: &EdgePatch<'_>, x: DVec3, ties: &mut Ties) -> bool {
         let hub = patch.origin() + x;
         // Most places that do not hold are too far themselves.
         if self.original.distance(hub) > self.reach.distance() {
@@ -103,9 +114,11 @@ impl<'a> Tether<'a> {
         let remaining = patch.remaining_faces().iter();
         let new: Vec<Triangle> =
             remaining.map(|face| [hub, at(face.corners[1]), at(face.corners[2])]).collect();
+        ties.faces.clear();
+        ties.faces.extend(new.iter().copied().map(Prepared::new));
         let mut last = 0;
         let mut is_near = |v: u32| {
-            let found = self.reach.find(self.vertex(v), &new, [last, 0]);
+            let found = self.reach.find(self.vertex(v), &ties.faces, [last, 0]);
             last = found.unwrap_or(last);
             found.is_some()
         };
@@ -121,7 +134,7 @@ impl<'a> Tether<'a> {
             rim.push(from);
         }
         spokes::are_within(hub, &rim, self.original, self.reach.distance(), self.reach.least())
-            && self.covers_edges(patch, &new)
+            && self.covers_edges(patch, ties)
             && (!self.proves || self.is_proved(&new))
     }
 
@@ -140,15 +153,24 @@ impl<'a> Tether<'a> {
         one_sided_bounds(&surface, self.original, &options).upper <= self.reach.distance()
     }
 
-    /// Whether the edges that belong to the patch are covered when its faces are these.
-    fn covers_edges(&self, patch: &EdgePatch<'_>, new: &[Triangle]) -> bool {
+    /// Whether the edges that belong to the patch are covered by its new faces, and others that they belong to
+    /// as well.
+    fn covers_edges(&self, patch: &EdgePatch<'_>, ties: &mut Ties) -> bool {
+        let Ties { faces, edges } = ties;
         let around: Vec<FaceId> = faces_of(patch).collect();
-        let (count, mut candidates, mut last) = (new.len(), new.to_vec(), [0; 2]);
+        let (count, mut last) = (faces.len(), [0; 2]);
+        edges.clear();
         self.edges_of_faces(around.iter().copied()).into_iter().all(|edge| {
-            candidates.truncate(count);
+            faces.truncate(count);
             let others = self.covers.of_edge(edge).filter(|face| !around.contains(face));
-            candidates.extend(others.map(|face| patch.mesh().triangle(face)));
-            self.reach.cover(self.segment(edge), &candidates, &mut last, &mut |_| {})
+            faces.extend(others.map(|face| Prepared::new(patch.mesh().triangle(face))));
+            let before = edges.len();
+            // The others have it already.
+            self.reach.cover(self.segment(edge), faces, &mut last, &mut |face| {
+                if face < count && !edges[before..].contains(&(edge, face)) {
+                    edges.push((edge, face));
+                }
+            })
         })
     }
 
@@ -176,21 +198,21 @@ fn faces_of<'p>(patch: &EdgePatch<'p>) -> impl Iterator<Item = FaceId> + 'p {
 }
 
 /// The faces of a surface that cover each edge of the original, whose vertices are closest to the points
-/// that are given. What is beyond the distance belongs to the closest.
+/// that are given. What is beyond the distance belongs to the closest; also whether nothing is.
 fn find_covers(
     surface: &Surface,
     original: &Surface,
     edges: &[[u32; 2]],
     closest: &[ClosestPoint],
     reach: Reach,
-) -> Vec<(u32, FaceId)> {
+) -> (Vec<(u32, FaceId)>, bool) {
     /// A part of an edge, and what is closest to its ends.
     struct Part {
         edge: u32,
         ends: Segment,
         closest: [ClosestPoint; 2],
     }
-    let mut found = Vec::with_capacity(edges.len());
+    let (mut found, mut holds_all) = (Vec::with_capacity(edges.len()), true);
     let whole = |(edge, &ends): (u32, &[u32; 2])| Part {
         edge,
         ends: ends.map(|v| original.positions()[v as usize]),
@@ -209,6 +231,7 @@ fn find_covers(
             } else if let Some(halves) = reach.halves(&part.ends).filter(|_| is_near) {
                 open.push((part, halves));
             } else {
+                holds_all &= is_near;
                 found.extend(part.closest.map(|closest| (part.edge, closest.face)));
             }
         }
@@ -224,37 +247,10 @@ fn find_covers(
     }
     found.sort_unstable();
     found.dedup();
-    found
+    (found, holds_all)
 }
 
-impl Policy for Tether<'_> {
-    fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
-        let around: Vec<FaceId> = mesh.topology().faces_of_vertex(collapse.kept).collect();
-        let new: Vec<Triangle> = around.iter().map(|&face| mesh.triangle(face)).collect();
-        let closest = |&v: &u32| {
-            let squares =
-                new.iter().map(|t| closest_on_triangle(self.vertex(v), t).length_squared());
-            let nearest = squares.zip(&around).min_by(|a, b| a.0.total_cmp(&b.0));
-            nearest.map(|(squared, &face)| (squared, v, face))
-        };
-        let found = self.loose_vertices.iter().filter_map(closest).collect();
-        add_farthest_last(found, &mut self.vertices);
-        let (count, mut candidates, mut last) = (new.len(), new, [0; 2]);
-        let mut used = Vec::new();
-        for &edge in &self.loose_edges {
-            candidates.truncate(count);
-            candidates.extend(self.covers.of_edge(edge).map(|face| mesh.triangle(face)));
-            used.clear();
-            self.reach.cover(self.segment(edge), &candidates, &mut last, &mut |i| used.push(i));
-            used.sort_unstable();
-            used.dedup();
-            // The others have it already.
-            for &face in used.iter().filter_map(|&i| around.get(i)) {
-                self.covers.add(edge, face);
-            }
-        }
-    }
-}
+impl Policy for Tether<'_> {}
 
 impl Placement for Tether<'_> {
     /// The best by the quadric.
@@ -267,8 +263,8 @@ impl Placement for Tether<'_> {
         Optimal { keep_volume: true }.place(patch, quadric, cost)
     }
 
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
-        if self.holds(patch, x) { Ok(()) } else { Err(Refusal::Distance) }
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> Result<(), Refusal> {
+        if self.holds(patch, x, scratch.get()) { Ok(()) } else { Err(Refusal::Distance) }
     }
 
     /// Where the best place does not hold, the ends.
@@ -276,13 +272,32 @@ impl Placement for Tether<'_> {
         [Place::Kept, Place::Removed].get(refused).copied()
     }
 
-    fn collapsing(&mut self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) {
-        self.loose_edges = self.edges_of_faces(faces_of(patch));
-        self.loose_vertices.clear();
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, _: DVec3, scratch: &mut Scratch) {
+        let Ties { faces, edges } = scratch.get();
+        let remaining = patch.remaining_faces().iter();
+        let new = remaining.filter_map(|face| patch.mesh().topology().face(face.side));
+        let new: Vec<(FaceId, &Prepared)> = new.zip(faces.iter()).collect();
+        let closest = |v: u32| {
+            let mut nearest = None;
+            let mut squared = f64::INFINITY;
+            for &(face, triangle) in &new {
+                if let Some(found) = triangle.squared_distance(self.vertex(v), squared) {
+                    (squared, nearest) = (found, Some(face));
+                }
+            }
+            nearest.map(|face| (squared, v, face))
+        };
+        let loose = faces_of(patch).flat_map(|face| self.vertices.of_face(face));
+        let vertices = loose.filter_map(closest).collect();
         for face in faces_of(patch) {
-            self.loose_vertices.extend(self.vertices.of_face(face));
             self.vertices.clear(face);
             self.covers.clear(face);
+        }
+        add_farthest_last(vertices, &mut self.vertices);
+        for &(edge, face) in edges.iter() {
+            if let Some(&(face, _)) = new.get(face) {
+                self.covers.add(edge, face);
+            }
         }
     }
 }

@@ -2,6 +2,8 @@
 
 pub(crate) mod record;
 
+use core::ops::Range;
+
 use glam::DVec3;
 use mesh_core::edit::CollapseRefusal;
 use mesh_core::{HalfEdgeId, TriMesh, VertexId, VertexMap};
@@ -99,18 +101,21 @@ impl CollapseLog {
     /// # Errors
     /// A collapse is not legal or not the one that was recorded: the mesh is another one.
     pub fn replay(&self, mesh: &TriMesh, count: usize) -> Result<TriMesh, ReplayError> {
-        self.replay_marked(mesh, &mut Marks::default(), count)
+        let mut mesh = mesh.clone();
+        self.carry_out(0..count, &mut mesh, &mut Marks::default())?;
+        Ok(mesh)
     }
 
-    /// As [`CollapseLog::replay`]; `marks` are those of the mesh, and then those of the result.
-    pub(crate) fn replay_marked(
+    /// Carries out some of the collapses, as far as there are that many, on a mesh that those before them
+    /// were carried out on, and whose marks these are.
+    pub(crate) fn carry_out(
         &self,
-        mesh: &TriMesh,
+        collapses: Range<usize>,
+        mesh: &mut TriMesh,
         marks: &mut Marks,
-        count: usize,
-    ) -> Result<TriMesh, ReplayError> {
-        let mut mesh = mesh.clone();
-        for (number, entry) in self.entries.iter().take(count).enumerate() {
+    ) -> Result<(), ReplayError> {
+        let Range { start, end } = collapses;
+        for (number, entry) in self.entries.iter().enumerate().take(end).skip(start) {
             let other = |refusal| ReplayError { collapse: number, refusal };
             let legal = mesh.topology().check_collapse(entry.half_edge);
             let collapse = legal.map_err(|refusal| other(Some(refusal)))?;
@@ -121,11 +126,11 @@ impl CollapseLog {
             {
                 return Err(other(None));
             }
-            let done = Collapse::new(&mesh, &collapse, entry.position);
+            let done = Collapse::new(mesh, &collapse, entry.position);
             let collapsed = mesh.collapse(collapse, entry.position);
-            marks.collapsed(&mesh, &done, collapsed.merged_edges);
+            marks.collapsed(mesh, &done, collapsed.merged_edges);
         }
-        Ok(mesh)
+        Ok(())
     }
 
     /// For each vertex of the original mesh, the vertex that it has become after the first `count`

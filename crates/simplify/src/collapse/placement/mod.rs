@@ -33,8 +33,8 @@ pub trait Placement: Policy {
     ///
     /// # Errors
     /// The reason why not.
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
-        let _ = (patch, x);
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> Result<(), Refusal> {
+        let _ = (patch, x, scratch);
         Ok(())
     }
 
@@ -46,7 +46,8 @@ pub trait Placement: Policy {
         None
     }
 
-    /// Called before each collapse, which is certain by then.
+    /// Called before each collapse, which is certain by then. What is of the placement in the memory is what
+    /// [`Placement::check`] of this very place has left there.
     fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
         let _ = (patch, x, scratch);
     }
@@ -68,8 +69,8 @@ impl<P: Placement + ?Sized> Placement for Box<P> {
         (**self).place(patch, quadric, cost)
     }
 
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3) -> Result<(), Refusal> {
-        (**self).check(patch, x)
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> Result<(), Refusal> {
+        (**self).check(patch, x, scratch)
     }
 
     fn instead(&self, refused: usize) -> Option<Place> {
