@@ -13,7 +13,7 @@
 //! faces it changes are covered again, and the edges that it changes are close enough to the original.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh};
+use mesh_core::{FaceId, TriMesh, parallel};
 use mesh_metric::{CertifyOptions, ClosestPoint, Surface, SurfaceError, one_sided_bounds};
 
 use crate::collapse::patch::{EdgePatch, Place};
@@ -197,8 +197,11 @@ fn faces_of<'p>(patch: &EdgePatch<'p>) -> impl Iterator<Item = FaceId> + 'p {
     patch.faces().iter().filter_map(|face| topology.face(face.side))
 }
 
+/// How many edges are looked at together.
+const BLOCK: usize = 2048;
+
 /// The faces of a surface that cover each edge of the original, whose vertices are closest to the points
-/// that are given. What is beyond the distance belongs to the closest; also whether nothing is.
+/// that are given, by the edges. What is beyond the distance belongs to the closest; also whether nothing is.
 fn find_covers(
     surface: &Surface,
     original: &Surface,
@@ -206,19 +209,34 @@ fn find_covers(
     closest: &[ClosestPoint],
     reach: Reach,
 ) -> (Vec<(u32, FaceId)>, bool) {
-    /// A part of an edge, and what is closest to its ends.
-    struct Part {
-        edge: u32,
-        ends: Segment,
-        closest: [ClosestPoint; 2],
-    }
-    let (mut found, mut holds_all) = (Vec::with_capacity(edges.len()), true);
-    let whole = |(edge, &ends): (u32, &[u32; 2])| Part {
-        edge,
-        ends: ends.map(|v| original.positions()[v as usize]),
-        closest: ends.map(|v| closest[v as usize]),
-    };
-    let mut parts: Vec<Part> = (0..).zip(edges).map(whole).collect();
+    let blocks = parallel::collect_each(edges.len().div_ceil(BLOCK), |block| {
+        let first = block * BLOCK;
+        let edges = edges.iter().skip(first).take(BLOCK);
+        let whole = |(edge, &ends): (u32, &[u32; 2])| Part {
+            edge,
+            ends: ends.map(|v| original.positions()[v as usize]),
+            closest: ends.map(|v| closest[v as usize]),
+        };
+        find_covers_of_parts(surface, (first as u32..).zip(edges).map(whole).collect(), reach)
+    });
+    let holds_all = blocks.iter().all(|(_, holds_all)| *holds_all);
+    (blocks.into_iter().flat_map(|(found, _)| found).collect(), holds_all)
+}
+
+/// A part of an edge, and what is closest to its ends.
+struct Part {
+    edge: u32,
+    ends: Segment,
+    closest: [ClosestPoint; 2],
+}
+
+/// The same for parts of edges.
+fn find_covers_of_parts(
+    surface: &Surface,
+    mut parts: Vec<Part>,
+    reach: Reach,
+) -> (Vec<(u32, FaceId)>, bool) {
+    let (mut found, mut holds_all) = (Vec::with_capacity(parts.len()), true);
     while !parts.is_empty() {
         let mut open = Vec::new();
         for part in parts {
