@@ -8,7 +8,7 @@
 //! - no point of T is farther from B than its centre is, plus the radius of T about that centre.
 //!
 //! Pieces whose upper bound exceeds the lower bound of the whole by more than the tolerance are
-//! divided, round by round, until there are none (compare Tang, Lee, Kim 2009 and Kang, Kyung, Yoon,
+//! divided, until there are none (compare Tang, Lee, Kim 2009 and Kang, Kyung, Yoon,
 //! Kim 2018). Those that are much larger than the triangle below their centre are cut into four. Of
 //! the others, what lies over that triangle is cut out and done with. Without that, where two
 //! surfaces nearly coincide, pieces along every edge would have to become as small as the distance
@@ -30,7 +30,7 @@ use core::ops::Range;
 
 use glam::DVec3;
 
-use crate::blocks::in_blocks;
+use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::Nearest;
 use crate::prism::{Polygon, Prism, doubled_area};
 use crate::proved::{Rounding, at_most};
@@ -276,45 +276,98 @@ fn refine(
 ) -> Option<Refined> {
     let rounding = Rounding::between(from.bounding_box(), to.bounding_box());
     let budget = options.budget(from.triangle_count());
-    let mut lower = start;
-    // What has been proved of the pieces that are done with.
-    let mut settled = start.proved();
     let corners = corners(from, to, stops)?;
-    let whole = from.triangles().iter().map(|t| t.map(|v| corners[v as usize]));
-    let mut pieces: Vec<Piece> = whole.collect();
-    drop(corners);
-    let mut looked_at = 0;
-    let mut rounds = 0;
-    loop {
-        let slack = rounding.after(rounds);
-        lower.raise(&pieces.as_flattened().iter(), to, slack);
-        looked_at += pieces.len();
-        let bar = options.bar(lower.distance, slack);
-        let bounds: Vec<_> =
-            in_turns(pieces.len(), stops, |range| bound_pieces(&pieces[range], to, bar))?.concat();
-        lower.raise(&bounds.iter().filter_map(|(_, center)| center.as_ref()), to, slack);
-        let bar = options.bar(lower.distance, slack);
-        let (mut open, mut highest_open) = (Vec::new(), 0.0_f64);
+    let whole = |t: &[u32; 3]| t.map(|v| corners[v as usize]);
+    let mut search =
+        Search { to, options, rounding, lower: start, settled: start.proved(), open: Vec::new() };
+    let used = from.triangles().as_flattened().iter().map(|&v| &corners[v as usize]);
+    search.lower.raise(&used, to, rounding.after(0));
+    let mut looked_at = from.triangle_count();
+    let mut is_exhausted = false;
+    for triangles in from.triangles().chunks(TOGETHER) {
+        search.look_at(&triangles.iter().map(whole).collect::<Vec<_>>(), 0);
+        while let Some(open) = search.open.pop() {
+            if stops() {
+                return None;
+            }
+            is_exhausted |= looked_at + 4 * open.pieces.len() > budget;
+            if is_exhausted || search.is_beyond() {
+                search.settled = search.settled.max(open.upper);
+            } else {
+                let parts = search.divide(&open);
+                looked_at += parts.len();
+                search.look_at(&parts, open.rounds + 1);
+            }
+        }
+    }
+    let converged = !is_exhausted || search.is_beyond();
+    let Search { lower, settled, .. } = search;
+    Some(Refined { lower, upper: settled.max(lower.proved()), converged, pieces: looked_at })
+}
+
+/// How many pieces are divided together: they are done with before others are, so that there are never many.
+const TOGETHER: usize = 1 << 13;
+
+/// What is known of one direction.
+struct Search<'a> {
+    to: &'a Surface,
+    options: &'a CertifyOptions,
+    rounding: Rounding,
+    lower: Lower,
+    /// No point of what is done with is farther away than this.
+    settled: f64,
+    /// What has yet to be divided, the smallest last.
+    open: Vec<Open>,
+}
+
+/// Pieces, each with its centre.
+struct Open {
+    pieces: Vec<(Piece, Corner)>,
+    /// No point of them is farther away than this.
+    upper: f64,
+    /// How often there was a division until they were there.
+    rounds: usize,
+}
+
+impl Search<'_> {
+    /// Whether the distance is beyond the limit that alone matters.
+    fn is_beyond(&self) -> bool {
+        self.options.limit.is_some_and(|limit| self.lower.proved() > limit)
+    }
+
+    /// Bounds pieces, and keeps those that are not done with.
+    fn look_at(&mut self, pieces: &[Piece], rounds: usize) {
+        let Self { to, options, .. } = *self;
+        let slack = self.rounding.after(rounds);
+        self.lower.raise(&pieces.as_flattened().iter(), to, slack);
+        let bar = options.bar(self.lower.distance, slack);
+        let bounds = values_in_blocks(pieces.len(), |range| bound_pieces(&pieces[range], to, bar));
+        self.lower.raise(&bounds.iter().filter_map(|(_, center)| center.as_ref()), to, slack);
+        let bar = options.bar(self.lower.distance, slack);
+        let (mut open, mut highest) = (Vec::new(), 0.0_f64);
         for (piece, (upper, center)) in pieces.iter().zip(bounds) {
             match center {
                 Some(center) if upper > bar => {
                     open.push((*piece, center));
-                    highest_open = highest_open.max(upper + slack);
+                    highest = highest.max(upper + slack);
                 }
-                _ => settled = settled.max(upper + slack),
+                _ => self.settled = self.settled.max(upper + slack),
             }
         }
-        let exceeded = options.limit.is_some_and(|limit| lower.proved() > limit);
-        let done = open.is_empty() || exceeded;
-        if done || looked_at + 4 * open.len() > budget {
-            let upper = settled.max(highest_open).max(lower.proved());
-            return Some(Refined { lower, upper, converged: done, pieces: looked_at });
-        }
-        let parts = in_turns(open.len(), stops, |range| divide(&open[range], to, bar))?;
-        rounds += 1;
-        let slack = rounding.after(rounds);
-        settled = parts.iter().map(|parts| parts.settled + slack).fold(settled, f64::max);
-        pieces = parts.into_iter().flat_map(|parts| parts.pieces).collect();
+        self.open.extend(open.chunks(TOGETHER).map(|some| Open {
+            pieces: some.to_vec(),
+            upper: highest,
+            rounds,
+        }));
+    }
+
+    fn divide(&mut self, open: &Open) -> Vec<Piece> {
+        let bar = self.options.bar(self.lower.distance, self.rounding.after(open.rounds));
+        let pieces = &open.pieces;
+        let parts = in_blocks(pieces.len(), |range| divide(&pieces[range], self.to, bar));
+        let slack = self.rounding.after(open.rounds + 1);
+        self.settled = parts.iter().map(|parts| parts.settled + slack).fold(self.settled, f64::max);
+        parts.into_iter().flat_map(|parts| parts.pieces).collect()
     }
 }
 
