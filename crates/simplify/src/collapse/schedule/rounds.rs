@@ -101,7 +101,7 @@ impl Rounds {
         self.open = self.first + steps;
         self.first = self.open;
         round.visits.clear();
-        round.visits.append(&mut self.buckets[self.open]);
+        core::mem::swap(&mut round.visits, &mut self.buckets[self.open]);
         round.visits.sort_unstable_by_key(|visit| (visit.rank, visit.edge));
         let keys = round.visits.iter().map(|visit| visit.cost);
         round.least = keys.fold(f64::INFINITY, f64::min);

@@ -50,7 +50,7 @@ impl Tables {
         let topology = mesh.topology();
         let options = CurvatureOptions { area: VertexArea::Barycentric };
         let term = |c: &VertexCurvature| Term::new(*c.integrals(), c.is_boundary(), measure);
-        let mean = edge_mean_curvatures(mesh).into_vec().into_iter();
+        let mean = edge_mean_curvatures(mesh);
         // Each end of an edge has half of its mean curvature.
         let hinges = mean.map(|mean| mean.map_or(0.0, |mean| 0.5 * mean.value()));
         let per_face = parallel::collect(topology.face_capacity(), |i| {
@@ -65,9 +65,10 @@ impl Tables {
         }
         Self {
             vertices: Curvatures::of(mesh, &options).map(term),
-            hinges: EdgeMap::from_vec(hinges.collect()),
+            hinges,
             corners,
-            thirds: FaceMap::from_vec(per_face.into_iter().map(|(_, third)| third).collect()),
+            // From references: what is collected from a vector itself keeps all of its room.
+            thirds: FaceMap::from_vec(per_face.iter().map(|&(_, third)| third).collect()),
         }
     }
 }
