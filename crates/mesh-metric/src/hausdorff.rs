@@ -341,7 +341,10 @@ impl Search<'_> {
         let slack = self.rounding.after(rounds);
         self.lower.raise(&pieces.as_flattened().iter(), to, slack);
         let bar = options.bar(self.lower.distance, slack);
-        let bounds = values_in_blocks(pieces.len(), |range| bound_pieces(&pieces[range], to, bar));
+        // With what is added for rounding, this does not raise the upper bound of the whole.
+        let least = (self.lower.proved() - slack).min(bar);
+        let bounds =
+            values_in_blocks(pieces.len(), |range| bound_pieces(&pieces[range], to, bar, least));
         self.lower.raise(&bounds.iter().filter_map(|(_, center)| center.as_ref()), to, slack);
         let bar = options.bar(self.lower.distance, slack);
         let (mut open, mut highest) = (Vec::new(), 0.0_f64);
@@ -372,10 +375,22 @@ impl Search<'_> {
 }
 
 /// An upper bound for each piece, and its centre where that had to be asked for.
-fn bound_pieces(pieces: &[Piece], to: &Surface, bar: f64) -> Vec<(f64, Option<Corner>)> {
+///
+/// Bounds below `least` need not be the best ones.
+fn bound_pieces(
+    pieces: &[Piece],
+    to: &Surface,
+    bar: f64,
+    least: f64,
+) -> Vec<(f64, Option<Corner>)> {
     let bound = |piece: &Piece| {
-        let by_corner = piece.iter().map(|corner| farthest_corner(piece, to, corner.slot));
-        let upper = by_corner.fold(f64::INFINITY, f64::min);
+        let mut upper = f64::INFINITY;
+        for corner in piece {
+            upper = upper.min(farthest_corner(piece, to, corner.slot));
+            if upper <= least {
+                return (upper, None);
+            }
+        }
         if upper <= bar {
             return (upper, None);
         }

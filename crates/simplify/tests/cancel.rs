@@ -64,7 +64,7 @@ fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
         let (mut coarser, mut squeezed) = (0, 0);
         for phase in [Phase::Collapse, Phase::Search, Phase::Fit, Phase::Measure, Phase::Squeeze] {
             // A proof is interrupted within as well.
-            for after in [1, 2, 4, 16, 64] {
+            for after in [1, 2, 4, 8, 16, 32, 64] {
                 let Some(result) = stopped_in(&mesh, &options, phase, after) else { continue };
                 assert_eq!(result.stop, StopReason::Cancelled);
                 assert_consistent(&mesh, &result);

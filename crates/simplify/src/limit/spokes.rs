@@ -3,13 +3,19 @@
 //! A piece of an edge holds when both of its ends are close enough to the same triangle, from which the
 //! distance is a convex function; and when it is no longer than what its ends together are closer
 //! than they need be, for the distance from a surface changes by no more than the way that is gone. The
-//! others are halved, all of them in one round, so that their middles are looked up side by side.
+//! others are halved. Middles that are close enough to neither triangle of the ends are looked up, all
+//! those of one round side by side.
 
 use glam::DVec3;
 use mesh_metric::{ClosestPoint, Surface, closest_on_triangle};
 
-/// A point, and what of the surface is closest to it.
-type Asked = (DVec3, ClosestPoint);
+/// A point, and a triangle of the surface that is close enough to it.
+#[derive(Clone, Copy)]
+struct Held {
+    at: DVec3,
+    triangle: u32,
+    distance: f64,
+}
 
 /// Whether the segments from `hub` to each of `rim` are within `distance` of a surface. Between points that
 /// are, and that are no more than `least` apart, nothing more is asked.
@@ -20,29 +26,50 @@ pub(super) fn are_within(
     distance: f64,
     least: f64,
 ) -> bool {
-    let ask = |points: Vec<DVec3>| -> Option<Vec<Asked>> {
-        let closest = surface.closest_to_neighbours(&points);
+    let ask = |points: &[DVec3]| -> Option<Vec<Held>> {
+        let closest = surface.closest_to_neighbours(points);
         let is_near = closest.iter().all(|closest| closest.distance <= distance);
-        is_near.then(|| points.into_iter().zip(closest).collect())
+        let held = |(&at, closest): (&DVec3, &ClosestPoint)| Held {
+            at,
+            triangle: closest.triangle,
+            distance: closest.distance,
+        };
+        is_near.then(|| points.iter().zip(&closest).map(held).collect())
     };
-    let has_both = |[(_, closest), (other, _)]: [&Asked; 2]| {
-        let triangle = surface.triangle(closest.triangle as usize);
-        closest_on_triangle(*other, &triangle).length_squared() <= distance * distance
+    let by = |at: DVec3, triangle: u32| {
+        let corners = surface.triangle(triangle as usize);
+        let squared = closest_on_triangle(at, &corners).length_squared();
+        (squared <= distance * distance).then(|| Held { at, triangle, distance: squared.sqrt() })
     };
-    let is_open = |[p, q]: &[Asked; 2]| {
-        let spare = 2.0 * distance - p.1.distance - q.1.distance;
-        p.0.distance(q.0) > least.max(spare) && !has_both([p, q]) && !has_both([q, p])
+    let is_open = |[p, q]: &[Held; 2]| {
+        let spare = 2.0 * distance - p.distance - q.distance;
+        p.at.distance(q.at) > least.max(spare)
+            && by(q.at, p.triangle).is_none()
+            && by(p.at, q.triangle).is_none()
     };
-    let Some(ends) = ask(core::iter::once(hub).chain(rim.iter().copied()).collect()) else {
-        return false;
-    };
+    let Some(ends) = ask(&[&[hub], rim].concat()) else { return false };
     let Some((&hub, rim)) = ends.split_first() else { return true };
-    let mut open: Vec<[Asked; 2]> = rim.iter().map(|&tip| [hub, tip]).filter(is_open).collect();
+    let mut open: Vec<[Held; 2]> = rim.iter().map(|&tip| [hub, tip]).filter(is_open).collect();
     while !open.is_empty() {
-        let middles = open.iter().map(|[p, q]| p.0 + 0.5 * (q.0 - p.0)).collect();
-        let Some(middles) = ask(middles) else { return false };
-        let halves = open.iter().zip(middles).flat_map(|(&[p, q], m)| [[p, m], [m, q]]);
-        open = halves.filter(is_open).collect();
+        let middle = |[p, q]: &[Held; 2]| p.at + 0.5 * (q.at - p.at);
+        let (mut next, mut unheld) = (Vec::new(), Vec::new());
+        for piece in open {
+            let ([p, q], at) = (piece, middle(&piece));
+            // What one of the ends holds at its middle as well is half done.
+            if let Some(m) = by(at, p.triangle) {
+                next.push([m, q]);
+            } else if let Some(m) = by(at, q.triangle) {
+                next.push([p, m]);
+            } else {
+                unheld.push(piece);
+            }
+        }
+        let Some(middles) = ask(&unheld.iter().map(middle).collect::<Vec<_>>()) else {
+            return false;
+        };
+        next.extend(unheld.into_iter().zip(middles).flat_map(|([p, q], m)| [[p, m], [m, q]]));
+        next.retain(is_open);
+        open = next;
     }
     true
 }
