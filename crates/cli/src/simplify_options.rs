@@ -121,7 +121,8 @@ pub(crate) struct Policy {
     /// preset]
     #[arg(long, value_name = "W", value_parser = parse_not_negative)]
     curvature_weight: Option<f64>,
-    /// Rounds of fitting the result to the input; 0 for none [default: that of the preset]
+    /// Rounds of fitting the result to the input, of four and more one less where a fifth of the
+    /// faces or more are left; 0 for none [default: that of the preset]
     #[arg(long, value_name = "N")]
     fit_rounds: Option<usize>,
     /// What of the distances from the input the fit makes small [default: l2]

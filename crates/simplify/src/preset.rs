@@ -23,10 +23,10 @@ pub enum Preset {
     Draft,
     /// Accumulated quadrics with marginal cost and kept volume: quick.
     Fast,
-    /// The hybrid metric with a little curvature, and three rounds of fitting.
+    /// The hybrid metric with a little curvature, and four rounds of fitting.
     #[default]
     Default,
-    /// As the default, with eight rounds of fitting and more done about the largest errors; results with less
+    /// As the default, with nine rounds of fitting and more done about the largest errors; results with less
     /// than a 150th of the faces trade some, too.
     Quality,
     /// As quality, and then annealed: many times slower.
@@ -109,7 +109,7 @@ impl Options {
             ..peaks
         };
         let long_fit = FitOptions {
-            rounds: 8,
+            rounds: 9,
             samples_per_face: 30,
             own_samples_per_face: 12,
             samples_per_triangle: 6,

@@ -103,8 +103,8 @@ fn fit_annealing_and_peaks_can_be_cancelled_between_rounds() {
         match phase {
             Phase::Collapse => assert!(result.mesh.topology().face_count() > 400),
             Phase::Fit => assert_eq!(rounds, 0),
-            Phase::Anneal => assert_eq!((rounds, annealed), (8, 0)),
-            Phase::Peaks => assert_eq!((rounds, annealed), (8, 3)),
+            Phase::Anneal => assert_eq!((rounds, annealed), (9, 0)),
+            Phase::Peaks => assert_eq!((rounds, annealed), (9, 3)),
             _ => assert_eq!(result.mesh.positions(), whole.mesh.positions()),
         }
     }

@@ -310,7 +310,8 @@ def simplify(
     curvature_weight : float, optional
         How much a change of curvature raises the cost.
     fit_rounds : int, optional
-        Rounds of fitting the result to the input; 0 for none.
+        Rounds of fitting the result to the input, of four and more one less where a fifth of the faces or
+        more are left; 0 for none.
     norm : str, optional
         What of the distances from the input the fit makes small: ``"l1"``, the mean; ``"l2"``, the root
         mean square, which is usual; or ``"max"``, the largest, for more mean.

@@ -56,7 +56,12 @@ pub struct AnnealOptions {
 
 impl Default for AnnealOptions {
     fn default() -> Self {
-        let fit = FitOptions { rounds: 2, own_samples_per_face: 20, ..FitOptions::default() };
+        let fit = FitOptions {
+            rounds: 2,
+            samples_per_face: 20,
+            own_samples_per_face: 20,
+            ..FitOptions::default()
+        };
         Self {
             sweeps: 160,
             jump: 0.2,
