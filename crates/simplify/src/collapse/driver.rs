@@ -57,9 +57,14 @@ pub(crate) fn collapse_edges_from<C: Cost, P: Placement>(
     let update = policies.update;
     let mut stepper = Stepper::new(mesh, policies, start, constraints);
     let entries = stepper.entries();
-    let mut watch = Watch::new(limits, stepper.mesh().topology().face_count(), observe);
+    let faces = stepper.mesh().topology().face_count();
+    if limits.cost.is_none() && limits.collapses.is_none() {
+        // Most collapses take two faces.
+        stepper.expect_collapses(faces.saturating_sub(limits.face_target(faces)) / 2);
+    }
+    let mut watch = Watch::new(limits, faces, observe);
     let stop = match update {
-        Update::Lazy | Update::Regions => run_in_rounds(&mut stepper, &entries, &mut watch),
+        Update::Lazy | Update::Regions => run_in_rounds(&mut stepper, entries, &mut watch),
         Update::Eager => run_in_order(&mut stepper, entries, &mut watch),
     };
     stepper.finish(stop)
@@ -70,10 +75,11 @@ const LOOK_AHEAD: usize = 32;
 
 fn run_in_rounds<C: Cost, P: Placement>(
     stepper: &mut Stepper<'_, C, P>,
-    entries: &[Entry],
+    entries: Vec<Entry>,
     watch: &mut Watch<'_>,
 ) -> StopReason {
-    let mut rounds = Rounds::new(stepper.mesh().topology(), entries);
+    let mut rounds = Rounds::new(stepper.mesh().topology(), &entries);
+    drop(entries);
     let mut round = Round::default();
     let mut bounds = Vec::with_capacity(LOOK_AHEAD);
     // How many collapses there were when all costs were looked at anew.

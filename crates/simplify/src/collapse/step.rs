@@ -137,6 +137,11 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         watch.reached(self.mesh.topology().face_count(), self.used_vertices, self.result.log.len())
     }
 
+    /// Makes room for what so many collapses leave.
+    pub(super) fn expect_collapses(&mut self, collapses: usize) {
+        self.result.log.reserve(collapses);
+    }
+
     /// The number of collapses so far.
     pub(super) fn collapses(&self) -> usize {
         self.result.log.len()

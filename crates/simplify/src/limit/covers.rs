@@ -23,9 +23,10 @@ struct Pair {
 const NONE: u32 = u32::MAX;
 
 impl Covers {
-    pub(super) fn new(faces: usize, edges: usize) -> Self {
+    /// With room for so many pairs.
+    pub(super) fn new(faces: usize, edges: usize, pairs: usize) -> Self {
         let (of_face, of_edge) = (vec![NONE; faces], vec![NONE; edges]);
-        Self { of_face, of_edge, pairs: Vec::new(), free: NONE }
+        Self { of_face, of_edge, pairs: Vec::with_capacity(pairs), free: NONE }
     }
 
     /// Adds a pair that is not there yet.
@@ -94,7 +95,7 @@ mod tests {
 
     #[test]
     fn pairs_are_found_from_both_sides_until_the_face_gives_them_up() {
-        let mut covers = Covers::new(4, 3);
+        let mut covers = Covers::new(4, 3, 6);
         let face = FaceId::from_index;
         for (edge, f) in [(0, 0), (0, 1), (0, 2), (1, 1), (2, 1), (2, 3)] {
             covers.add(edge, face(f));

@@ -81,8 +81,9 @@ impl<'a> Tether<'a> {
             used.map(|v| (closest[v as usize].distance, v, closest[v as usize].face)).collect(),
             &mut vertices,
         );
-        let mut covers = Covers::new(faces, edges.len());
         let (pairs, holds_all) = find_covers(&surface, original, edges, &closest, reach);
+        drop((surface, closest));
+        let mut covers = Covers::new(faces, edges.len(), pairs.len());
         for (edge, face) in pairs {
             covers.add(edge, face);
         }

@@ -60,6 +60,11 @@ impl CollapseLog {
         self.entries
     }
 
+    /// Makes room for so many more collapses: a list that doubles is there three times while it is copied.
+    pub(crate) fn reserve(&mut self, collapses: usize) {
+        self.entries.reserve_exact(collapses);
+    }
+
     pub(crate) fn push(&mut self, entry: LogEntry) {
         self.entries.push(entry);
     }
