@@ -127,7 +127,7 @@ impl Options {
         // Earlier than by default, which is worth .3 % of the mean error to a tenth of the faces. Still earlier or
         // later, means are the same within half a percent; the largest error on a small mesh is a matter of single
         // edges.
-        let careful = CollapseOptions { takeover: Some(10.0), ..CollapseOptions::default() };
+        let careful = CollapseOptions { takeover: Some(12.0), ..CollapseOptions::default() };
         let (collapse, finish) = match preset {
             Preset::Draft => (
                 CollapseOptions {
