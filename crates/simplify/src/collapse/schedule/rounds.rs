@@ -79,7 +79,7 @@ impl Rounds {
     pub(crate) fn refill(&mut self, topology: &Topology, entries: &[Entry]) {
         self.buckets.iter_mut().for_each(Vec::clear);
         (self.first, self.open) = (0, 0);
-        // There are as many edges as ever here, so no bucket takes more room than it needs.
+        // At the start there are more edges than ever later, so no bucket takes more room than it needs.
         let mut counts = vec![0; self.buckets.len()];
         entries.iter().for_each(|entry| counts[self.bucket(entry.cost)] += 1);
         for (bucket, count) in self.buckets.iter_mut().zip(counts) {
@@ -106,7 +106,7 @@ impl Rounds {
         let Some(steps) = filled else { return false };
         self.open = self.first + steps;
         self.first = self.open;
-        // Nothing comes to this bucket any more, so it needs no room.
+        // Nothing comes to this bucket again, but for edges whose cost is unknown, so it keeps no room.
         round.visits = core::mem::take(&mut self.buckets[self.open]);
         round.visits.sort_unstable_by_key(|visit| (visit.rank, visit.edge));
         let keys = round.visits.iter().map(|visit| visit.cost);
