@@ -205,12 +205,15 @@ struct Corner {
     at: DVec3,
     distance: f64,
     slot: u32,
+    /// How far it is at most from that triangle.
+    at_most: f64,
 }
 
 impl Corner {
     fn new(at: DVec3, to: &Surface, guess: u32) -> Self {
         let Nearest { squared, slot, .. } = to.nearest(at, guess);
-        Self { at, distance: squared.sqrt(), slot }
+        let at_most = at_most(at, &to.bvh().triangle(slot));
+        Self { at, distance: squared.sqrt(), slot, at_most }
     }
 }
 
@@ -399,15 +402,19 @@ fn bound_pieces(
         let center = Corner::new(middle, to, piece[0].slot);
         let radius = [a, b, c].map(|p| p.distance(middle)).into_iter().fold(0.0, f64::max);
         let through_center = farthest_corner(piece, to, center.slot);
-        let center_at_most = at_most(middle, &to.bvh().triangle(center.slot));
-        (upper.min(through_center).min(center_at_most + radius), Some(center))
+        (upper.min(through_center).min(center.at_most + radius), Some(center))
     };
     pieces.iter().map(bound).collect()
 }
 
 /// How far the farthest corner of the piece is at most from one triangle of the other surface.
 fn farthest_corner(piece: &Piece, to: &Surface, slot: u32) -> f64 {
-    farthest(&piece.map(|corner| corner.at), &to.bvh().triangle(slot))
+    let triangle = to.bvh().triangle(slot);
+    let most = |corner: &Corner| match corner.slot == slot {
+        true => corner.at_most,
+        false => at_most(corner.at, &triangle),
+    };
+    piece.iter().map(most).fold(0.0, f64::max)
 }
 
 fn farthest(points: &[DVec3], triangle: &[DVec3; 3]) -> f64 {
