@@ -61,10 +61,13 @@ impl Topology {
             target: vertex(self.target(h)),
             face: self.face(h).and_then(|f| remap.new_handle(f)),
         };
-        let half_edges = self.half_edges().map(linked).collect();
-        let of_vertex =
-            self.vertices().map(|v| self.half_edge_of_vertex(v).map(half_edge)).collect();
-        let of_face = self.faces().map(|f| half_edge(self.half_edge_of_face(f))).collect();
+        // No more room than they need: with gaps, iterators do not tell how many will come.
+        let mut half_edges = Vec::with_capacity(2 * self.edge_count());
+        half_edges.extend(self.half_edges().map(linked));
+        let mut of_vertex = Vec::with_capacity(self.vertex_count());
+        of_vertex.extend(self.vertices().map(|v| self.half_edge_of_vertex(v).map(half_edge)));
+        let mut of_face = Vec::with_capacity(self.face_count());
+        of_face.extend(self.faces().map(|f| half_edge(self.half_edge_of_face(f))));
         self.half_edges = half_edges;
         self.vertex_half_edge = of_vertex;
         self.face_half_edge = of_face;

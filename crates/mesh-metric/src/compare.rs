@@ -326,7 +326,12 @@ impl<'a> EdgePoints<'a> {
             [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
         };
         let mut edges: Vec<[u32; 2]> = values_in_blocks(surface.triangle_count(), |range| {
-            range.flat_map(sides).filter(|side| count(side) > 0).collect()
+            let mut edges: Vec<_> = range.flat_map(sides).filter(|side| count(side) > 0).collect();
+            // Both faces at an edge are mostly close to each other in the list.
+            edges.sort_unstable();
+            edges.dedup();
+            edges.shrink_to_fit();
+            edges
         });
         edges.sort_unstable();
         edges.dedup();

@@ -23,7 +23,9 @@ impl Level {
         count: usize,
     ) -> Result<Self, ReplayError> {
         let (mut mesh, mut marks) = (original.clone(), marks.clone());
-        log.carry_out(0..count, &mut mesh, &mut marks)?;
+        log.carry_out(0..count, &mut mesh, |mesh, collapse, merged| {
+            marks.collapsed(mesh, collapse, merged);
+        })?;
         Ok(Self::compacted(mesh, &marks, log, count))
     }
 

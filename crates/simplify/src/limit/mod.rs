@@ -13,9 +13,12 @@
 //! Uses the rooms `collapse` and `finish`, and `mesh-metric` for distances. It knows no options: what
 //! is finished, measured and squeezed, and how, is handed in.
 //!
-//! From the bottom: `measure`, `covers`, `prepared`, `reach` and `spokes`; `within` and `tether`; `squeeze`; `search`.
+//! From the bottom: `measure`, `levels`, `covers`, `prepared`, `reach` and `spokes`; `guess`, `within` and `tether`;
+//! `squeeze`; `search`.
 
 mod covers;
+pub(crate) mod guess;
+mod levels;
 pub(crate) mod measure;
 mod prepared;
 mod reach;

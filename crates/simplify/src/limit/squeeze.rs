@@ -3,6 +3,8 @@
 //! A run that goes by a sum of squared distances meets a limit of the largest one in few places first.
 //! Everywhere else there are collapses left that do not exceed it.
 
+use mesh_core::TriMesh;
+
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
 use crate::finish::collapse_back::{CollapseBack, collapse_back_placed};
@@ -43,18 +45,18 @@ const ATTEMPTS: [Attempt; 5] = [
 /// stop; without that there would be nothing to show for it.
 pub(crate) fn squeeze_within(
     level: &mut Finished,
+    original: &TriMesh,
     measuring: &Measuring<'_>,
     limit: f64,
     to: &CollapseBack<'_>,
     observer: &mut Observer<'_>,
 ) -> Result<Option<AchievedError>, SimplifyError> {
-    let edges = edges_of(measuring.original);
     let mut own = None;
     for (number, Attempt { slack, proves }) in ATTEMPTS.into_iter().enumerate() {
         if observer.stops(Phase::Squeeze, &level.mesh) {
             break;
         }
-        let aim = limit - slack * limit;
+        let (aim, edges) = (limit - slack * limit, edges_of(original));
         let tether = Tether::new(&level.mesh, measuring.original, &edges, aim, proves)?;
         if own.is_none() && (number > 0 || !tether.holds_all()) {
             own = measuring.measure(&level.mesh, observer)?;
@@ -65,6 +67,7 @@ pub(crate) fn squeeze_within(
         let (mut next, constraints) = (level.mesh.clone(), level.constraints.clone());
         let seen = (Phase::Squeeze, &mut *observer);
         let back = collapse_back_placed(&mut next, &constraints, to, tether, seen);
+        drop(edges);
         let is_last = observer.stops(Phase::Measure, &next);
         let error = measuring.measure(&next, &mut Observer::none())?;
         if error.is_some_and(|error| error.is_within(limit)) {

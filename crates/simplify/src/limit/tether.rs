@@ -13,7 +13,7 @@
 //! faces it changes are covered again, and the edges that it changes are close enough to the original.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh, parallel};
+use mesh_core::{FaceId, TriMesh, VertexId, parallel};
 use mesh_metric::{CertifyOptions, ClosestPoint, Surface, SurfaceError, one_sided_bounds};
 
 use crate::collapse::patch::{EdgePatch, Place};
@@ -51,13 +51,15 @@ struct Ties {
 /// The pieces of faces to look at before a collapse counts as too far.
 const MAX_PIECES: usize = 3000;
 
-/// The edges of a surface, each once.
-pub(crate) fn edges_of(surface: &Surface) -> Vec<[u32; 2]> {
-    let sides = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
-    let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-    let mut edges: Vec<_> = surface.triangles().iter().flat_map(sides).map(sorted).collect();
+/// The edges of a mesh, in the order of their vertices: those that are close to each other are mostly together then.
+pub(crate) fn edges_of(mesh: &TriMesh) -> Vec<[u32; 2]> {
+    let topology = mesh.topology();
+    let mut edges = Vec::with_capacity(topology.edge_count());
+    edges.extend(topology.edges().map(|edge| {
+        let [a, b] = topology.edge_vertices(edge).map(VertexId::get);
+        [a.min(b), a.max(b)]
+    }));
     edges.sort_unstable();
-    edges.dedup();
     edges
 }
 
@@ -74,7 +76,10 @@ impl<'a> Tether<'a> {
         let reach = Reach::new(distance, original.bounding_box());
         let surface = Surface::new(mesh)?;
         let faces = mesh.topology().face_capacity();
-        let closest = surface.closest_points(original.positions());
+        let mut closest = Vec::with_capacity(original.positions().len());
+        for some in original.positions().chunks(POINTS) {
+            closest.extend(surface.closest_points(some).iter().map(Foot::new));
+        }
         let mut vertices = FaceLists::new(faces, original.positions().len());
         let used = original.used_vertices().into_iter();
         add_farthest_last(
@@ -198,6 +203,23 @@ fn faces_of<'p>(patch: &EdgePatch<'p>) -> impl Iterator<Item = FaceId> + 'p {
     patch.faces().iter().filter_map(|face| topology.face(face.side))
 }
 
+/// What is closest to a point of the original.
+#[derive(Clone, Copy)]
+struct Foot {
+    distance: f64,
+    face: FaceId,
+    /// Of that face.
+    triangle: u32,
+}
+
+impl Foot {
+    fn new(&ClosestPoint { distance, face, triangle, .. }: &ClosestPoint) -> Self {
+        Self { distance, face, triangle }
+    }
+}
+
+/// How many vertices are looked at together.
+const POINTS: usize = 1 << 16;
 /// How many edges are looked at together.
 const BLOCK: usize = 2048;
 
@@ -207,7 +229,7 @@ fn find_covers(
     surface: &Surface,
     original: &Surface,
     edges: &[[u32; 2]],
-    closest: &[ClosestPoint],
+    closest: &[Foot],
     reach: Reach,
 ) -> (Vec<(u32, FaceId)>, bool) {
     let blocks = parallel::collect_each(edges.len().div_ceil(BLOCK), |block| {
@@ -228,7 +250,7 @@ fn find_covers(
 struct Part {
     edge: u32,
     ends: Segment,
-    closest: [ClosestPoint; 2],
+    closest: [Foot; 2],
 }
 
 /// The same for parts of edges.
@@ -241,7 +263,7 @@ fn find_covers_of_parts(
     while !parts.is_empty() {
         let mut open = Vec::new();
         for part in parts {
-            let covers = |closest: &&ClosestPoint| {
+            let covers = |closest: &&Foot| {
                 reach.covers(&surface.triangle(closest.triangle as usize), &part.ends)
             };
             let is_near = part.closest.iter().all(|end| end.distance <= reach.distance());
@@ -258,6 +280,7 @@ fn find_covers_of_parts(
         let middles = surface.closest_to_neighbours(&middles);
         let halves = |((part, halves), middle): ((Part, [Segment; 2]), ClosestPoint)| {
             let [first, second] = part.closest;
+            let middle = Foot::new(&middle);
             let closest = [[first, middle], [middle, second]];
             let half = |i: usize| Part { edge: part.edge, ends: halves[i], closest: closest[i] };
             [half(0), half(1)]

@@ -6,9 +6,8 @@ use core::ops::Range;
 
 use glam::DVec3;
 use mesh_core::edit::CollapseRefusal;
-use mesh_core::{HalfEdgeId, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, HalfEdgeId, TriMesh, VertexId, VertexMap};
 
-use crate::collapse::constraint::Marks;
 use crate::collapse::patch::Collapse;
 
 /// The collapses of a run, in order. Replayed on the same mesh they give the same result, stopped
@@ -107,17 +106,17 @@ impl CollapseLog {
     /// A collapse is not legal or not the one that was recorded: the mesh is another one.
     pub fn replay(&self, mesh: &TriMesh, count: usize) -> Result<TriMesh, ReplayError> {
         let mut mesh = mesh.clone();
-        self.carry_out(0..count, &mut mesh, &mut Marks::default())?;
+        self.carry_out(0..count, &mut mesh, |_, _, _| {})?;
         Ok(mesh)
     }
 
     /// Carries out some of the collapses, as far as there are that many, on a mesh that those before them
-    /// were carried out on, and whose marks these are.
+    /// were carried out on. `follow` hears of each of them.
     pub(crate) fn carry_out(
         &self,
         collapses: Range<usize>,
         mesh: &mut TriMesh,
-        marks: &mut Marks,
+        mut follow: impl FnMut(&TriMesh, &Collapse, [Option<(EdgeId, EdgeId)>; 2]),
     ) -> Result<(), ReplayError> {
         let Range { start, end } = collapses;
         for (number, entry) in self.entries.iter().enumerate().take(end).skip(start) {
@@ -133,7 +132,7 @@ impl CollapseLog {
             }
             let done = Collapse::new(mesh, &collapse, entry.position);
             let collapsed = mesh.collapse(collapse, entry.position);
-            marks.collapsed(mesh, &done, collapsed.merged_edges);
+            follow(mesh, &done, collapsed.merged_edges);
         }
         Ok(())
     }
