@@ -64,6 +64,8 @@ pub(crate) fn lod<'py>(
                 attributes.constrain(source.mesh, &mut options);
                 if let Some(error) = steps.max_error() {
                     options = options.within(error, choices.check());
+                    // What is squeezed is no stage of the run any more.
+                    options.limit.squeeze = false;
                 }
                 let observe = &mut |now: &Progress| -> ControlFlow<()> { watch.tell(state(now)) };
                 let result = simplify_observed(source.mesh, &options, observe);

@@ -49,7 +49,8 @@ pub(crate) fn regional_at(size: f64, options: &Options) -> Option<Regional> {
     let Limits { faces: _, ratio: _, time: _, vertices, cost, collapses } = collapse.limits;
     let can = collapse.update == Update::Regions
         && attributes.counting().is_none()
-        && limit.distance.is_none()
+        // Levels that are finished as they are have more faces when they come from regions.
+        && (limit.distance.is_none() || limit.squeeze)
         && *boundary != Boundary::Lock
         && locked.is_none()
         && features.is_none()
@@ -62,7 +63,7 @@ pub(crate) fn regional_at(size: f64, options: &Options) -> Option<Regional> {
         border: *boundary == Boundary::Quadrics,
         min_cosine: collapse.min_cosine,
         min_shape: collapse.min_shape,
-        record: collapse.record,
+        record: collapse.record || limit.distance.is_some(),
         ..Rules::of_size(size)
     };
     can.then_some(Regional { rules, is_start })

@@ -47,7 +47,9 @@ pub struct CollapseOptions {
     /// With [`Update::Regions`] and [`Metric::Hybrid`]: at how many times the wanted faces this metric
     /// takes over from accumulated quadrics, which are several times as quick. Where that is more than 60 % of
     /// all faces, it takes over at these, or from the beginning if they are less than 1.9 times the wanted faces.
-    /// `None` for the metric from the beginning, on one core; at least 1 otherwise.
+    /// `None` for the metric from the beginning, on one core; at least 1 otherwise. Where only a largest error ends
+    /// the collapses, and the level that it leaves is squeezed ([`LimitOptions::squeeze`]), it is that which takes
+    /// over, with a metric of its own, unless the curvature weight is above 0.1.
     pub takeover: Option<f64>,
     /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60
     /// bytes for each.
@@ -238,12 +240,15 @@ impl Options {
     }
 
     /// The same with a largest distance from the original, in model units, and how that is found. To be
-    /// called last: where the options take care of the largest errors ([`FinishOptions::peaks`]) and
-    /// nothing in them speaks against it, as few faces are left as can be
+    /// called last: where vertices may be placed freely, or the options take care of the largest errors
+    /// ([`FinishOptions::peaks`]), and nothing in them speaks against it, as few faces are left as can be
     /// ([`LimitOptions::squeeze`]).
     #[must_use]
     pub fn within(mut self, distance: f64, check: ErrorCheck) -> Self {
-        let squeeze = self.finish.peaks.is_some() && self.squeeze_conflict().is_none();
+        let CollapseOptions { metric, placement, .. } = self.collapse;
+        let is_free = matches!(placement, PlacementRule::Optimal | PlacementRule::OptimalVolume)
+            && !metric.is_norm();
+        let squeeze = (is_free || self.finish.peaks.is_some()) && self.squeeze_conflict().is_none();
         self.limit = LimitOptions { distance: Some(distance), check: Some(check), squeeze };
         self
     }

@@ -51,7 +51,7 @@ pub struct Simplified {
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,
-    /// How often edges were refused, by reason.
+    /// How often edges were refused, by reason; in regions also by collapses that a largest error has taken back.
     pub refusals: Refusals,
     /// The largest cost of a collapse, in the unit of the cost.
     pub max_cost: f64,

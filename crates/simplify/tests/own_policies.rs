@@ -74,8 +74,10 @@ fn a_guard_from_outside_holds_in_all_steps() {
     };
     let within = Options::default().within(0.05, ErrorCheck::Sampled);
     assert!(within.limit.squeeze);
-    let mut levels = Options::preset(Preset::Fast).within(0.05, ErrorCheck::Certified);
+    let mut levels = Options::preset(Preset::Fast);
     levels.collapse.limits.time = Some(Duration::from_secs(3600));
+    let levels = levels.within(0.05, ErrorCheck::Certified);
+    assert!(!levels.limit.squeeze);
     for options in [extreme, peaks_only, within, levels] {
         let policies = Policies::new(Hybrid::default(), Optimal::default());
         let result = guarded(&mesh, policies, &options).unwrap();

@@ -11,8 +11,8 @@ use mesh_core::{TriMesh, VertexId};
 use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::regions::{Ceiling, Fragment, Reduced, Region, Rules, Sheet};
 use simplify::{
-    Options, Preset, Simplified, SimplifyError, StopReason, Update, finish_collapses, simplify,
-    simplify_observed,
+    ErrorCheck, Options, Preset, Simplified, SimplifyError, StopReason, Update, finish_collapses,
+    simplify, simplify_observed,
 };
 
 /// A bent torus that is worth regions.
@@ -267,6 +267,32 @@ fn the_metric_may_take_over_late() {
         let mut options = quick(Preset::Default).to_faces(100);
         options.collapse.takeover = Some(factor);
         assert!(matches!(simplify(&torus(20), &options), Err(SimplifyError::Option { .. })));
+    }
+}
+
+/// With nothing but a largest error, what comes before the squeeze is the same in all presets whose metric a squeeze
+/// makes up for, and is recorded.
+#[test]
+fn regions_do_all_that_comes_before_a_squeeze() {
+    let mesh = torus(200);
+    let within = |options: &Options| {
+        let options = options.clone().within(0.01, ErrorCheck::Sampled);
+        assert!(options.limit.squeeze);
+        let result = simplify(&mesh, &options).unwrap();
+        assert!(result.error.unwrap().is_within(0.01));
+        let (level, _) = result.log.level(&mesh, result.collapses).unwrap();
+        let [left, of_level] = [&result.mesh, &level].map(|mesh| mesh.topology().face_count());
+        assert!(left < of_level && of_level < mesh.topology().face_count());
+        (bits(&level), bits(&result.mesh))
+    };
+    let fast = within(&Options::preset(Preset::Fast));
+    let default = Options::preset(Preset::Default);
+    assert!(within(&default) == fast);
+    let mut others = [default.clone(), default];
+    others[0].collapse.curvature_weight = 0.2;
+    others[1].collapse.takeover = None;
+    for options in others {
+        assert!(within(&options).0 != fast.0);
     }
 }
 

@@ -104,6 +104,11 @@ impl Refusals {
         self.0[refusal as usize] += 1;
     }
 
+    /// Takes one back that was counted.
+    pub(crate) fn take_back(&mut self, refusal: Refusal) {
+        self.0[refusal as usize] -= 1;
+    }
+
     pub(crate) fn add(&mut self, other: &Self) {
         self.0.iter_mut().zip(other.0).for_each(|(count, more)| *count += more);
     }

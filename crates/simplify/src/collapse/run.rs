@@ -113,14 +113,13 @@ impl Run {
     }
 
     /// Forgets all but the first collapses, as though no more had been allowed. Why it stopped is
-    /// then for the caller to say, and `locked` and `features` are still those of the end.
+    /// then for the caller to say, and `locked` and `features` are still those of the end. Refusals in
+    /// regions stay, of which it is not known when they came.
     pub(crate) fn truncate(&mut self, collapses: usize) {
         self.log.truncate(collapses);
         self.collapses = self.log.len();
         self.max_cost = self.log.entries().iter().map(|entry| entry.cost).fold(0.0, f64::max);
         let kept = self.refused.partition_point(|&(needed, _)| needed as usize <= collapses);
-        self.refused.truncate(kept);
-        self.refusals = Refusals::default();
-        self.refused.iter().for_each(|&(_, refusal)| self.refusals.count(refusal));
+        self.refused.drain(kept..).for_each(|(_, refusal)| self.refusals.take_back(refusal));
     }
 }

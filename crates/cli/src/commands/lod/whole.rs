@@ -141,6 +141,8 @@ fn collapses(
     attributes.constrain(mesh, &mut settings);
     if let Some(error) = steps.max_error() {
         settings = settings.within(error, options.policy.check());
+        // What is squeezed is no stage of the run any more.
+        settings.limit.squeeze = false;
     }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
