@@ -22,7 +22,7 @@ use crate::collapse::start::Start;
 use crate::collapse::stop::{Limits, StopReason};
 use crate::regions::excerpt::Excerpt;
 use crate::regions::partition::Partition;
-use crate::regions::pass::{FORECAST, LEAST_ASKED, aim, by_cost_so_far, last_piece};
+use crate::regions::pass::{FORECAST, LEAST_ASKED, aim, by_cost_so_far};
 use crate::regions::sheet::Sheet;
 
 /// A run of the driver: with the quadrics of the vertices, what else it begins with, and limits.
@@ -38,6 +38,9 @@ pub(crate) type Drive<'a> = dyn Fn(
 
 /// The fewest faces that are cut into regions after the first pass.
 const FEWEST_AGAIN: usize = 30_000;
+/// So many times the wanted faces are collapsed in one piece, on one thread for the most part. With 1.25 mean errors
+/// are the same, with 1.1 up to .6 % higher.
+const LAST: f64 = 1.15;
 /// How far regions are collapsed that tell beforehand which cost leaves as many faces as the pass is to leave: to
 /// this part of these.
 const BEYOND: f64 = 0.6;
@@ -101,7 +104,7 @@ pub(crate) fn collapse_driven(
         true => AccumulatedQuadrics::new(mesh),
         false => AccumulatedQuadrics::from_vec(quadrics),
     };
-    let end = last_piece(face_target);
+    let end = (LAST * face_target as f64) as usize;
     let fixed = Fixed::new(mesh, constraints, Guards::default(), None);
     let mut passes = Passes { mesh, quadrics, fixed, run: Run::new() };
     for number in first.. {
