@@ -116,10 +116,12 @@ pub fn hausdorff_bounds_until(
     options: &CertifyOptions,
     stops: &mut dyn FnMut() -> bool,
 ) -> Option<CertifiedBounds> {
+    let of_b = corners(b, a, stops)?;
     // A lower bound of one direction serves the other, where pieces below it need no cutting.
-    let from_b = vertex_bound(b, a, stops)?;
-    let forward = refine(a, b, options, from_b, stops)?;
-    let backward = refine(b, a, options, forward.lower, stops)?;
+    let mut from_b = Lower::nothing(b);
+    from_b.raise_by_vertices(b, a, &of_b);
+    let forward = refine(a, b, &corners(a, b, stops)?, options, from_b, stops)?;
+    let backward = refine(b, a, &of_b, options, forward.lower, stops)?;
     Some(CertifiedBounds {
         lower: backward.lower.proved(),
         upper: forward.upper.max(backward.upper),
@@ -135,7 +137,11 @@ pub fn hausdorff_bounds_until(
 /// The bounds allow for rounding, as those of [`hausdorff_bounds`] do.
 #[must_use]
 pub fn one_sided_bounds(from: &Surface, to: &Surface, options: &CertifyOptions) -> CertifiedBounds {
-    let Some(refined) = refine(from, to, options, Lower::nothing(from), &mut || false) else {
+    let stops = &mut || false;
+    let start = Lower::nothing(from);
+    let known = corners(from, to, stops);
+    let Some(refined) = known.and_then(|known| refine(from, to, &known, options, start, stops))
+    else {
         return CertifiedBounds::unknown(from);
     };
     CertifiedBounds {
@@ -194,6 +200,13 @@ impl Lower {
             below = corner.distance;
         }
     }
+
+    /// Takes the farthest of the vertices that belong to triangles.
+    fn raise_by_vertices(&mut self, from: &Surface, to: &Surface, corners: &[Corner]) {
+        let slack = Rounding::between(from.bounding_box(), to.bounding_box()).after(0);
+        let used = from.triangles().as_flattened().iter().map(|&v| &corners[v as usize]);
+        self.raise(&used, to, slack);
+    }
 }
 
 /// How many points are tried for a lower bound.
@@ -218,15 +231,6 @@ impl Corner {
 }
 
 type Piece = [Corner; 3];
-
-fn vertex_bound(from: &Surface, to: &Surface, stops: &mut dyn FnMut() -> bool) -> Option<Lower> {
-    let mut lower = Lower::nothing(from);
-    let rounding = Rounding::between(from.bounding_box(), to.bounding_box());
-    let corners = corners(from, to, stops)?;
-    let used = from.triangles().as_flattened().iter().map(|&v| &corners[v as usize]);
-    lower.raise(&used, to, rounding.after(0));
-    Some(lower)
-}
 
 /// Pieces between which it is asked whether to stop.
 const AT_ONCE: usize = 1 << 16;
@@ -270,21 +274,21 @@ struct Refined {
     pieces: usize,
 }
 
+/// Bounds of the direction from a surface whose vertices these are, with a lower bound to start with.
 fn refine(
     from: &Surface,
     to: &Surface,
+    corners: &[Corner],
     options: &CertifyOptions,
     start: Lower,
     stops: &mut dyn FnMut() -> bool,
 ) -> Option<Refined> {
     let rounding = Rounding::between(from.bounding_box(), to.bounding_box());
     let budget = options.budget(from.triangle_count());
-    let corners = corners(from, to, stops)?;
     let whole = |t: &[u32; 3]| t.map(|v| corners[v as usize]);
     let mut search =
         Search { to, options, rounding, lower: start, settled: start.proved(), open: Vec::new() };
-    let used = from.triangles().as_flattened().iter().map(|&v| &corners[v as usize]);
-    search.lower.raise(&used, to, rounding.after(0));
+    search.lower.raise_by_vertices(from, to, corners);
     let mut looked_at = from.triangle_count();
     let mut is_exhausted = false;
     for triangles in from.triangles().chunks(TOGETHER) {
