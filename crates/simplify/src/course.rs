@@ -14,7 +14,7 @@ use crate::collapse::run::{Progress, Run};
 use crate::collapse::stop::{Limits, StopReason};
 use crate::error::SimplifyError;
 use crate::named::{Regional, collapse, collapse_on, regional, regional_at};
-use crate::options::{CollapseOptions, Options};
+use crate::options::Options;
 use crate::regions::driven::{Drive, collapse_driven};
 use crate::regions::run::{self as regions, Precision, collapse_in_regions, collapse_sheet};
 use crate::regions::{Fragment, Rules, Sheet};
@@ -34,18 +34,6 @@ fn rest(options: &Options, faces: usize, target: usize) -> Option<usize> {
     (target > 0 && is_early_enough).then_some(asked.min(most) as usize)
 }
 
-/// The weight of the curvature factor up to which it makes no difference to what is squeezed afterwards.
-const LITTLE_CURVATURE: f64 = 0.1;
-
-/// Whether all that another metric could do is done by the squeeze, by a metric of its own: where nothing but a
-/// largest error ends the collapses, it takes three of four faces from the level that is within it. On ten models,
-/// within .05, .2 and 1 % of the diagonal, mean numbers of faces after quadrics alone are the same within .4 %.
-fn is_left_to_squeeze(options: &Options, target: usize) -> bool {
-    let CollapseOptions { takeover, curvature_weight, .. } = options.collapse;
-    let has_little = curvature_weight <= LITTLE_CURVATURE;
-    options.limit.squeeze && target == 0 && takeover.is_some() && has_little
-}
-
 /// Collapses the edges of a mesh as the options say.
 pub(crate) fn collapse_to_level(
     mesh: &TriMesh,
@@ -56,11 +44,9 @@ pub(crate) fn collapse_to_level(
     let faces = mesh.topology().face_count();
     let target = limits.face_target(faces);
     let start = Instant::now();
-    let takeover = options.collapse.takeover;
     let found = regional(mesh, options);
     let rest = rest(options, faces, target);
-    let is_squeezed = is_left_to_squeeze(options, target);
-    match found.map(|Regional { rules, is_start }| (rules, is_start && !is_squeezed, rest)) {
+    match found.map(|Regional { rules, is_start }| (rules, is_start, rest)) {
         Some((rules, false, _)) => {
             let regions::Regional { mesh, became, run, .. } =
                 collapse_in_regions(mesh, rules, limits, Precision::Exact, observe);
@@ -80,7 +66,7 @@ pub(crate) fn collapse_to_level(
         found => {
             let mut working = mesh.clone();
             let run = match found {
-                Some(_) if takeover.is_some() => {
+                Some(_) if options.collapse.takeover.is_some() => {
                     drive_in_regions(&mut working, Vec::new(), options, limits, observe)
                 }
                 _ => collapse(&mut working, options, observe),

