@@ -19,8 +19,9 @@ pub(crate) fn claim(folder: &Path) -> Result<(), Error> {
     if fs::read_dir(folder).map_err(Error::io(folder))?.next().is_some() {
         return Err(Error::NotEmpty { path: folder.to_owned() });
     }
+    // Not through another file: if that were left when this is killed, the folder would be one of others.
     let text = b"The files of a mesh that is larger than memory; see run.json, if it is there.\n";
-    Ok(mesh_io::replace_file(&mark, |writer| writer.write_all(text))?)
+    fs::write(&mark, text).map_err(Error::io(&mark))
 }
 
 /// A folder for what is needed as long as this lives; then it is removed, if nothing else is in it.

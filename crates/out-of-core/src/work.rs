@@ -179,10 +179,8 @@ impl Work {
         let _ = fs::remove_dir_all(folder.join(SCRATCH));
         if work.is_err() {
             // Nobody can go on with a part of it.
-            for name in ["level-0", MARK] {
-                let left = folder.join(name);
-                let _ = fs::remove_dir_all(&left).or_else(|_| fs::remove_file(&left));
-            }
+            remove_levels(folder);
+            let _ = fs::remove_file(folder.join(MARK));
             let _ = fs::remove_dir(folder);
         }
         work
@@ -198,6 +196,8 @@ impl Work {
     ) -> Result<Self, Error> {
         let scratch = folder.join(SCRATCH);
         let _ = fs::remove_dir_all(&scratch);
+        // What is left of a run that was killed while it was split or removed.
+        remove_levels(folder);
         fs::create_dir_all(&scratch).map_err(Error::io(&scratch))?;
         let sizes = settings.sizes;
         let size = source.bytes.unwrap_or(0);
@@ -219,7 +219,10 @@ impl Work {
             if see(step) { Ok(()) } else { Err(Error::Stopped) }
         })?;
         drop(incoming);
-        put_json(&folder.join(RUN), &work.manifest)?;
+        // What is left in the scratch folder by one that is killed is in nobody's way.
+        let (prepared, run) = (scratch.join(RUN), folder.join(RUN));
+        put_json(&prepared, &work.manifest)?;
+        fs::rename(&prepared, &run).map_err(Error::io(&run))?;
         Ok(work)
     }
 
@@ -254,14 +257,11 @@ impl Work {
 
     /// Removes what runs leave in the folder, and the folder if nothing else is in it.
     pub fn remove(self) {
-        // What cannot be removed is in nobody's way but that of the disk.
-        let mut level = 0;
-        while fs::remove_dir_all(self.level_folder(level)).is_ok() {
-            level += 1;
-        }
-        for name in [RUN, MARK] {
-            let _ = fs::remove_file(self.folder.join(name));
-        }
+        // What cannot be removed is in nobody's way but that of the disk. Without the first of these files nobody
+        // goes on with what is left, without the second one the folder must be empty.
+        let _ = fs::remove_file(self.folder.join(RUN));
+        remove_levels(&self.folder);
+        let _ = fs::remove_file(self.folder.join(MARK));
         let _ = fs::remove_dir(&self.folder);
     }
 
@@ -668,6 +668,14 @@ fn record_path(path: &Path) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".json");
     name.into()
+}
+
+/// Removes the levels in the folder of a run, as far as that is possible.
+fn remove_levels(folder: &Path) {
+    let is_level = |entry: &fs::DirEntry| entry.file_name().to_string_lossy().starts_with("level-");
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(is_level) {
+        let _ = fs::remove_dir_all(entry.path());
+    }
 }
 
 pub(crate) fn put_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {

@@ -2,14 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
-use crate::common::{settings, split, torus, write};
-use out_of_core::{Error, Region};
+use crate::common::{bits, settings, simplify, split, torus, write};
+use ::simplify::Preset;
+use out_of_core::{Error, Region, run};
 
 #[test]
 fn every_change_of_a_file_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let input = write(&torus(2000, 0), &folder.path().join("in.ply"));
-    let given = settings(simplify::Preset::Draft, 100, 700, 200);
+    let given = settings(Preset::Draft, 100, 700, 200);
     let work = split(&folder.path().join("work"), &input, &given).unwrap();
     work.plan(0).unwrap();
     work.reduce(0, 1).unwrap();
@@ -41,6 +42,29 @@ fn every_change_of_a_file_is_found() {
             );
         }
     }
+}
+
+/// A run that is killed while it splits its input, or removes what it has left, has no manifest any more, and levels
+/// that may be those of other settings: the next one begins anew, and leaves nothing either.
+#[test]
+fn a_folder_without_its_manifest_is_begun_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = write(&torus(20_000, 0), &folder.path().join("in.ply"));
+    let [draft, fast] =
+        [Preset::Draft, Preset::Fast].map(|preset| settings(preset, 400, 2000, 1000));
+    let expected = simplify(&folder.path().join("other"), &input, &fast).unwrap();
+    let place = folder.path().join("work");
+    let killed = split(&place, &input, &draft).unwrap();
+    let levels = run(&killed, &mut |_| true).unwrap().levels.len();
+    assert!(levels > 1);
+    std::fs::remove_file(place.join("run.json")).unwrap();
+    std::fs::remove_dir_all(place.join("level-0")).unwrap();
+    std::fs::create_dir_all(place.join("scratch/left")).unwrap();
+    let work = split(&place, &input, &fast).unwrap();
+    let done = run(&work, &mut |_| true).unwrap().into_mesh().unwrap();
+    assert!(bits(&done) == bits(&expected.mesh));
+    work.remove();
+    assert!(!place.exists());
 }
 
 /// Whoever writes a checksum of his own is not believed either.
