@@ -3,15 +3,11 @@
 use core::iter::zip;
 use core::ops::Index;
 
-use fearless_simd::Level;
-use mesh_core::{Handle, TriMesh, VertexId, VertexMap, parallel};
+use mesh_core::{TriMesh, VertexId, VertexMap, parallel};
 
 use crate::area::VertexArea;
-use crate::star_block::StarBlock;
+use crate::star_block::{BLOCK, StarBlock};
 use crate::vertex::VertexCurvature;
-
-/// Vertices per block: enough for long loops, few enough that a block stays in the first cache.
-const BLOCK: usize = 64;
 
 /// How curvature is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,21 +32,28 @@ impl Curvatures {
     /// Evaluates all vertices of a mesh. Removed vertices get what isolated ones have: 0.
     #[must_use]
     pub fn of(mesh: &TriMesh, options: &CurvatureOptions) -> Self {
-        let topology = mesh.topology();
-        let level = Level::new();
-        let count = topology.vertex_capacity();
-        let scratch = || StarBlock::new(level);
+        let (count, scratch) = (mesh.topology().vertex_capacity(), StarBlock::maker());
         let vertices = parallel::collect_blocks(count, scratch, |stars, indices| {
-            let vertices = indices.map(VertexId::from_index);
-            let integrals = stars.integrals(mesh, vertices.clone(), options.area);
-            let mut values = [VertexCurvature::default(); BLOCK];
-            for ((value, integrals), vertex) in zip(zip(&mut values, integrals), vertices) {
-                let boundary = topology.is_boundary_vertex(vertex);
-                *value = VertexCurvature::from_integrals(integrals, boundary);
-            }
-            values
+            stars.line_up(mesh, indices);
+            curvatures_of(stars, mesh, options)
         });
         Self { vertices: VertexMap::from_vec(vertices) }
+    }
+
+    /// [`Curvatures::of`] and [`willmore_energies`](crate::willmore_energies) in one go, for little
+    /// more than the first alone.
+    #[must_use]
+    pub fn with_willmore_energies(
+        mesh: &TriMesh,
+        options: &CurvatureOptions,
+    ) -> (Self, VertexMap<f64>) {
+        let (count, scratch) = (mesh.topology().vertex_capacity(), StarBlock::maker());
+        let (vertices, energies) =
+            parallel::collect_block_pairs(count, scratch, |stars: &mut StarBlock, indices| {
+                stars.line_up(mesh, indices);
+                (curvatures_of(stars, mesh, options), stars.energies(mesh))
+            });
+        (Self { vertices: VertexMap::from_vec(vertices) }, VertexMap::from_vec(energies))
     }
 
     /// The curvature of each vertex, removed ones included.
@@ -64,6 +67,21 @@ impl Curvatures {
         let all = self.vertices.as_slice();
         VertexMap::from_vec(parallel::collect(all.len(), |index| value(&all[index])))
     }
+}
+
+/// The curvatures of the vertices that were lined up.
+#[inline(always)]
+fn curvatures_of(
+    stars: &mut StarBlock,
+    mesh: &TriMesh,
+    options: &CurvatureOptions,
+) -> [VertexCurvature; BLOCK] {
+    let mut values = [VertexCurvature::default(); BLOCK];
+    let rows = zip(stars.integrals(mesh, options.area), stars.on_boundary());
+    for (value, (integrals, boundary)) in zip(&mut values, rows) {
+        *value = VertexCurvature::from_integrals(integrals, boundary);
+    }
+    values
 }
 
 impl Index<VertexId> for Curvatures {

@@ -75,7 +75,7 @@ fn evaluate<const N: usize>(
 
 /// Whether the product, which is as long as the four lengths multiplied, has squares that fit.
 #[inline(always)]
-fn is_in_range(minus_real: f64, imaginary: f64) -> bool {
+pub(crate) fn is_in_range(minus_real: f64, imaginary: f64) -> bool {
     let size = minus_real.abs() + imaginary;
     size > 1e-100 && size < 1e150
 }
@@ -83,7 +83,7 @@ fn is_in_range(minus_real: f64, imaginary: f64) -> bool {
 /// Minus the real part of the product of four imaginary quaternions, and the length of its
 /// imaginary part.
 #[inline(always)]
-fn product([a, b, c, d]: [DVec3; 4]) -> (f64, f64) {
+pub(crate) fn product([a, b, c, d]: [DVec3; 4]) -> (f64, f64) {
     let (ab, cd) = (a.dot(b), c.dot(d));
     let (a_x_b, c_x_d) = (a.cross(b), c.cross(d));
     let imaginary = a_x_b.cross(c_x_d) - ab * c_x_d - cd * a_x_b;

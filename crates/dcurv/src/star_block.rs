@@ -5,25 +5,36 @@
 //! edges, of all their stars are evaluated by plain loops over flat arrays. Compilers turn these
 //! into vector instructions, and `fearless_simd` picks the widest that the processor has. The
 //! formulas, and the order in which the terms of a star are added, are those of
-//! [`VertexStar`](crate::VertexStar): the results have the same bits at any width.
+//! [`VertexStar`](crate::VertexStar) and [`willmore_energy`]: the results have the same bits at any
+//! width.
 
+use core::f64::consts::TAU;
 use core::iter::zip;
 use core::mem::take;
+use core::ops::Range;
 
 use fearless_simd::{Level, dispatch};
 use glam::{DVec2, DVec3};
-use mesh_core::{TriMesh, VertexId};
+use mesh_core::{Handle, TriMesh, VertexId};
 
 use crate::angle::{collapsed_corner, unit_scaled};
 use crate::area::{VertexArea, barycentric_share, voronoi_share};
+use crate::atan2::atan2;
 use crate::dihedral::hinge_angle;
+use crate::intersection::{is_in_range, product};
 use crate::star::{StarTotals, VertexIntegrals, full_angle, vertex_integrals};
+use crate::willmore::willmore_energy;
+
+/// Vertices per block: enough for long loops, few enough that a block stays in the first cache.
+pub(crate) const BLOCK: usize = 64;
 
 /// Memory for the stars of a block of vertices. What the arrays hold beyond the row of spokes is
 /// left over from earlier blocks and never read.
 #[derive(Clone, Debug)]
 pub(crate) struct StarBlock {
     level: Level,
+    /// The vertices that are lined up.
+    vertices: Range<usize>,
     stars: Vec<Star>,
     /// The centre and the other end of each spoke, clockwise, star by star. The first two spokes
     /// of a closed star are repeated at its end, so that every face lies between two consecutive
@@ -41,6 +52,10 @@ pub(crate) struct StarBlock {
     bends: Vec<f64>,
     totals: Vec<StarTotals>,
     angle_defects: Vec<f64>,
+    /// From the end of this spoke to that of the one after it.
+    rims: Columns,
+    /// The intersection angle of this spoke, or NaN where it takes more than one product.
+    intersections: Vec<f64>,
 }
 
 /// Where the spokes of a star lie in the row.
@@ -80,10 +95,17 @@ fn lengthen(column: &mut Vec<f64>, length: usize) {
 }
 
 impl StarBlock {
+    /// What makes such memory, for the widest vector instructions that the processor has.
+    pub(crate) fn maker() -> impl Fn() -> Self + Sync + Send {
+        let level = Level::new();
+        move || Self::new(level)
+    }
+
     /// No stars, and no memory yet, for processors with these vector instructions.
-    pub(crate) fn new(level: Level) -> Self {
+    fn new(level: Level) -> Self {
         Self {
             level,
+            vertices: 0..0,
             stars: Vec::new(),
             ends: Vec::new(),
             spokes: Columns::default(),
@@ -94,33 +116,18 @@ impl StarBlock {
             bends: Vec::new(),
             totals: Vec::new(),
             angle_defects: Vec::new(),
+            rims: Columns::default(),
+            intersections: Vec::new(),
         }
     }
 
-    /// What is integrated over each of the vertices.
-    pub(crate) fn integrals(
-        &mut self,
-        mesh: &TriMesh,
-        vertices: impl Iterator<Item = VertexId> + Clone,
-        area: VertexArea,
-    ) -> impl Iterator<Item = VertexIntegrals> {
-        self.line_up(mesh, vertices.clone());
-        dispatch!(self.level, _ => self.evaluate(mesh.positions(), area));
-        self.add_up();
-        dispatch!(self.level, _ => self.evaluate_defects());
-        let rows = zip(&self.totals, &self.angle_defects).zip(vertices);
-        rows.map(move |((totals, &defect), vertex)| {
-            let found = totals.integrals(defect);
-            if found.is_in_range() { found } else { vertex_integrals(mesh, vertex, area) }
-        })
-    }
-
-    /// Sets the spokes of all stars.
-    fn line_up(&mut self, mesh: &TriMesh, vertices: impl Iterator<Item = VertexId>) {
+    /// Sets the spokes of the stars of these vertices, for what is then asked of them.
+    #[inline(always)]
+    pub(crate) fn line_up(&mut self, mesh: &TriMesh, vertices: Range<usize>) {
         let topology = mesh.topology();
         self.stars.clear();
         self.ends.clear();
-        for vertex in vertices {
+        for vertex in vertices.clone().map(VertexId::from_index) {
             let first = self.ends.len();
             self.ends.extend(topology.one_ring(vertex).map(|neighbour| [vertex, neighbour]));
             let spokes = self.ends.len() - first;
@@ -132,22 +139,68 @@ impl StarBlock {
             let full_angle = if spokes == 0 { 0.0 } else { full_angle(closed) };
             self.stars.push(Star { first, faces, closed, full_angle });
         }
-        lengthen(&mut self.angle_defects, self.stars.len());
+        self.vertices = vertices;
+        self.spokes.lengthen(self.ends.len());
+        self.evaluate_spokes(mesh.positions());
+    }
+
+    /// Whether each of the vertices that are lined up lies on the boundary.
+    #[inline]
+    pub(crate) fn on_boundary(&self) -> impl Iterator<Item = bool> {
+        self.stars.iter().map(|star| !star.closed)
+    }
+
+    /// What is integrated over each of the vertices that are lined up, then defaults.
+    #[inline(always)]
+    pub(crate) fn integrals(
+        &mut self,
+        mesh: &TriMesh,
+        area: VertexArea,
+    ) -> [VertexIntegrals; BLOCK] {
         let length = self.ends.len();
-        self.spokes.lengthen(length);
         self.normals.lengthen(length);
         for column in [&mut self.cosines, &mut self.sines, &mut self.shares, &mut self.bends] {
             lengthen(column, length);
         }
+        lengthen(&mut self.angle_defects, self.stars.len());
+        dispatch!(self.level, _ => self.evaluate(area));
+        self.add_up();
+        dispatch!(self.level, _ => self.evaluate_defects());
+        let mut integrals = [VertexIntegrals::default(); BLOCK];
+        let rows = zip(zip(&self.totals, &self.angle_defects), self.vertices.clone());
+        for (slot, ((totals, &defect), index)) in zip(&mut integrals, rows) {
+            *slot = totals.integrals(defect);
+            if !slot.is_in_range() {
+                *slot = vertex_integrals(mesh, VertexId::from_index(index), area);
+            }
+        }
+        integrals
+    }
+
+    /// The Willmore energies of the vertices that are lined up, then zeros.
+    #[inline(always)]
+    pub(crate) fn energies(&mut self, mesh: &TriMesh) -> [f64; BLOCK] {
+        let length = self.ends.len();
+        self.rims.lengthen(length);
+        lengthen(&mut self.intersections, length);
+        dispatch!(self.level, _ => self.evaluate_intersections(mesh.positions()));
+        let mut energies = [0.0; BLOCK];
+        let rows = zip(&self.stars, self.vertices.clone());
+        for (energy, (star, index)) in zip(&mut energies, rows) {
+            *energy = self.energy(star);
+            if energy.is_nan() {
+                *energy = willmore_energy(mesh, VertexId::from_index(index));
+            }
+        }
+        energies
     }
 
     #[inline(always)]
-    fn evaluate(&mut self, positions: &[DVec3], area: VertexArea) {
+    fn evaluate(&mut self, area: VertexArea) {
         // None of the vertices has faces.
         if self.ends.is_empty() {
             return;
         }
-        self.evaluate_spokes(positions);
         match area {
             VertexArea::Voronoi => self.evaluate_faces(voronoi_share),
             VertexArea::Barycentric => self.evaluate_faces(barycentric_share),
@@ -155,7 +208,6 @@ impl StarBlock {
         self.evaluate_edges();
     }
 
-    #[inline(always)]
     fn evaluate_spokes(&mut self, positions: &[DVec3]) {
         let count = self.ends.len();
         let Columns { x, y, z } = &mut self.spokes;
@@ -203,6 +255,42 @@ impl StarBlock {
             let length = spoke.length();
             bends[i] = length * hinge_angle(length, left_normal, right_normal, right);
         }
+    }
+
+    /// As of [`intersection_angle`](crate::intersection_angle), of the centre, the end of the spoke and
+    /// those of the spokes before and after it.
+    #[inline(always)]
+    fn evaluate_intersections(&mut self, positions: &[DVec3]) {
+        let count = self.ends.len().saturating_sub(2);
+        let Columns { x: rx, y: ry, z: rz } = &mut self.rims;
+        let (rx, ry, rz) = (&mut rx[..=count], &mut ry[..=count], &mut rz[..=count]);
+        for (i, two) in self.ends.windows(2).enumerate() {
+            let [from, to] = [two[0][1], two[1][1]].map(|v| positions[v.index()]);
+            let rim = to - from;
+            (rx[i], ry[i], rz[i]) = (rim.x, rim.y, rim.z);
+        }
+        let Columns { x, y, z } = &self.spokes;
+        let (x, y, z) = (&x[..count + 2], &y[..count + 2], &z[..count + 2]);
+        let angles = &mut self.intersections[1..=count];
+        for i in 0..count {
+            let left = DVec3::new(x[i], y[i], z[i]);
+            let right = DVec3::new(x[i + 2], y[i + 2], z[i + 2]);
+            let left_rim = DVec3::new(rx[i], ry[i], rz[i]);
+            let right_rim = DVec3::new(rx[i + 1], ry[i + 1], rz[i + 1]);
+            let (real, imaginary) = product([right, -right_rim, -left_rim, -left]);
+            let angle = atan2(imaginary, real);
+            angles[i] = if is_in_range(real, imaginary) { angle } else { f64::NAN };
+        }
+    }
+
+    /// The energy of a star: 0 at the boundary.
+    #[inline]
+    fn energy(&self, star: &Star) -> f64 {
+        if !star.closed || star.faces == 0 {
+            return 0.0;
+        }
+        let angles = &self.intersections[star.first + 1..=star.first + star.faces];
+        angles.iter().fold(0.0, |sum, angle| sum + angle) - TAU
     }
 
     /// Adds up the terms of each star, in the order of a turn round it.
@@ -313,12 +401,20 @@ mod tests {
         ];
         for (mesh, level) in meshes.iter().flat_map(|m| levels().into_iter().map(move |l| (m, l))) {
             let mut block = StarBlock::new(level);
-            for area in [VertexArea::Voronoi, VertexArea::Barycentric] {
-                let vertices = mesh.topology().vertices();
-                let found = block.integrals(mesh, vertices.clone(), area);
-                for (vertex, found) in zip(vertices, found) {
-                    let expected = vertex_curvature(mesh, vertex, area);
-                    assert_eq!(found, *expected.integrals(), "{vertex:?} {level:?}");
+            let topology = mesh.topology();
+            for first in (0..topology.vertex_capacity()).step_by(BLOCK) {
+                let vertices = first..topology.vertex_capacity().min(first + BLOCK);
+                block.line_up(mesh, vertices.clone());
+                for area in [VertexArea::Voronoi, VertexArea::Barycentric] {
+                    for (vertex, found) in zip(vertices.clone(), block.integrals(mesh, area)) {
+                        let vertex = VertexId::from_index(vertex);
+                        let expected = vertex_curvature(mesh, vertex, area);
+                        assert_eq!(found, *expected.integrals(), "{vertex:?} {level:?}");
+                    }
+                }
+                for (vertex, found) in zip(vertices, block.energies(mesh)) {
+                    let vertex = VertexId::from_index(vertex);
+                    assert_eq!(found, willmore_energy(mesh, vertex), "{vertex:?} {level:?}");
                 }
             }
         }

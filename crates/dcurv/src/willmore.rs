@@ -10,9 +10,10 @@
 
 use core::f64::consts::TAU;
 
-use mesh_core::{EdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
+use mesh_core::{TriMesh, VertexId, VertexMap, parallel};
 
-use crate::edge::{edge_intersection_angle, intersection_angles};
+use crate::intersection::intersection_angle;
+use crate::star_block::StarBlock;
 
 /// The Willmore energy of a vertex, a number without unit; 0 for boundary and isolated vertices.
 ///
@@ -20,16 +21,31 @@ use crate::edge::{edge_intersection_angle, intersection_angles};
 /// When the vertex is out of range for this mesh.
 #[must_use]
 pub fn willmore_energy(mesh: &TriMesh, vertex: VertexId) -> f64 {
-    energy(mesh, vertex, |edge| edge_intersection_angle(mesh, edge))
+    let topology = mesh.topology();
+    let mut ring = topology.one_ring(vertex).map(|v| mesh.position(v));
+    if topology.is_boundary_vertex(vertex) {
+        return 0.0;
+    }
+    let (Some(first), Some(second)) = (ring.next(), ring.next()) else { return 0.0 };
+    let center = mesh.position(vertex);
+    let (mut sum, mut left, mut at) = (0.0, first, second);
+    for right in ring.chain([first, second]) {
+        sum += intersection_angle(center, at, left, right);
+        (left, at) = (at, right);
+    }
+    sum - TAU
 }
 
-/// The Willmore energies of all vertices, with the same bits as [`willmore_energy`].
+/// The Willmore energies of all vertices, with the same bits as [`willmore_energy`]. For curvatures,
+/// too, see [`Curvatures::with_willmore_energies`](crate::Curvatures::with_willmore_energies).
 #[must_use]
 pub fn willmore_energies(mesh: &TriMesh) -> VertexMap<f64> {
-    let beta = intersection_angles(mesh);
-    VertexMap::from_vec(parallel::collect(mesh.topology().vertex_capacity(), |index| {
-        energy(mesh, VertexId::from_index(index), |edge| beta[edge])
-    }))
+    let count = mesh.topology().vertex_capacity();
+    let of_block = |stars: &mut StarBlock, indices| {
+        stars.line_up(mesh, indices);
+        stars.energies(mesh)
+    };
+    VertexMap::from_vec(parallel::collect_blocks(count, StarBlock::maker(), of_block))
 }
 
 /// The Willmore energy of a mesh: the sum over the vertices that do not lie on the boundary.
@@ -37,14 +53,4 @@ pub fn willmore_energies(mesh: &TriMesh) -> VertexMap<f64> {
 pub fn total_willmore_energy(mesh: &TriMesh) -> f64 {
     let energies = willmore_energies(mesh).into_vec();
     parallel::sum(energies.len(), |index| energies[index])
-}
-
-/// `sum of beta - 2 pi`, unless an edge has no `beta` or there is no edge.
-fn energy(mesh: &TriMesh, vertex: VertexId, beta: impl Fn(EdgeId) -> Option<f64>) -> f64 {
-    let topology = mesh.topology();
-    if topology.is_isolated_vertex(vertex) {
-        return 0.0;
-    }
-    let angles: Option<f64> = topology.edges_of_vertex(vertex).map(beta).sum();
-    angles.map_or(0.0, |sum| sum - TAU)
 }

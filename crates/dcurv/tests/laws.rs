@@ -158,6 +158,8 @@ fn one_vertex_and_whole_mesh_give_the_same_bits() {
         let energies = willmore_energies(&mesh);
         for area in AREAS {
             let all = curvatures(&mesh, area);
+            let both = Curvatures::with_willmore_energies(&mesh, &CurvatureOptions { area });
+            assert_eq!(both, (all.clone(), energies.clone()));
             for v in mesh.topology().vertices() {
                 let ring: Vec<DVec3> =
                     mesh.topology().one_ring(v).map(|w| mesh.position(w)).collect();

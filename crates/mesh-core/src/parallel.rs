@@ -68,19 +68,44 @@ pub fn collect_blocks<S, T: Send, const N: usize>(
 ) -> Vec<T> {
     let values = |memory: &mut S, i: usize| block(memory, i * N..count.min((i + 1) * N));
     let blocks = count.div_ceil(N);
-    let flat = |blocks: Vec<[T; N]>| {
-        let mut all = blocks.into_flattened();
-        all.truncate(count);
-        all
-    };
     #[cfg(feature = "rayon")]
     if !stays_here(count.div_ceil(BLOCK)) {
-        let portion = (BLOCK / N).max(1);
-        let blocks = (0..blocks).into_par_iter().with_min_len(portion);
-        return flat(blocks.map_init(scratch, values).collect());
+        let blocks = (0..blocks).into_par_iter().with_min_len((BLOCK / N).max(1));
+        return flat(blocks.map_init(scratch, values).collect(), count);
     }
     let mut memory = scratch();
-    flat((0..blocks).map(|i| values(&mut memory, i)).collect())
+    flat((0..blocks).map(|i| values(&mut memory, i)).collect(), count)
+}
+
+/// As [`collect_blocks`], for two values of each index.
+pub fn collect_block_pairs<S, T: Send, U: Send, const N: usize>(
+    count: usize,
+    scratch: impl Fn() -> S + Sync + Send,
+    block: impl Fn(&mut S, Range<usize>) -> ([T; N], [U; N]) + Sync,
+) -> (Vec<T>, Vec<U>) {
+    let values = |memory: &mut S, i: usize| block(memory, i * N..count.min((i + 1) * N));
+    let blocks = count.div_ceil(N);
+    let (mut first, mut second) = (Vec::with_capacity(blocks), Vec::with_capacity(blocks));
+    #[cfg(feature = "rayon")]
+    if !stays_here(count.div_ceil(BLOCK)) {
+        let blocks = (0..blocks).into_par_iter().with_min_len((BLOCK / N).max(1));
+        blocks.map_init(scratch, values).unzip_into_vecs(&mut first, &mut second);
+        return (flat(first, count), flat(second, count));
+    }
+    let mut memory = scratch();
+    for i in 0..blocks {
+        let (of_first, of_second) = values(&mut memory, i);
+        first.push(of_first);
+        second.push(of_second);
+    }
+    (flat(first, count), flat(second, count))
+}
+
+/// The first so many elements of blocks.
+fn flat<T, const N: usize>(blocks: Vec<[T; N]>, count: usize) -> Vec<T> {
+    let mut all = blocks.into_flattened();
+    all.truncate(count);
+    all
 }
 
 /// Elements in a portion of work that takes long.

@@ -18,10 +18,9 @@ impl VertexValues {
     /// Of a mesh; `area` is what belongs to a vertex.
     #[must_use]
     pub fn of(mesh: &TriMesh, area: VertexArea) -> Self {
-        Self {
-            curvatures: Curvatures::of(mesh, &CurvatureOptions { area }),
-            willmore: dcurv::willmore_energies(mesh),
-        }
+        let (curvatures, willmore) =
+            Curvatures::with_willmore_energies(mesh, &CurvatureOptions { area });
+        Self { curvatures, willmore }
     }
 
     /// One quantity, pointwise but for the Willmore energy.
