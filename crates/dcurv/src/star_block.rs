@@ -261,13 +261,16 @@ impl StarBlock {
     /// those of the spokes before and after it.
     #[inline(always)]
     fn evaluate_intersections(&mut self, positions: &[DVec3]) {
+        let mut points = self.ends.iter().map(|&[_, neighbour]| positions[neighbour.index()]);
+        // None of the vertices has faces.
+        let Some(mut from) = points.next() else { return };
         let count = self.ends.len().saturating_sub(2);
         let Columns { x: rx, y: ry, z: rz } = &mut self.rims;
         let (rx, ry, rz) = (&mut rx[..=count], &mut ry[..=count], &mut rz[..=count]);
-        for (i, two) in self.ends.windows(2).enumerate() {
-            let [from, to] = [two[0][1], two[1][1]].map(|v| positions[v.index()]);
+        for (i, to) in points.enumerate() {
             let rim = to - from;
             (rx[i], ry[i], rz[i]) = (rim.x, rim.y, rim.z);
+            from = to;
         }
         let Columns { x, y, z } = &self.spokes;
         let (x, y, z) = (&x[..count + 2], &y[..count + 2], &z[..count + 2]);
@@ -392,6 +395,7 @@ mod tests {
     fn side_by_side_and_one_by_one_give_the_same_bits() {
         let mut random = SplitMix64::new(3);
         let meshes = [
+            TriMesh::from_triangles::<_, u32>(&[DVec3::X; 3], &[]).unwrap(),
             cone(4, true, &mut random),
             cone(3000, true, &mut random),
             cone(3000, false, &mut random),
