@@ -140,8 +140,17 @@ impl Topology {
         b: VertexId,
         apexes: [Option<VertexId>; 2],
     ) -> Option<VertexId> {
+        /// Most vertices have no more neighbours than that.
+        const FEW: usize = 16;
         let (few, many) = if self.has_fewer_edges(b, a) { (b, a) } else { (a, b) };
         let mut others = self.one_ring(few).filter(|&v| v != many && !apexes.contains(&Some(v)));
+        let (mut ring, mut of_many) = ([many; FEW], self.one_ring(many));
+        for (slot, v) in ring.iter_mut().zip(&mut of_many) {
+            *slot = v;
+        }
+        if of_many.next().is_none() {
+            return others.find(|v| ring.contains(v));
+        }
         others.find(|&v| self.find_half_edge(v, many).is_some())
     }
 
