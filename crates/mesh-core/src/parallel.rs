@@ -150,6 +150,17 @@ pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) ->
     (0..count).map(value).collect()
 }
 
+/// Changes every element of a slice by a function of its index that takes long enough for each element to be
+/// handed out by itself.
+pub fn update_each<T: Send>(out: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
+    #[cfg(feature = "rayon")]
+    if !stays_here(out.len()) {
+        let elements = out.par_iter_mut().with_max_len(1).enumerate();
+        return elements.for_each(|(i, element)| change(i, element));
+    }
+    out.iter_mut().enumerate().for_each(|(i, element)| change(i, element));
+}
+
 /// The results of two things that do not wait for each other.
 pub fn both<A: Send, B: Send>(
     first: impl FnOnce() -> A + Send,
@@ -256,7 +267,8 @@ mod tests {
         let mut out = vec![0; count];
         fill(&mut out, |i| i * 2);
         update(&mut out, |i, value| *value += i);
-        assert!(out.into_iter().eq((0..count).map(|i| i * 3)));
+        update_each(&mut out, |i, value| *value += i);
+        assert!(out.into_iter().eq((0..count).map(|i| i * 4)));
         let with_scratch = collect_with(count, Vec::new, |memory: &mut Vec<usize>, i| {
             memory.clear();
             memory.push(i);

@@ -82,6 +82,7 @@ fn run_in_rounds<C: Cost, P: Placement>(
     drop(entries);
     let mut round = Round::default();
     let mut bounds = Vec::with_capacity(LOOK_AHEAD);
+    let looks_ahead = stepper.looks_ahead();
     // How many collapses there were when all costs were looked at anew.
     let mut checked = None;
     loop {
@@ -107,7 +108,10 @@ fn run_in_rounds<C: Cost, P: Placement>(
             // cache, many at a time: the edges do not wait for each other, as collapses do.
             bounds.clear();
             bounds.extend(ahead.iter().map(|visit| stepper.early_bound(visit.edge)));
-            for (&visit, &bound) in ahead.iter().zip(&bounds) {
+            if looks_ahead {
+                stepper.look_ahead(ahead, ceiling);
+            }
+            for (i, (&visit, &bound)) in ahead.iter().zip(&bounds).enumerate() {
                 if !stepper.mesh().topology().contains_edge(visit.edge) {
                     continue;
                 }
@@ -117,6 +121,9 @@ fn run_in_rounds<C: Cost, P: Placement>(
                 let turn = if bound > ceiling {
                     Turn::Above(bound)
                 } else {
+                    if looks_ahead {
+                        stepper.recall(i);
+                    }
                     stepper.take_turn(visit.edge, ceiling, &mut rounds)
                 };
                 if let Turn::Above(cost) = turn {

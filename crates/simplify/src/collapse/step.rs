@@ -17,6 +17,7 @@ use crate::collapse::refusal::Refusal;
 use crate::collapse::run::Run;
 use crate::collapse::schedule::Schedule;
 use crate::collapse::schedule::queue::Entry;
+use crate::collapse::schedule::rounds::Visit;
 use crate::collapse::start::Start;
 use crate::collapse::stop::StopReason;
 use crate::collapse::valence::Valences;
@@ -37,6 +38,8 @@ pub(super) struct Stepper<'a, C, P> {
     used_vertices: usize,
     detail: Detail,
     memory: Memory,
+    /// What looks at edges whose turn comes soon have left.
+    ahead: Vec<Memory>,
     /// The vertex that remains of the last collapse, and its neighbours.
     touched: Vec<VertexId>,
     result: Run,
@@ -50,16 +53,30 @@ struct Memory {
     scratch: Scratch,
 }
 
-/// What the keys of edges follow from; any number of them can be looked at side by side.
-struct Evaluator<'s, C, P> {
-    mesh: &'s TriMesh,
+/// What keys and choices of edges follow from; any number of them can be looked at side by side.
+struct Evaluator<'m, 's, C, P> {
+    mesh: &'m TriMesh,
     policies: &'s Policies<C, P>,
     fixed: &'s Fixed,
     valences: &'s Valences,
     detail: &'s Detail,
 }
 
-impl<C: Cost, P: Placement> Evaluator<'_, C, P> {
+/// How an edge is collapsed, if it is.
+#[expect(clippy::large_enum_variant, reason = "there is one at a time")]
+enum Choice<'p> {
+    /// It costs more than the ceiling, and no less than this.
+    Above(f64),
+    Collapse {
+        /// Its first vertex goes.
+        patch: EdgePatch<'p>,
+        place: Place,
+        offset: DVec3,
+        cost: f64,
+    },
+}
+
+impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
     /// The cost of an edge, or the quickest bound of it.
     fn key(&self, edge: EdgeId, memory: &mut Memory) -> Result<f64, Refusal> {
         let Self { mesh, policies, fixed, valences, detail } = *self;
@@ -74,6 +91,52 @@ impl<C: Cost, P: Placement> Evaluator<'_, C, P> {
         match assess(policies, fixed, &mut patch, f64::NEG_INFINITY, scratch)? {
             Assessment::Above(cost) | Assessment::Exact(_, cost) => Ok(cost),
         }
+    }
+
+    /// Where an edge goes that costs no more than `ceiling`, if policies and guards allow it.
+    fn choose<'p>(
+        &self,
+        edge: EdgeId,
+        ceiling: f64,
+        faces: &'p mut Vec<PatchFace>,
+        scratch: &mut Scratch,
+    ) -> Result<Choice<'p>, Refusal>
+    where
+        'm: 'p,
+    {
+        let Self { mesh, policies, fixed, valences, detail } = *self;
+        if valences.has_to_wait(mesh.topology(), edge) {
+            return Err(Refusal::Valence);
+        }
+        let mut patch = detail.patch(mesh, fixed, edge, faces);
+        let (place, cost) = match assess(policies, fixed, &mut patch, ceiling, scratch)? {
+            Assessment::Above(cost) => return Ok(Choice::Above(cost)),
+            Assessment::Exact(_, cost) if cost > ceiling => return Ok(Choice::Above(cost)),
+            Assessment::Exact(place, cost) => (place, cost),
+        };
+        let patch = patch.with_faces();
+        let is_forced = fixed.place(&patch)?.is_some();
+        let (mut next, mut refused) = (place, 0);
+        let (patch, place, offset) = loop {
+            // The vertex that stays is the one whose position does, if any.
+            let (patch, place) = match next {
+                Place::Removed => (patch.reversed(), Place::Kept),
+                place => (patch, place),
+            };
+            let offset = patch.offset(place);
+            match check(policies, fixed, &patch, offset, scratch) {
+                Ok(()) => break (patch, place, offset),
+                Err(refusal) if is_forced => return Err(refusal),
+                Err(refusal) => next = policies.placement.instead(refused).ok_or(refusal)?,
+            }
+            refused += 1;
+        };
+        // It may cost more at another place than at the best one.
+        let cost = match refused {
+            0 => cost,
+            _ => cost_at(policies, &patch, offset, scratch),
+        };
+        Ok(Choice::Collapse { patch, place, offset, cost })
     }
 }
 
@@ -116,6 +179,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             valences,
             used_vertices,
             memory: Memory::default(),
+            ahead: Vec::new(),
             touched: Vec::new(),
             result: Run::new(),
         }
@@ -200,9 +264,36 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         }
     }
 
-    fn evaluator(&self) -> Evaluator<'_, C, P> {
+    fn evaluator(&self) -> Evaluator<'_, '_, C, P> {
         let Self { mesh, policies, fixed, valences, detail, .. } = self;
         Evaluator { mesh, policies, fixed, valences, detail }
+    }
+
+    /// Whether to look at edges ahead of their turns, on all threads.
+    pub(super) fn looks_ahead(&self) -> bool {
+        self.policies.placement.is_asked_ahead() && parallel::threads() > 1
+    }
+
+    /// Looks at edges whose turn comes soon, all side by side. Their turns come to the same as without that, only
+    /// that much of what they ask for has then been found, where no collapse has changed it since.
+    pub(super) fn look_ahead(&mut self, visits: &[Visit], ceiling: f64) {
+        let mut ahead = core::mem::take(&mut self.ahead);
+        ahead.resize_with(visits.len().max(ahead.len()), Memory::default);
+        let evaluator = self.evaluator();
+        parallel::update_each(&mut ahead[..visits.len()], |i, Memory { faces, scratch }| {
+            if self.mesh.topology().contains_edge(visits[i].edge) {
+                // What it comes to is found again; what has been found on the way there stays in the memory.
+                let _ = evaluator.choose(visits[i].edge, ceiling, faces, scratch);
+            }
+        });
+        self.ahead = ahead;
+    }
+
+    /// Takes out what the look at one of the edges has left, for its turn.
+    pub(super) fn recall(&mut self, visit: usize) {
+        if let Some(memory) = self.ahead.get_mut(visit) {
+            core::mem::swap(&mut self.memory, memory);
+        }
     }
 
     /// Collapses an edge that costs no more than `ceiling`, if everything allows it, and tells the
@@ -230,36 +321,10 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     fn try_collapse(&mut self, edge: EdgeId, ceiling: f64) -> Result<Turn, Refusal> {
         let Self { mesh, policies, fixed, memory, valences, detail, .. } = self;
         let Memory { faces, scratch } = memory;
-        if valences.has_to_wait(mesh.topology(), edge) {
-            return Err(Refusal::Valence);
-        }
-        let mut patch = detail.patch(mesh, fixed, edge, faces);
-        let (place, cost) = match assess(policies, fixed, &mut patch, ceiling, scratch)? {
-            Assessment::Above(cost) => return Ok(Turn::Above(cost)),
-            Assessment::Exact(_, cost) if cost > ceiling => return Ok(Turn::Above(cost)),
-            Assessment::Exact(place, cost) => (place, cost),
-        };
-        let patch = patch.with_faces();
-        let is_forced = fixed.place(&patch)?.is_some();
-        let (mut next, mut refused) = (place, 0);
-        let (patch, place, offset) = loop {
-            // The vertex that stays is the one whose position does, if any.
-            let (patch, place) = match next {
-                Place::Removed => (patch.reversed(), Place::Kept),
-                place => (patch, place),
-            };
-            let offset = patch.offset(place);
-            match check(policies, fixed, &patch, offset, scratch) {
-                Ok(()) => break (patch, place, offset),
-                Err(refusal) if is_forced => return Err(refusal),
-                Err(refusal) => next = policies.placement.instead(refused).ok_or(refusal)?,
-            }
-            refused += 1;
-        };
-        // It may cost more at another place than at the best one.
-        let cost = match refused {
-            0 => cost,
-            _ => cost_at(policies, &patch, offset, scratch),
+        let evaluator = Evaluator { mesh, policies, fixed, valences, detail };
+        let (patch, place, offset, cost) = match evaluator.choose(edge, ceiling, faces, scratch)? {
+            Choice::Above(cost) => return Ok(Turn::Above(cost)),
+            Choice::Collapse { patch, place, offset, cost } => (patch, place, offset, cost),
         };
         let half_edge = patch.half_edge();
         let legal = mesh.topology().check_collapse(half_edge)?;

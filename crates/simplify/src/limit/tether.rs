@@ -13,7 +13,7 @@
 //! faces it changes are covered again, and the edges that it changes are close enough to the original.
 
 use glam::DVec3;
-use mesh_core::{FaceId, TriMesh, VertexId, parallel};
+use mesh_core::{FaceId, HalfEdgeId, TriMesh, VertexId, parallel};
 use mesh_metric::{CertifyOptions, ClosestPoint, Surface, SurfaceError, one_sided_bounds};
 
 use crate::collapse::patch::{EdgePatch, Place};
@@ -37,6 +37,9 @@ pub(crate) struct Tether<'a> {
     vertices: FaceLists,
     covers: Covers,
     holds_all: bool,
+    /// The number of collapses so far, and for each face which of them changed it last, counted from 1.
+    collapses: u32,
+    changed: Vec<u32>,
 }
 
 /// What a collapse would tie to the faces of its patch.
@@ -46,6 +49,19 @@ struct Ties {
     faces: Vec<Prepared>,
     /// Edges, and which of these faces covers them.
     edges: Vec<(u32, usize)>,
+    /// What was asked about the collapse of one edge, the last of which these are the ties of.
+    asked: Vec<Asked>,
+    /// The faces beyond the patch that the answers depend on.
+    others: Vec<FaceId>,
+}
+
+/// Whether a collapse holds.
+struct Asked {
+    half_edge: HalfEdgeId,
+    x: DVec3,
+    holds: bool,
+    /// How many collapses there had been.
+    collapses: u32,
 }
 
 /// The pieces of faces to look at before a collapse counts as too far.
@@ -92,7 +108,8 @@ impl<'a> Tether<'a> {
         for (edge, face) in pairs {
             covers.add(edge, face);
         }
-        Ok(Self { original, edges, reach, proves, vertices, covers, holds_all })
+        let (collapses, changed) = (0, vec![0; faces]);
+        Ok(Self { original, edges, reach, proves, vertices, covers, holds_all, collapses, changed })
     }
 
     /// Whether no edge of the original was too far from the mesh to begin with.
@@ -108,8 +125,20 @@ impl<'a> Tether<'a> {
         self.edges[edge as usize].map(|v| self.vertex(v))
     }
 
+    /// [`Tether::holds`], if it was asked and nothing has changed since that it depends on. What holds has left its
+    /// ties only if nothing was asked after it.
+    fn answer(&self, patch: &EdgePatch<'_>, x: DVec3, ties: &Ties) -> Option<bool> {
+        let is_same = |asked: &Asked| asked.half_edge == patch.half_edge() && asked.x == x;
+        let place = ties.asked.iter().position(is_same)?;
+        let Asked { holds, collapses, .. } = ties.asked[place];
+        let mut all = faces_of(patch).chain(ties.others.iter().copied());
+        let is_still_so = (!holds || place + 1 == ties.asked.len())
+            && all.all(|face| self.changed[face.index()] <= collapses);
+        is_still_so.then_some(holds)
+    }
+
     /// Whether what belongs to the patch is covered when the edge is collapsed to `x`, and the new
-    /// edges are close enough. Leaves what is covered by which face.
+    /// edges are close enough. Leaves what is covered by which face, and what else that depends on.
     fn holds(&self, patch: &EdgePatch<'_>, x: DVec3, ties: &mut Ties) -> bool {
         let hub = patch.origin() + x;
         // Most places that do not hold are too far themselves.
@@ -162,14 +191,16 @@ impl<'a> Tether<'a> {
     /// Whether the edges that belong to the patch are covered by its new faces, and others that they belong to
     /// as well.
     fn covers_edges(&self, patch: &EdgePatch<'_>, ties: &mut Ties) -> bool {
-        let Ties { faces, edges } = ties;
+        let Ties { faces, edges, others: beyond, .. } = ties;
         let around: Vec<FaceId> = faces_of(patch).collect();
         let (count, mut last) = (faces.len(), [0; 2]);
         edges.clear();
         self.edges_of_faces(around.iter().copied()).into_iter().all(|edge| {
             faces.truncate(count);
-            let others = self.covers.of_edge(edge).filter(|face| !around.contains(face));
-            faces.extend(others.map(|face| Prepared::new(patch.mesh().triangle(face))));
+            let first = beyond.len();
+            beyond.extend(self.covers.of_edge(edge).filter(|face| !around.contains(face)));
+            let others = &beyond[first..];
+            faces.extend(others.iter().map(|&face| Prepared::new(patch.mesh().triangle(face))));
             let before = edges.len();
             // The others have it already.
             self.reach.cover(self.segment(edge), faces, &mut last, &mut |face| {
@@ -306,7 +337,25 @@ impl Placement for Tether<'_> {
     }
 
     fn check(&self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> Result<(), Refusal> {
-        if self.holds(patch, x, scratch.get()) { Ok(()) } else { Err(Refusal::Distance) }
+        let ties: &mut Ties = scratch.get();
+        let half_edge = patch.half_edge();
+        let holds = self.answer(patch, x, ties).unwrap_or_else(|| {
+            let is_of_now = |last: &Asked| {
+                last.half_edge.edge() == half_edge.edge() && last.collapses == self.collapses
+            };
+            if !ties.asked.last().is_some_and(is_of_now) {
+                ties.asked.clear();
+                ties.others.clear();
+            }
+            let holds = self.holds(patch, x, ties);
+            ties.asked.push(Asked { half_edge, x, holds, collapses: self.collapses });
+            holds
+        });
+        if holds { Ok(()) } else { Err(Refusal::Distance) }
+    }
+
+    fn is_asked_ahead(&self) -> bool {
+        true
     }
 
     /// Where the best place does not hold, the ends.
@@ -315,7 +364,7 @@ impl Placement for Tether<'_> {
     }
 
     fn collapsing(&mut self, patch: &EdgePatch<'_>, _: DVec3, scratch: &mut Scratch) {
-        let Ties { faces, edges } = scratch.get();
+        let Ties { faces, edges, .. } = scratch.get();
         let remaining = patch.remaining_faces().iter();
         let new = remaining.filter_map(|face| patch.mesh().topology().face(face.side));
         let new: Vec<(FaceId, &Prepared)> = new.zip(faces.iter()).collect();
@@ -331,7 +380,9 @@ impl Placement for Tether<'_> {
         };
         let loose = faces_of(patch).flat_map(|face| self.vertices.of_face(face));
         let vertices = loose.filter_map(closest).collect();
+        self.collapses += 1;
         for face in faces_of(patch) {
+            self.changed[face.index()] = self.collapses;
             self.vertices.clear(face);
             self.covers.clear(face);
         }

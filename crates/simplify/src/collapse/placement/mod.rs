@@ -52,6 +52,13 @@ pub trait Placement: Policy {
         let _ = (patch, x, scratch);
     }
 
+    /// Whether [`Placement::check`] takes so long that it is asked ahead of the turns of edges, for many side by
+    /// side, where there are several threads. It is asked again when the turn comes, with the same memory: there
+    /// it finds what it has left, and has to see whether that still holds.
+    fn is_asked_ahead(&self) -> bool {
+        false
+    }
+
     /// What of the patch is looked at by [`Placement::place`], other than by the cost.
     fn needs(&self) -> Needs {
         Needs::Faces
@@ -79,6 +86,10 @@ impl<P: Placement + ?Sized> Placement for Box<P> {
 
     fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
         (**self).collapsing(patch, x, scratch);
+    }
+
+    fn is_asked_ahead(&self) -> bool {
+        (**self).is_asked_ahead()
     }
 
     fn needs(&self) -> Needs {
