@@ -1,12 +1,13 @@
 //! Levels of detail: meshes after some of the collapses of a run.
 
-use mesh_core::{RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::Marks;
 use crate::collapse::log::{CollapseLog, ReplayError};
 use crate::collapse::run::Run;
 
 /// A mesh after some collapses, without gaps.
+#[derive(Clone)]
 pub(crate) struct Level {
     pub(crate) mesh: TriMesh,
     pub(crate) marks: Marks,
@@ -22,11 +23,8 @@ impl Level {
         log: &CollapseLog,
         count: usize,
     ) -> Result<Self, ReplayError> {
-        let (mut mesh, mut marks) = (original.clone(), marks.clone());
-        log.carry_out(0..count, &mut mesh, |mesh, collapse, merged| {
-            marks.collapsed(mesh, collapse, merged);
-        })?;
-        Ok(Self::compacted(mesh, &marks, log, count))
+        let (mesh, marks) = with_gaps(original, marks, log, count)?;
+        Ok(Self::compacted(mesh, &marks, log, count).0)
     }
 
     /// The mesh that a run has left.
@@ -34,17 +32,43 @@ impl Level {
         let Run { locked, features, followers, log, .. } = run;
         let marks =
             Marks { locked: locked.clone(), features: features.clone(), guards: followers.clone() };
-        Self::compacted(mesh, &marks, log, log.len())
+        Self::compacted(mesh, &marks, log, log.len()).0
     }
 
-    fn compacted(mut mesh: TriMesh, marks: &Marks, log: &CollapseLog, count: usize) -> Self {
+    /// What has been left [`with_gaps`], and where its elements are now.
+    pub(crate) fn compacted(
+        mut mesh: TriMesh,
+        marks: &Marks,
+        log: &CollapseLog,
+        count: usize,
+    ) -> (Self, Remap) {
         let became = log.representatives(&mesh, count);
         let remap = mesh.compact();
         let became = became.as_slice().iter().map(|&v| remap.new_handle(v));
         let became = VertexMap::from_vec(became.collect());
         let marks = marks.compact(&mesh, &remap);
-        Self { mesh, marks, became }
+        (Self { mesh, marks, became }, remap)
     }
+
+    /// This level after more collapses, which have led to `next`.
+    pub(crate) fn followed_by(self, next: Self) -> Self {
+        let became = self.became.as_slice().iter().map(|v| v.and_then(|v| next.became[v]));
+        Self { became: VertexMap::from_vec(became.collect()), ..next }
+    }
+}
+
+/// A mesh and its marks after the first `count` collapses on it, with the gaps that these leave.
+pub(crate) fn with_gaps(
+    original: &TriMesh,
+    marks: &Marks,
+    log: &CollapseLog,
+    count: usize,
+) -> Result<(TriMesh, Marks), ReplayError> {
+    let (mut mesh, mut marks) = (original.clone(), marks.clone());
+    log.carry_out(0..count, &mut mesh, |mesh, collapse, merged| {
+        marks.collapsed(mesh, collapse, merged);
+    })?;
+    Ok((mesh, marks))
 }
 
 impl CollapseLog {

@@ -1,20 +1,23 @@
 //! About how far a run may go for its level to be within a distance of the original.
 
-use std::borrow::Cow;
+use core::ops::Range;
 
 use glam::DVec3;
-use mesh_core::{RemapOf, TriMesh};
+use mesh_core::{Remap, RemapOf, TriMesh};
 use mesh_metric::Surface;
 
-use crate::collapse::log::{CollapseLog, LogEntry, ReplayError};
+use crate::collapse::constraint::Marks;
+use crate::collapse::level::{Level, with_gaps};
+use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
 use crate::finish::observer::Observer;
-use crate::limit::levels::between;
+use crate::limit::levels::{between, scaled};
 
 /// What is guessed about.
 pub(crate) struct Guess<'a> {
     pub(crate) mesh: &'a TriMesh,
+    pub(crate) marks: &'a Marks,
     /// The run on the mesh.
     pub(crate) log: &'a CollapseLog,
     pub(crate) original: &'a Surface,
@@ -24,39 +27,59 @@ pub(crate) struct Guess<'a> {
     pub(crate) both_ways: bool,
 }
 
-/// A mesh on the way, and the collapses that follow, in its numbers.
-struct Stage<'a> {
-    mesh: Cow<'a, TriMesh>,
-    log: Cow<'a, CollapseLog>,
+/// A level on the way, without its gaps much smaller than the mesh, and the collapses that follow, in its numbers.
+struct Stage {
+    level: Level,
+    log: CollapseLog,
     /// How many collapses there were before it.
     done: usize,
 }
+
+/// The part of the vertices that is left from one stage to the next, until that is too few.
+const STEP: f64 = 0.125;
 
 /// Vertices of the original that are looked at together.
 const BLOCK: usize = 1 << 16;
 
 impl Guess<'_> {
-    /// How many collapses there may be before the vertices of the original are farther from the level,
-    /// as it is before it is finished, than the limit; or fewer, when the observer says to stop.
-    pub(crate) fn collapses(&self, observer: &mut Observer<'_>) -> Result<usize, SimplifyError> {
-        let used = self.original.used_vertices();
-        let mut stage =
-            Stage { mesh: Cow::Borrowed(self.mesh), log: Cow::Borrowed(self.log), done: 0 };
-        let mut bad = self.log.len();
-        let mut next = Some(bad);
-        while let Some(collapses) = next {
-            if observer.stops(Phase::Search, self.mesh) {
+    /// The level before the vertices of the original are farther from it, as it is before it is finished, than the
+    /// limit, or a finer one, when the observer says to stop; and the number of collapses to it.
+    pub(crate) fn level(
+        &self,
+        observer: &mut Observer<'_>,
+    ) -> Result<(Level, usize), SimplifyError> {
+        let (used, total) = (self.original.used_vertices(), self.log.len());
+        let (mut stage, mut bad): (Option<Stage>, Option<usize>) = (None, None);
+        loop {
+            let done = stage.as_ref().map_or(0, |stage| stage.done);
+            let next = match bad {
+                Some(bad) => between(used.len(), done, bad),
+                None => (done < total).then(|| scaled(used.len(), done, STEP).min(total)),
+            };
+            let Some(next) = next.filter(|_| !observer.stops(Phase::Search, self.mesh)) else {
                 break;
-            }
-            let level = stage.level(collapses)?;
-            if self.is_within(&level, &used)? {
-                stage = stage.moved_to(level, collapses, bad);
+            };
+            let (mesh, marks, log) = match &stage {
+                Some(Stage { level, log, .. }) => (&level.mesh, &level.marks, log),
+                None => (self.mesh, self.marks, self.log),
+            };
+            let (mesh, marks) = with_gaps(mesh, marks, log, next - done)?;
+            if self.is_within(&mesh, &used)? {
+                let (level, remap) = Level::compacted(mesh, &marks, log, next - done);
+                let log = following(log, next - done..bad.unwrap_or(total) - done, &remap);
+                let level = match stage {
+                    Some(stage) => stage.level.followed_by(level),
+                    None => level,
+                };
+                stage = Some(Stage { level, log, done: next });
             } else {
-                bad = collapses;
+                bad = Some(next);
             }
-            next = between(used.len(), stage.done, bad);
         }
-        Ok(stage.done)
+        match stage {
+            Some(Stage { level, done, .. }) => Ok((level, done)),
+            None => Ok((Level::new(self.mesh, self.marks, self.log, 0)?, 0)),
+        }
     }
 
     fn is_within(&self, level: &TriMesh, used: &[u32]) -> Result<bool, SimplifyError> {
@@ -72,31 +95,18 @@ impl Guess<'_> {
     }
 }
 
-impl<'a> Stage<'a> {
-    /// The mesh after more collapses, with the gaps that these leave.
-    fn level(&self, collapses: usize) -> Result<TriMesh, ReplayError> {
-        let mut mesh = TriMesh::clone(&self.mesh);
-        self.log.carry_out(0..collapses - self.done, &mut mesh, |_, _, _| {})?;
-        Ok(mesh)
-    }
-
-    /// The stage that a level is from which no more than `bad` collapses matter. Without its gaps it is
-    /// much smaller than the mesh before.
-    fn moved_to(self, mut level: TriMesh, collapses: usize, bad: usize) -> Self {
-        let remap = level.compact();
-        let of_level = |entry: &LogEntry| {
-            Some(LogEntry {
-                half_edge: remap.new_handle(entry.half_edge)?,
-                removed: remap.new_handle(entry.removed)?,
-                kept: remap.new_handle(entry.kept)?,
-                ..*entry
-            })
-        };
-        let left = &self.log.entries()[collapses - self.done..bad - self.done];
-        let entries = left.iter().map_while(of_level).collect();
-        let log = CollapseLog::from_entries(entries);
-        Stage { mesh: Cow::Owned(level), log: Cow::Owned(log), done: collapses }
-    }
+/// Some of the collapses of a log, in the numbers of a level without gaps that comes before them.
+fn following(log: &CollapseLog, collapses: Range<usize>, remap: &Remap) -> CollapseLog {
+    let of_level = |entry: &LogEntry| {
+        Some(LogEntry {
+            half_edge: remap.new_handle(entry.half_edge)?,
+            removed: remap.new_handle(entry.removed)?,
+            kept: remap.new_handle(entry.kept)?,
+            ..*entry
+        })
+    };
+    let entries = log.entries().iter().take(collapses.end).skip(collapses.start);
+    CollapseLog::from_entries(entries.map_while(of_level).collect())
 }
 
 /// The vertices of a mesh that have faces, and the middles of its edges.
@@ -129,10 +139,15 @@ mod tests {
         let (used, vertices) = (original.used_vertices(), mesh.topology().vertex_count());
         let mut found = Vec::new();
         for (limit, both_ways) in [(0.002, true), (0.01, true), (0.01, false), (10.0, true)] {
-            let guess = Guess { mesh: &mesh, log: &log, original, limit, both_ways };
+            let marks = &Marks::default();
+            let guess = Guess { mesh: &mesh, marks, log: &log, original, limit, both_ways };
             let is_within =
                 |count| guess.is_within(&log.replay(&mesh, count).unwrap(), &used).unwrap();
-            let count = guess.collapses(&mut Observer::none()).unwrap();
+            let (level, count) = guess.level(&mut Observer::none()).unwrap();
+            let replayed = Level::new(&mesh, marks, &log, count).unwrap();
+            assert_eq!(level.mesh.positions(), replayed.mesh.positions());
+            assert!(level.mesh.topology().triangles().eq(replayed.mesh.topology().triangles()));
+            assert_eq!(level.became, replayed.became);
             let coarser = vertices - ((vertices - count) as f64 / 1.05) as usize;
             assert!(is_within(count) && (count == log.len() || !is_within(coarser)));
             found.push(count);

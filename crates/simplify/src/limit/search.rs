@@ -51,17 +51,19 @@ impl Search<'_> {
         let total = self.log.len();
         let guess = Guess {
             mesh: self.mesh,
+            marks: &self.marks,
             log: self.log,
             original: self.measuring.original,
             limit: self.limit,
             // What is not finished stays as it is.
             both_ways: self.squeeze.is_some(),
         };
-        let mut collapses = guess.collapses(observer)?;
-        let vertices = used_vertices(self.mesh);
+        let (level, mut collapses) = guess.level(observer)?;
+        let (vertices, mut guessed) = (used_vertices(self.mesh), Some(level));
         let (mut good, mut bad): (Option<Found>, Option<usize>) = (None, None);
         loop {
-            let Some(found) = self.attempt(collapses, observer)? else { return Ok(good) };
+            let level = guessed.take().map_or_else(|| self.level(collapses), Ok)?;
+            let Some(found) = self.attempt(level, collapses, observer)? else { return Ok(good) };
             let is_within = found.error.is_within(self.limit);
             if collapses == if is_within { total } else { 0 }
                 || (is_within && self.squeeze.is_some())
@@ -90,13 +92,13 @@ impl Search<'_> {
     /// that.
     fn attempt(
         &self,
+        level: Level,
         collapses: usize,
         observer: &mut Observer<'_>,
     ) -> Result<Option<Found>, SimplifyError> {
         if observer.stops(Phase::Search, self.mesh) {
             return Ok(None);
         }
-        let level = self.level(collapses)?;
         let (finished, became, error) = match &self.squeeze {
             Some(to) if collapses < self.log.len() => {
                 let (mut level, became) = self.finishing.leave(level);
