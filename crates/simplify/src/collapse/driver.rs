@@ -73,6 +73,9 @@ pub(crate) fn collapse_edges_from<C: Cost, P: Placement>(
 /// How many edges are looked at before they have their turn.
 const LOOK_AHEAD: usize = 32;
 
+/// How many are, where that keeps several threads busy.
+const LOOK_FAR_AHEAD: usize = 128;
+
 fn run_in_rounds<C: Cost, P: Placement>(
     stepper: &mut Stepper<'_, C, P>,
     entries: Vec<Entry>,
@@ -81,8 +84,9 @@ fn run_in_rounds<C: Cost, P: Placement>(
     let mut rounds = Rounds::new(stepper.mesh().topology(), &entries);
     drop(entries);
     let mut round = Round::default();
-    let mut bounds = Vec::with_capacity(LOOK_AHEAD);
+    let mut bounds = Vec::with_capacity(LOOK_FAR_AHEAD);
     let looks_ahead = stepper.looks_ahead();
+    let ahead = if looks_ahead { LOOK_FAR_AHEAD } else { LOOK_AHEAD };
     // How many collapses there were when all costs were looked at anew.
     let mut checked = None;
     loop {
@@ -103,7 +107,7 @@ fn run_in_rounds<C: Cost, P: Placement>(
             continue;
         }
         let ceiling = round.ceiling.min(watch.cost());
-        for ahead in round.visits.chunks(LOOK_AHEAD) {
+        for ahead in round.visits.chunks(ahead) {
             // The early bounds of edges whose turn comes soon bring their surroundings into the
             // cache, many at a time: the edges do not wait for each other, as collapses do.
             bounds.clear();
