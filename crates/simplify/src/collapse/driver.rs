@@ -73,8 +73,8 @@ pub(crate) fn collapse_edges_from<C: Cost, P: Placement>(
 /// How many edges are looked at before they have their turn.
 const LOOK_AHEAD: usize = 32;
 
-/// How many are, where that keeps several threads busy.
-const LOOK_FAR_AHEAD: usize = 128;
+/// How many chunks of these are, where that keeps several threads busy.
+const CHUNKS: usize = 4;
 
 fn run_in_rounds<C: Cost, P: Placement>(
     stepper: &mut Stepper<'_, C, P>,
@@ -84,9 +84,8 @@ fn run_in_rounds<C: Cost, P: Placement>(
     let mut rounds = Rounds::new(stepper.mesh().topology(), &entries);
     drop(entries);
     let mut round = Round::default();
-    let mut bounds = Vec::with_capacity(LOOK_FAR_AHEAD);
+    let mut bounds = Vec::with_capacity(LOOK_AHEAD);
     let looks_ahead = stepper.looks_ahead();
-    let ahead = if looks_ahead { LOOK_FAR_AHEAD } else { LOOK_AHEAD };
     // How many collapses there were when all costs were looked at anew.
     let mut checked = None;
     loop {
@@ -107,14 +106,15 @@ fn run_in_rounds<C: Cost, P: Placement>(
             continue;
         }
         let ceiling = round.ceiling.min(watch.cost());
-        for ahead in round.visits.chunks(ahead) {
+        for (chunk, ahead) in round.visits.chunks(LOOK_AHEAD).enumerate() {
+            if looks_ahead && chunk.is_multiple_of(CHUNKS) {
+                let coming = &round.visits[chunk * LOOK_AHEAD..];
+                stepper.look_ahead(&coming[..coming.len().min(CHUNKS * LOOK_AHEAD)], ceiling);
+            }
             // The early bounds of edges whose turn comes soon bring their surroundings into the
             // cache, many at a time: the edges do not wait for each other, as collapses do.
             bounds.clear();
             bounds.extend(ahead.iter().map(|visit| stepper.early_bound(visit.edge)));
-            if looks_ahead {
-                stepper.look_ahead(ahead, ceiling);
-            }
             for (i, (&visit, &bound)) in ahead.iter().zip(&bounds).enumerate() {
                 if !stepper.mesh().topology().contains_edge(visit.edge) {
                     continue;
@@ -126,7 +126,7 @@ fn run_in_rounds<C: Cost, P: Placement>(
                     Turn::Above(bound)
                 } else {
                     if looks_ahead {
-                        stepper.recall(i);
+                        stepper.recall(chunk % CHUNKS * LOOK_AHEAD + i);
                     }
                     stepper.take_turn(visit.edge, ceiling, &mut rounds)
                 };

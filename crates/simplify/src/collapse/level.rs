@@ -7,7 +7,6 @@ use crate::collapse::log::{CollapseLog, ReplayError};
 use crate::collapse::run::Run;
 
 /// A mesh after some collapses, without gaps.
-#[derive(Clone)]
 pub(crate) struct Level {
     pub(crate) mesh: TriMesh,
     pub(crate) marks: Marks,

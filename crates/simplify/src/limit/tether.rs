@@ -394,3 +394,47 @@ impl Placement for Tether<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::Sphere;
+
+    /// Of the edges that were asked about, those near a collapse are asked again.
+    #[test]
+    fn an_answer_holds_until_a_collapse_changes_what_it_depends_on() {
+        let mesh = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(3).unwrap()).unwrap();
+        let topology = mesh.topology();
+        let original = Surface::new(&mesh).unwrap();
+        let edges = edges_of(&mesh);
+        let mut tether = Tether::new(&mesh, &original, &edges, 0.1, false).unwrap();
+        let mut asked = Vec::new();
+        for edge in topology.edges() {
+            let (mut faces, mut scratch) = (Vec::new(), Scratch::default());
+            let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut faces);
+            assert!(tether.check(&patch, DVec3::ZERO, &mut scratch).is_ok());
+            assert_eq!(tether.answer(&patch, DVec3::ZERO, scratch.get()), Some(true));
+            assert_eq!(tether.answer(&patch, DVec3::X, scratch.get()), None);
+            assert_eq!(tether.answer(&patch.reversed(), DVec3::ZERO, scratch.get()), None);
+            let changed: Vec<FaceId> = faces_of(&patch).collect();
+            asked.push((edge, changed, scratch));
+        }
+        let mut faces = Vec::new();
+        let (edge, changed, scratch) = &mut asked[100];
+        let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut faces);
+        tether.collapsing(&patch, DVec3::ZERO, scratch);
+        let changed = changed.clone();
+        let mut again = 0;
+        for (edge, mut around, mut scratch) in asked {
+            let mut faces = Vec::new();
+            let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut faces);
+            let ties: &mut Ties = scratch.get();
+            around.extend(&ties.others);
+            let is_near = around.iter().any(|face| changed.contains(face));
+            again += usize::from(is_near);
+            let answer = tether.answer(&patch, DVec3::ZERO, ties);
+            assert_eq!(answer, Some(true).filter(|_| !is_near));
+        }
+        assert!((20..100).contains(&again), "{again}");
+    }
+}
