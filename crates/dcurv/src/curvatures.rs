@@ -8,6 +8,7 @@ use mesh_core::{TriMesh, VertexId, VertexMap, parallel};
 use crate::area::VertexArea;
 use crate::star_block::{BLOCK, StarBlock};
 use crate::vertex::VertexCurvature;
+use crate::willmore::energies_of;
 
 /// How curvature is evaluated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +52,7 @@ impl Curvatures {
         let (vertices, energies) =
             parallel::collect_block_pairs(count, scratch, |stars: &mut StarBlock, indices| {
                 stars.line_up(mesh, indices);
-                (curvatures_of(stars, mesh, options), stars.energies(mesh))
+                (curvatures_of(stars, mesh, options), energies_of(stars, mesh))
             });
         (Self { vertices: VertexMap::from_vec(vertices) }, VertexMap::from_vec(energies))
     }

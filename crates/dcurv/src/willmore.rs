@@ -13,7 +13,7 @@ use core::f64::consts::TAU;
 use mesh_core::{TriMesh, VertexId, VertexMap, parallel};
 
 use crate::intersection::intersection_angle;
-use crate::star_block::StarBlock;
+use crate::star_block::{BLOCK, StarBlock};
 
 /// The Willmore energy of a vertex, a number without unit; 0 for boundary and isolated vertices.
 ///
@@ -43,9 +43,19 @@ pub fn willmore_energies(mesh: &TriMesh) -> VertexMap<f64> {
     let count = mesh.topology().vertex_capacity();
     let of_block = |stars: &mut StarBlock, indices| {
         stars.line_up(mesh, indices);
-        stars.energies(mesh)
+        energies_of(stars, mesh)
     };
     VertexMap::from_vec(parallel::collect_blocks(count, StarBlock::maker(), of_block))
+}
+
+/// The energies of the vertices that are lined up, then zeros.
+#[inline(always)]
+pub(crate) fn energies_of(stars: &mut StarBlock, mesh: &TriMesh) -> [f64; BLOCK] {
+    let mut energies = [0.0; BLOCK];
+    for (slot, (vertex, energy)) in energies.iter_mut().zip(stars.energies(mesh)) {
+        *slot = energy.unwrap_or_else(|| willmore_energy(mesh, vertex));
+    }
+    energies
 }
 
 /// The Willmore energy of a mesh: the sum over the vertices that do not lie on the boundary.
