@@ -81,8 +81,12 @@ pub(crate) fn collapse_to_level(
 /// not know.
 #[must_use]
 pub fn rules(options: &Options, size: f64) -> Option<Rules> {
-    let unlimited = regional_at(size, options).filter(|_| options.limit.distance.is_none());
-    unlimited.map(|regional| Rules { record: false, ..regional.rules })
+    regional_elsewhere(size, options).map(|regional| Rules { record: false, ..regional.rules })
+}
+
+/// What regions can do of what the options ask for where nobody has the whole mesh, to measure how far it is.
+fn regional_elsewhere(size: f64, options: &Options) -> Option<Regional> {
+    regional_at(size, options).filter(|_| options.limit.distance.is_none())
 }
 
 /// Goes on with what is left of a mesh after passes that were made elsewhere, as if they had been made
@@ -104,12 +108,12 @@ pub fn finish_collapses(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<(TriMesh, Run), SimplifyError> {
     options.check()?;
-    let found = regional_at(size, options).filter(|_| options.limit.distance.is_none());
-    let Regional { rules, is_start } = found.ok_or(SimplifyError::Conflict {
+    let refusal = SimplifyError::Conflict {
         option: "regions",
         with: "what the options ask for",
         cure: "take quadrics without constraints, or the whole mesh",
-    })?;
+    };
+    let Regional { rules, is_start } = regional_elsewhere(size, options).ok_or(refusal)?;
     if fragment.own < fragment.positions.len() {
         return Err(SimplifyError::Conflict {
             option: "the end of a run",

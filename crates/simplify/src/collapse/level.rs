@@ -64,7 +64,7 @@ pub(crate) fn with_gaps(
     count: usize,
 ) -> Result<(TriMesh, Marks), ReplayError> {
     let (mut mesh, mut marks) = (original.clone(), marks.clone());
-    log.carry_out(0..count, &mut mesh, |mesh, collapse, merged| {
+    log.carry_out(count, &mut mesh, |mesh, collapse, merged| {
         marks.collapsed(mesh, collapse, merged);
     })?;
     Ok((mesh, marks))

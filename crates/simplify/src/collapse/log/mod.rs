@@ -2,8 +2,6 @@
 
 pub(crate) mod record;
 
-use core::ops::Range;
-
 use glam::DVec3;
 use mesh_core::edit::CollapseRefusal;
 use mesh_core::{EdgeId, HalfEdgeId, TriMesh, VertexId, VertexMap};
@@ -106,20 +104,19 @@ impl CollapseLog {
     /// A collapse is not legal or not the one that was recorded: the mesh is another one.
     pub fn replay(&self, mesh: &TriMesh, count: usize) -> Result<TriMesh, ReplayError> {
         let mut mesh = mesh.clone();
-        self.carry_out(0..count, &mut mesh, |_, _, _| {})?;
+        self.carry_out(count, &mut mesh, |_, _, _| {})?;
         Ok(mesh)
     }
 
-    /// Carries out some of the collapses, as far as there are that many, on a mesh that those before them
-    /// were carried out on. `follow` hears of each of them.
+    /// Carries out the first `count` collapses, or all when there are fewer, on the mesh itself. `follow` hears of
+    /// each of them.
     pub(crate) fn carry_out(
         &self,
-        collapses: Range<usize>,
+        count: usize,
         mesh: &mut TriMesh,
         mut follow: impl FnMut(&TriMesh, &Collapse, [Option<(EdgeId, EdgeId)>; 2]),
     ) -> Result<(), ReplayError> {
-        let Range { start, end } = collapses;
-        for (number, entry) in self.entries.iter().enumerate().take(end).skip(start) {
+        for (number, entry) in self.entries.iter().enumerate().take(count) {
             let other = |refusal| ReplayError { collapse: number, refusal };
             let legal = mesh.topology().check_collapse(entry.half_edge);
             let collapse = legal.map_err(|refusal| other(Some(refusal)))?;
