@@ -7,7 +7,7 @@ use std::time::Instant;
 use mesh_core::{TriMesh, VertexMap};
 
 use crate::collapse::constraint::Marks;
-use crate::collapse::level::Level;
+use crate::collapse::level::{Level, Snapshot};
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::run::{Progress, Run};
@@ -16,7 +16,9 @@ use crate::error::SimplifyError;
 use crate::named::{Regional, collapse, collapse_on, regional, regional_at};
 use crate::options::Options;
 use crate::regions::driven::{Drive, collapse_driven};
-use crate::regions::run::{self as regions, Precision, collapse_in_regions, collapse_sheet};
+use crate::regions::run::{
+    self as regions, Extent, Precision, collapse_in_regions, collapse_sheet,
+};
 use crate::regions::{Fragment, Rules, Sheet};
 
 /// The largest part of the faces at which another metric takes over: with more of them left, the second
@@ -44,17 +46,21 @@ pub(crate) fn collapse_to_level(
     let faces = mesh.topology().face_count();
     let target = limits.face_target(faces);
     let start = Instant::now();
+    // A largest error has levels looked for.
+    let snapshots = options.limit.distance.is_some();
     let found = regional(mesh, options);
     let rest = rest(options, faces, target);
     match found.map(|Regional { rules, is_start }| (rules, is_start, rest)) {
         Some((rules, false, _)) => {
-            let regions::Regional { mesh, became, run, .. } =
-                collapse_in_regions(mesh, rules, limits, Precision::Exact, observe);
-            (Level { mesh, marks: Marks::default(), became }, run)
+            let extent = Extent { limits, precision: Precision::Exact, snapshots };
+            let regions::Regional { left, became, run, .. } =
+                collapse_in_regions(mesh, rules, extent, observe);
+            (Level { mesh: left.mesh, marks: Marks::default(), became }, run)
         }
         Some((rules, true, Some(rest))) => {
             let rough = Limits { faces: Some(rest), ratio: None, ..*limits };
-            let first = collapse_in_regions(mesh, rules, &rough, Precision::About, observe);
+            let extent = Extent { limits: &rough, precision: Precision::About, snapshots };
+            let first = collapse_in_regions(mesh, rules, extent, observe);
             let left = Limits {
                 faces: Some(target),
                 ratio: None,
@@ -130,12 +136,14 @@ pub fn finish_collapses(
     }
     let observe = &mut |now: &Progress| observe(&Progress { faces_before, ..*now });
     if !is_start {
-        let done = collapse_sheet(sheet, capacity, rules, &limits, Precision::Exact, observe);
-        return Ok((done.mesh, done.run));
+        let extent = Extent { limits: &limits, precision: Precision::Exact, snapshots: false };
+        let done = collapse_sheet(sheet, capacity, rules, extent, observe);
+        return Ok((done.left.mesh, done.run));
     }
     let rest = rest(options, faces_before, target).unwrap_or(faces_before);
     let rough = Limits { faces: Some(rest), ..limits };
-    let first = collapse_sheet(sheet, capacity, rules, &rough, Precision::About, observe);
+    let extent = Extent { limits: &rough, precision: Precision::About, snapshots: false };
+    let first = collapse_sheet(sheet, capacity, rules, extent, observe);
     let time = limits.time.map(|time| time.saturating_sub(start.elapsed()));
     let (level, run) = go_on(first, options, Limits { time, ..limits }, faces_before, observe);
     Ok((level.mesh, run))
@@ -149,7 +157,8 @@ fn go_on(
     faces_before: usize,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> (Level, Run) {
-    let regions::Regional { mut mesh, became, quadrics, vertices, half_edges, mut run } = first;
+    let regions::Regional { left, became, quadrics, mut run } = first;
+    let Snapshot { mut mesh, vertices, half_edges, .. } = left;
     if matches!(run.stop, StopReason::Time | StopReason::Cancelled) {
         return (Level { mesh, marks: Marks::default(), became }, run);
     }

@@ -173,6 +173,7 @@ fn finish(
         if let (Some(limit), Some(measuring)) = (limit.distance, measuring) {
             let mut guards = guards.clone();
             guards.prepare(mesh);
+            let snapshots = core::mem::take(&mut run.snapshots);
             let search = Search {
                 mesh,
                 marks: Marks::new(mesh, &collapse.constraints, guards),
@@ -184,7 +185,8 @@ fn finish(
             };
             // The search makes levels of its own.
             drop(level);
-            let found = if observer.is_stopped() { None } else { search.run(&mut observer)? };
+            let found =
+                if observer.is_stopped() { None } else { search.run(snapshots, &mut observer)? };
             if let Some(found) = found {
                 if found.collapses < run.log.len() || !found.error.is_within(limit) {
                     run.truncate(found.collapses);

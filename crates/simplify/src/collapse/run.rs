@@ -3,6 +3,7 @@
 use mesh_core::{EdgeMap, VertexMap};
 
 use crate::collapse::guard::Guards;
+use crate::collapse::level::Snapshot;
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::refusal::{Refusal, Refusals};
 use crate::collapse::stop::StopReason;
@@ -82,6 +83,8 @@ pub struct Run {
     /// Every refusal, in order, with the number of collapses that a run must be allowed to come to
     /// it.
     pub(crate) refused: Vec<(u32, Refusal)>,
+    /// Meshes on the way, if they were to be kept.
+    pub(crate) snapshots: Vec<Snapshot>,
 }
 
 impl Run {
@@ -97,6 +100,7 @@ impl Run {
             features: None,
             followers: Guards::default(),
             refused: Vec::new(),
+            snapshots: Vec::new(),
         }
     }
 

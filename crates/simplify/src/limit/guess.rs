@@ -3,11 +3,11 @@
 use core::ops::Range;
 
 use glam::DVec3;
-use mesh_core::{Remap, RemapOf, TriMesh};
+use mesh_core::{Handle, RemapOf, TriMesh, VertexMap};
 use mesh_metric::Surface;
 
 use crate::collapse::constraint::Marks;
-use crate::collapse::level::{Level, with_gaps};
+use crate::collapse::level::{Level, Snapshot, with_gaps};
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
@@ -43,43 +43,81 @@ const BLOCK: usize = 1 << 16;
 
 impl Guess<'_> {
     /// The level before the vertices of the original are farther from it, as it is before it is finished, than the
-    /// limit, or a finer one, when the observer says to stop; and the number of collapses to it.
+    /// limit, or a finer one, when the observer says to stop; and the number of collapses to it. Where the run has
+    /// left snapshots, it is looked for from these on.
     pub(crate) fn level(
         &self,
+        snapshots: Vec<Snapshot>,
         observer: &mut Observer<'_>,
     ) -> Result<(Level, usize), SimplifyError> {
         let (used, total) = (self.original.used_vertices(), self.log.len());
+        // Of the others it is not known whether they are within the limit; they come after the stage.
         let (mut stage, mut bad): (Option<Stage>, Option<usize>) = (None, None);
+        let mut others: Vec<Stage> =
+            snapshots.into_iter().map(|snapshot| self.stage(snapshot)).collect();
         loop {
             let done = stage.as_ref().map_or(0, |stage| stage.done);
             let next = match bad {
-                Some(bad) => between(used.len(), done, bad),
+                // One that is there already takes no replay.
+                Some(bad) => between(used.len(), done, bad)
+                    .map(|next| others.last().map_or(next, |other| other.done)),
                 None => (done < total).then(|| scaled(used.len(), done, STEP).min(total)),
             };
             let Some(next) = next.filter(|_| !observer.stops(Phase::Search, self.mesh)) else {
                 break;
             };
-            let (mesh, marks, log) = match &stage {
-                Some(Stage { level, log, .. }) => (&level.mesh, &level.marks, log),
-                None => (self.mesh, self.marks, self.log),
+            let coarser = others.split_off(others.partition_point(|other| other.done <= next));
+            let (mesh, marks, log, done) = match others.last().or(stage.as_ref()) {
+                Some(Stage { level, log, done }) => (&level.mesh, &level.marks, log, *done),
+                None => (self.mesh, self.marks, self.log, 0),
             };
             let (mesh, marks) = with_gaps(mesh, marks, log, next - done)?;
             if self.is_within(&mesh, &used)? {
                 let (level, remap) = Level::compacted(mesh, &marks, log, next - done);
-                let log = following(log, next - done..bad.unwrap_or(total) - done, &remap);
-                let level = match stage {
+                let new = |entry: &LogEntry| {
+                    Some(LogEntry {
+                        half_edge: remap.new_handle(entry.half_edge)?,
+                        removed: remap.new_handle(entry.removed)?,
+                        kept: remap.new_handle(entry.kept)?,
+                        ..*entry
+                    })
+                };
+                let log = following(log, next - done..bad.unwrap_or(total) - done, new);
+                let level = match others.pop().or(stage) {
                     Some(stage) => stage.level.followed_by(level),
                     None => level,
                 };
-                stage = Some(Stage { level, log, done: next });
+                (stage, others) = (Some(Stage { level, log, done: next }), coarser);
             } else {
                 bad = Some(next);
+                others.retain(|other| other.done < next);
             }
         }
         match stage {
             Some(Stage { level, done, .. }) => Ok((level, done)),
             None => Ok((Level::new(self.mesh, self.marks, self.log, 0)?, 0)),
         }
+    }
+
+    /// What a run without marks has left on the way.
+    fn stage(&self, snapshot: Snapshot) -> Stage {
+        let Snapshot { mesh, vertices, half_edges, collapses: done } = snapshot;
+        let topology = self.mesh.topology();
+        let vertices = inverse(&vertices, topology.vertex_capacity());
+        let half_edges = inverse(&half_edges, topology.half_edge_capacity());
+        let new = |entry: &LogEntry| {
+            Some(LogEntry {
+                half_edge: half_edges[entry.half_edge.index()]?,
+                removed: vertices[entry.removed.index()]?,
+                kept: vertices[entry.kept.index()]?,
+                ..*entry
+            })
+        };
+        let log = following(self.log, done..self.log.len(), new);
+        let became = self.log.representatives(self.mesh, done);
+        let became = became.as_slice().iter().map(|v| vertices[v.index()]).collect();
+        let level = Level { mesh, marks: Marks::default(), became: VertexMap::from_vec(became) };
+        Stage { level, log, done }
     }
 
     fn is_within(&self, level: &TriMesh, used: &[u32]) -> Result<bool, SimplifyError> {
@@ -95,18 +133,21 @@ impl Guess<'_> {
     }
 }
 
-/// Some of the collapses of a log, in the numbers of a level without gaps that comes before them.
-fn following(log: &CollapseLog, collapses: Range<usize>, remap: &Remap) -> CollapseLog {
-    let of_level = |entry: &LogEntry| {
-        Some(LogEntry {
-            half_edge: remap.new_handle(entry.half_edge)?,
-            removed: remap.new_handle(entry.removed)?,
-            kept: remap.new_handle(entry.kept)?,
-            ..*entry
-        })
-    };
+/// Some of the collapses of a log, in the numbers of a level without gaps that comes before them, as `new` gives them.
+fn following(
+    log: &CollapseLog,
+    collapses: Range<usize>,
+    new: impl Fn(&LogEntry) -> Option<LogEntry>,
+) -> CollapseLog {
     let entries = log.entries().iter().take(collapses.end).skip(collapses.start);
-    CollapseLog::from_entries(entries.map_while(of_level).collect())
+    CollapseLog::from_entries(entries.map_while(new).collect())
+}
+
+/// By old handle, of which there are so many: where it is among the new ones.
+fn inverse<H: Handle>(old: &[H], capacity: usize) -> Vec<Option<H>> {
+    let mut new = vec![None; capacity];
+    old.iter().enumerate().for_each(|(i, old)| new[old.index()] = Some(H::from_index(i)));
+    new
 }
 
 /// The vertices of a mesh that have faces, and the middles of its edges.
@@ -123,36 +164,62 @@ fn vertices_and_middles(mesh: &TriMesh) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::course::collapse_to_level;
+    use crate::limit::measure::ErrorCheck;
     use crate::options::Options;
     use crate::preset::Preset;
-    use crate::simplify::simplify;
+    use core::ops::ControlFlow;
     use mesh_core::shapes::{Irregular, Wave};
 
-    /// Found by going on from levels without gaps; looked at by replays of the original.
+    fn wave(cells: usize) -> TriMesh {
+        let wave = Wave { amplitude: 0.15, wavelength: 0.7, half_width: 1.0 };
+        let soup = wave.irregular_mesh(cells, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+        TriMesh::from_soup(&soup).unwrap()
+    }
+
+    fn assert_same(level: &Level, other: &Level) {
+        assert_eq!(level.mesh.positions(), other.mesh.positions());
+        assert!(level.mesh.topology().triangles().eq(other.mesh.topology().triangles()));
+        assert_eq!(level.became, other.became);
+    }
+
+    /// Found by going on from levels without gaps, from those that passes over regions have left where there are
+    /// any; looked at by replays of the original.
     #[test]
     fn the_level_is_within_the_limit_and_much_coarser_ones_are_not() {
-        let wave = Wave { amplitude: 0.15, wavelength: 0.7, half_width: 1.0 };
-        let soup = wave.irregular_mesh(60, Irregular { jitter: 0.2, seed: 4 }).unwrap();
-        let mesh = TriMesh::from_soup(&soup).unwrap();
-        let log = simplify(&mesh, &Options::preset(Preset::Fast).to_faces(0)).unwrap().log;
-        let original = &Surface::new(&mesh).unwrap();
-        let (used, vertices) = (original.used_vertices(), mesh.topology().vertex_count());
-        let mut found = Vec::new();
-        for (limit, both_ways) in [(0.002, true), (0.01, true), (0.01, false), (10.0, true)] {
+        for (cells, passes) in [(60, 0), (220, 1)] {
+            let mesh = wave(cells);
+            let options = Options::preset(Preset::Fast).to_faces(0);
+            let options = options.within(1.0, ErrorCheck::Sampled);
+            let (_, run) = collapse_to_level(&mesh, &options, &mut |_| ControlFlow::Continue(()));
+            let (log, snapshots) = (run.log, run.snapshots);
+            assert_eq!(snapshots.len(), passes);
+            let original = &Surface::new(&mesh).unwrap();
+            let (used, vertices) = (original.used_vertices(), mesh.topology().vertex_count());
             let marks = &Marks::default();
-            let guess = Guess { mesh: &mesh, marks, log: &log, original, limit, both_ways };
-            let is_within =
-                |count| guess.is_within(&log.replay(&mesh, count).unwrap(), &used).unwrap();
-            let (level, count) = guess.level(&mut Observer::none()).unwrap();
-            let replayed = Level::new(&mesh, marks, &log, count).unwrap();
-            assert_eq!(level.mesh.positions(), replayed.mesh.positions());
-            assert!(level.mesh.topology().triangles().eq(replayed.mesh.topology().triangles()));
-            assert_eq!(level.became, replayed.became);
-            let coarser = vertices - ((vertices - count) as f64 / 1.05) as usize;
-            assert!(is_within(count) && (count == log.len() || !is_within(coarser)));
-            found.push(count);
+            let mut found = Vec::new();
+            for (limit, both_ways) in
+                [(1e-5, true), (0.002, true), (0.01, true), (0.01, false), (10.0, true)]
+            {
+                let guess = Guess { mesh: &mesh, marks, log: &log, original, limit, both_ways };
+                for snapshot in &snapshots {
+                    let stage = guess.stage(snapshot.clone());
+                    let replayed = Level::new(&mesh, marks, &log, stage.done).unwrap();
+                    assert_same(&stage.level, &replayed);
+                    assert!(stage.done > 0 && stage.log.len() == log.len() - stage.done);
+                }
+                let is_within =
+                    |count| guess.is_within(&log.replay(&mesh, count).unwrap(), &used).unwrap();
+                let (level, count) = guess.level(snapshots.clone(), &mut Observer::none()).unwrap();
+                assert_same(&level, &Level::new(&mesh, marks, &log, count).unwrap());
+                let coarser = vertices - ((vertices - count) as f64 / 1.05) as usize;
+                assert!(is_within(count) && (count == log.len() || !is_within(coarser)));
+                found.push(count);
+            }
+            assert!(found.is_sorted() && found[1] > 100 && found[3] < log.len());
+            assert_eq!(found[4], log.len());
+            // The finest and the coarsest of them lie on both sides of what passes have left.
+            assert!(snapshots.iter().all(|left| (found[0]..found[4]).contains(&left.collapses)));
         }
-        assert!(found.is_sorted() && found[0] > 100 && found[2] < log.len());
-        assert_eq!(found[3], log.len());
     }
 }

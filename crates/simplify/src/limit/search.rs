@@ -3,7 +3,7 @@
 use mesh_core::{TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::Marks;
-use crate::collapse::level::Level;
+use crate::collapse::level::{Level, Snapshot};
 use crate::collapse::log::CollapseLog;
 use crate::collapse::run::Phase;
 use crate::error::SimplifyError;
@@ -45,9 +45,15 @@ impl Search<'_> {
     /// collapses, so that a coarser one may exist. Where the level is collapsed further anyway, the
     /// first one that is found will do, and it is not finished.
     ///
+    /// `snapshots` are what the run has left on the way, if anything.
+    ///
     /// When the observer says to stop, it is the coarsest one that was measured to be within the
     /// limit by then; `None` when none was.
-    pub(crate) fn run(&self, observer: &mut Observer<'_>) -> Result<Option<Found>, SimplifyError> {
+    pub(crate) fn run(
+        &self,
+        snapshots: Vec<Snapshot>,
+        observer: &mut Observer<'_>,
+    ) -> Result<Option<Found>, SimplifyError> {
         let total = self.log.len();
         let guess = Guess {
             mesh: self.mesh,
@@ -58,7 +64,7 @@ impl Search<'_> {
             // What is not finished stays as it is.
             both_ways: self.squeeze.is_some(),
         };
-        let (level, mut collapses) = guess.level(observer)?;
+        let (level, mut collapses) = guess.level(snapshots, observer)?;
         let (vertices, mut guessed) = (used_vertices(self.mesh), Some(level));
         let (mut good, mut bad): (Option<Found>, Option<usize>) = (None, None);
         loop {

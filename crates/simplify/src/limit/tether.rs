@@ -13,7 +13,7 @@
 //! faces it changes are covered again, and the edges that it changes are close enough to the original.
 
 use glam::DVec3;
-use mesh_core::{FaceId, HalfEdgeId, TriMesh, VertexId, parallel};
+use mesh_core::{FaceId, HalfEdgeId, TriMesh, parallel};
 use mesh_metric::{CertifyOptions, ClosestPoint, Surface, SurfaceError, one_sided_bounds};
 
 use crate::collapse::patch::{EdgePatch, Place};
@@ -49,6 +49,8 @@ struct Ties {
     faces: Vec<Prepared>,
     /// Edges, and which of these faces covers them.
     edges: Vec<(u32, usize)>,
+    /// The vertices that belong to the patch, and which of these faces is closest, the closest ones first.
+    vertices: Vec<(f64, u32, usize)>,
     /// What was asked about the collapse of one edge, the last of which these are the ties of.
     asked: Vec<Asked>,
     /// The faces beyond the patch that the answers depend on.
@@ -71,11 +73,12 @@ const MAX_PIECES: usize = 3000;
 pub(crate) fn edges_of(mesh: &TriMesh) -> Vec<[u32; 2]> {
     let topology = mesh.topology();
     let mut edges = Vec::with_capacity(topology.edge_count());
-    edges.extend(topology.edges().map(|edge| {
-        let [a, b] = topology.edge_vertices(edge).map(VertexId::get);
-        [a.min(b), a.max(b)]
-    }));
-    edges.sort_unstable();
+    for v in topology.vertices() {
+        let first = edges.len();
+        let later = topology.one_ring(v).filter(|&other| other > v);
+        edges.extend(later.map(|other| [v.get(), other.get()]));
+        edges[first..].sort_unstable();
+    }
     edges
 }
 
@@ -98,10 +101,12 @@ impl<'a> Tether<'a> {
         }
         let mut vertices = FaceLists::new(faces, original.positions().len());
         let used = original.used_vertices().into_iter();
-        add_farthest_last(
-            used.map(|v| (closest[v as usize].distance, v, closest[v as usize].face)).collect(),
-            &mut vertices,
-        );
+        let foot = |v: u32| (closest[v as usize].distance, v, closest[v as usize].face);
+        let mut all: Vec<(f64, u32, FaceId)> = used.map(foot).collect();
+        sort_by_distance(&mut all);
+        for (_, vertex, face) in all {
+            vertices.push(face, vertex);
+        }
         let (pairs, holds_all) = find_covers(&surface, original, edges, &closest, reach);
         drop((surface, closest));
         let mut covers = Covers::new(faces, edges.len(), pairs.len());
@@ -168,9 +173,31 @@ impl<'a> Tether<'a> {
             }
             rim.push(from);
         }
-        spokes::are_within(hub, &rim, self.original, self.reach.distance(), self.reach.least())
+        let (distance, least) = (self.reach.distance(), self.reach.least());
+        let holds = spokes::are_within(hub, &rim, self.original, distance, least)
             && self.covers_edges(patch, ties)
-            && (!self.proves || self.is_proved(&new))
+            && (!self.proves || self.is_proved(&new));
+        if holds {
+            self.find_closest(patch, ties);
+        }
+        holds
+    }
+
+    /// Leaves which of the new faces is closest to each vertex that belongs to the patch.
+    fn find_closest(&self, patch: &EdgePatch<'_>, ties: &mut Ties) {
+        let Ties { faces, vertices, .. } = ties;
+        let new = faces.iter().take(patch.remaining_faces().len());
+        vertices.clear();
+        vertices.extend(faces_of(patch).flat_map(|face| self.vertices.of_face(face)).map(|v| {
+            let (mut squared, mut closest) = (f64::INFINITY, usize::MAX);
+            for (face, triangle) in new.clone().enumerate() {
+                if let Some(found) = triangle.squared_distance(self.vertex(v), squared) {
+                    (squared, closest) = (found, face);
+                }
+            }
+            (squared, v, closest)
+        }));
+        sort_by_distance(vertices);
     }
 
     /// Whether no point of some faces is too far from the original.
@@ -220,12 +247,9 @@ impl<'a> Tether<'a> {
     }
 }
 
-/// Puts vertices into the lists of their faces, by their distances from these.
-fn add_farthest_last(mut all: Vec<(f64, u32, FaceId)>, vertices: &mut FaceLists) {
+/// Vertices and their faces in the order of lists, of which what comes last is found first: the farthest.
+fn sort_by_distance<F>(all: &mut [(f64, u32, F)]) {
     all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    for (_, vertex, face) in all {
-        vertices.push(face, vertex);
-    }
 }
 
 /// The faces of a patch before the collapse.
@@ -364,31 +388,23 @@ impl Placement for Tether<'_> {
     }
 
     fn collapsing(&mut self, patch: &EdgePatch<'_>, _: DVec3, scratch: &mut Scratch) {
-        let Ties { faces, edges, .. } = scratch.get();
+        let Ties { edges, vertices, .. } = scratch.get();
         let remaining = patch.remaining_faces().iter();
-        let new = remaining.filter_map(|face| patch.mesh().topology().face(face.side));
-        let new: Vec<(FaceId, &Prepared)> = new.zip(faces.iter()).collect();
-        let closest = |v: u32| {
-            let mut nearest = None;
-            let mut squared = f64::INFINITY;
-            for &(face, triangle) in &new {
-                if let Some(found) = triangle.squared_distance(self.vertex(v), squared) {
-                    (squared, nearest) = (found, Some(face));
-                }
-            }
-            nearest.map(|face| (squared, v, face))
-        };
-        let loose = faces_of(patch).flat_map(|face| self.vertices.of_face(face));
-        let vertices = loose.filter_map(closest).collect();
+        let new: Vec<FaceId> =
+            remaining.filter_map(|face| patch.mesh().topology().face(face.side)).collect();
         self.collapses += 1;
         for face in faces_of(patch) {
             self.changed[face.index()] = self.collapses;
             self.vertices.clear(face);
             self.covers.clear(face);
         }
-        add_farthest_last(vertices, &mut self.vertices);
+        for &(_, vertex, face) in vertices.iter() {
+            if let Some(&face) = new.get(face) {
+                self.vertices.push(face, vertex);
+            }
+        }
         for &(edge, face) in edges.iter() {
-            if let Some(&(face, _)) = new.get(face) {
+            if let Some(&face) = new.get(face) {
                 self.covers.add(edge, face);
             }
         }

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
 
+use crate::collapse::level::Snapshot;
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusals;
@@ -26,15 +27,11 @@ const WAVE: usize = 64;
 
 /// What is left of a mesh, and how it came about.
 pub(crate) struct Regional {
-    pub(crate) mesh: TriMesh,
+    pub(crate) left: Snapshot,
     /// For each vertex of the original, the one that it has become.
     pub(crate) became: VertexMap<Option<VertexId>>,
     /// What each vertex remembers; nothing when nothing has collapsed.
     pub(crate) quadrics: Vec<Quadric>,
-    /// The vertices of the original that are left.
-    pub(crate) vertices: Vec<VertexId>,
-    /// By half-edge: that of the original; nothing unless collapses are recorded.
-    pub(crate) half_edges: Vec<HalfEdgeId>,
     /// What was done; it cannot be cut off.
     pub(crate) run: Run,
 }
@@ -42,7 +39,7 @@ pub(crate) struct Regional {
 /// The state of a run.
 struct Passes<'a, 'o> {
     rules: Rules,
-    limits: &'a Limits,
+    extent: Extent<'a>,
     target: usize,
     faces_before: usize,
     observe: &'o mut dyn FnMut(&Progress) -> ControlFlow<()>,
@@ -55,6 +52,16 @@ struct Passes<'a, 'o> {
     refusals: Refusals,
     max_cost: f64,
     stop: Option<StopReason>,
+    snapshots: Vec<Snapshot>,
+}
+
+/// How far a run goes, and what it keeps on the way.
+#[derive(Clone, Copy)]
+pub(crate) struct Extent<'a> {
+    pub(crate) limits: &'a Limits,
+    pub(crate) precision: Precision,
+    /// Whether what each pass leaves is kept.
+    pub(crate) snapshots: bool,
 }
 
 /// How close a run comes to the wanted number of faces.
@@ -88,12 +95,11 @@ impl Precision {
 pub(crate) fn collapse_in_regions(
     mesh: &TriMesh,
     rules: Rules,
-    limits: &Limits,
-    precision: Precision,
+    extent: Extent<'_>,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Regional {
     let capacity = mesh.topology().vertex_capacity();
-    collapse_sheet(Sheet::new(mesh), capacity, rules, limits, precision, observe)
+    collapse_sheet(Sheet::new(mesh), capacity, rules, extent, observe)
 }
 
 /// The same for a sheet whose vertices have ids below `capacity`.
@@ -101,15 +107,15 @@ pub(crate) fn collapse_sheet(
     mut sheet: Sheet<'_>,
     capacity: usize,
     rules: Rules,
-    limits: &Limits,
-    precision: Precision,
+    extent: Extent<'_>,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Regional {
     let faces = sheet.face_count();
+    let Extent { limits, precision, snapshots } = extent;
     let target = limits.face_target(faces);
     let mut passes = Passes {
         rules,
-        limits,
+        extent,
         target,
         faces_before: faces,
         observe,
@@ -121,6 +127,7 @@ pub(crate) fn collapse_sheet(
         refusals: Refusals::default(),
         max_cost: 0.0,
         stop: None,
+        snapshots: Vec::new(),
     };
     let mut pass = 0;
     while passes.goes_on(sheet.face_count(), 0) {
@@ -128,6 +135,9 @@ pub(crate) fn collapse_sheet(
         let Some(aim) = aim(pass, faces, precision.end(target), FEWEST_AGAIN) else { break };
         sheet = passes.pass(&sheet, pass, aim);
         pass += 1;
+        if snapshots {
+            passes.snapshots.push(snapshot(&sheet, passes.collapses, rules.record).0);
+        }
         if 20 * sheet.face_count() > 19 * faces {
             break;
         }
@@ -150,7 +160,7 @@ impl Passes<'_, '_> {
         };
         if faces <= self.target {
             self.stop = Some(StopReason::Faces);
-        } else if self.limits.time.is_some_and(|time| self.start.elapsed() >= time) {
+        } else if self.extent.limits.time.is_some_and(|time| self.start.elapsed() >= time) {
             self.stop = Some(StopReason::Time);
         } else if (self.observe)(&progress).is_break() {
             self.stop = Some(StopReason::Cancelled);
@@ -232,32 +242,40 @@ impl Passes<'_, '_> {
 
     /// The mesh that is left: vertices and faces in the order of the original.
     fn finish(mut self, sheet: &Sheet<'_>) -> Regional {
-        let merged_into = &mut self.merged_into;
-        let (Ordered { mesh: left, vertices: order, faces }, ()) =
-            parallel::both(|| sheet.to_ordered_mesh(), || follow(merged_into));
-        let mut of_id = vec![None; self.merged_into.len()];
-        for (new, &(id, _)) in order.iter().enumerate() {
-            of_id[id as usize] = Some(VertexId::new(new as u32));
+        let (merged_into, collapses, record) =
+            (&mut self.merged_into, self.collapses, self.rules.record);
+        let ((left, order), ()) =
+            parallel::both(|| snapshot(sheet, collapses, record), || follow(merged_into));
+        let mut of_id = vec![None; merged_into.len()];
+        for (new, id) in left.vertices.iter().enumerate() {
+            of_id[id.index()] = Some(VertexId::new(new as u32));
         }
-        let became = self.merged_into.iter().map(|&v| of_id[v as usize]).collect();
-        let quadrics = order.iter().filter_map(|&(_, v)| sheet.quadrics.get(v as usize).copied());
+        let became = merged_into.iter().map(|&v| of_id[v as usize]).collect();
+        let quadrics = order.iter().filter_map(|&v| sheet.quadrics.get(v as usize).copied());
         let run = Run {
             stop: self.stop.unwrap_or(StopReason::Faces),
             collapses: self.collapses,
             log: CollapseLog::from_entries(self.log),
             refusals: self.refusals,
             max_cost: self.max_cost,
+            snapshots: self.snapshots,
             ..Run::new()
         };
-        Regional {
-            quadrics: quadrics.collect(),
-            vertices: order.iter().map(|&(id, _)| VertexId::new(id)).collect(),
-            half_edges: original_half_edges(&left, sheet, &faces, self.rules.record),
-            mesh: left,
-            became: VertexMap::from_vec(became),
-            run,
-        }
+        let (quadrics, became) = (quadrics.collect(), VertexMap::from_vec(became));
+        Regional { left, became, quadrics, run }
     }
+}
+
+/// What a sheet is after so many collapses, and which vertices of the sheet its vertices are.
+fn snapshot(sheet: &Sheet<'_>, collapses: usize, is_recorded: bool) -> (Snapshot, Vec<u32>) {
+    let Ordered { mesh, vertices, faces } = sheet.to_ordered_mesh();
+    let snapshot = Snapshot {
+        vertices: vertices.iter().map(|&(id, _)| VertexId::new(id)).collect(),
+        half_edges: original_half_edges(&mesh, sheet, &faces, is_recorded),
+        mesh,
+        collapses,
+    };
+    (snapshot, vertices.into_iter().map(|(_, v)| v).collect())
 }
 
 /// Lets every vertex know where all that it was merged into leads.
@@ -331,8 +349,9 @@ mod tests {
             let limits = Limits { faces: Some(target), ..Limits::default() };
             let go_on = &mut |_: &Progress| ControlFlow::Continue(());
             let rules = Rules::new(&mesh);
-            let done = collapse_in_regions(&mesh, rules, &limits, Precision::About, go_on);
-            let left = done.mesh.topology().face_count();
+            let extent = Extent { limits: &limits, precision: Precision::About, snapshots: false };
+            let done = collapse_in_regions(&mesh, rules, extent, go_on);
+            let left = done.left.mesh.topology().face_count();
             let is_exact = left == target || left + 1 == target;
             assert_eq!(is_exact, !has_passes, "{left}");
             assert!((target - target / 5..=target + target / 10).contains(&left), "{left}");
@@ -356,9 +375,10 @@ mod tests {
         let (rules, target) = (Rules::new(&mesh), 60_000);
         let limits = Limits { faces: Some(target), ..Limits::default() };
         let go_on = &mut |_: &Progress| ControlFlow::Continue(());
-        let done = collapse_in_regions(&mesh, rules, &limits, Precision::Exact, go_on);
+        let extent = Extent { limits: &limits, precision: Precision::Exact, snapshots: false };
+        let done = collapse_in_regions(&mesh, rules, extent, go_on);
         assert_eq!(done.run.stop, StopReason::Faces);
-        let left = done.mesh.topology().face_count();
+        let left = done.left.mesh.topology().face_count();
         assert!(left == target || left + 1 == target, "{left}");
     }
 }
