@@ -22,11 +22,14 @@ struct Pair {
 
 const NONE: u32 = u32::MAX;
 
+/// Where there is no room for another pair, room is made for one more in so many: few more come than there were.
+const MORE: usize = 16;
+
 impl Covers {
-    /// With room for so many pairs.
-    pub(super) fn new(faces: usize, edges: usize, pairs: usize) -> Self {
+    pub(super) fn new(faces: usize, edges: usize) -> Self {
         let (of_face, of_edge) = (vec![NONE; faces], vec![NONE; edges]);
-        Self { of_face, of_edge, pairs: Vec::with_capacity(pairs), free: NONE }
+        // Nearly every edge has one face.
+        Self { of_face, of_edge, pairs: Vec::with_capacity(edges), free: NONE }
     }
 
     /// Adds a pair that is not there yet.
@@ -38,6 +41,9 @@ impl Covers {
         let pair = Pair { edge, face, next_of_face, next_of_edge };
         let place = match self.free {
             NONE => {
+                if self.pairs.len() == self.pairs.capacity() {
+                    self.pairs.reserve_exact(self.pairs.len() / MORE + 1);
+                }
                 self.pairs.push(pair);
                 self.pairs.len() as u32 - 1
             }
@@ -95,7 +101,7 @@ mod tests {
 
     #[test]
     fn pairs_are_found_from_both_sides_until_the_face_gives_them_up() {
-        let mut covers = Covers::new(4, 3, 6);
+        let mut covers = Covers::new(4, 3);
         let face = FaceId::from_index;
         for (edge, f) in [(0, 0), (0, 1), (0, 2), (1, 1), (2, 1), (2, 3)] {
             covers.add(edge, face(f));

@@ -107,12 +107,8 @@ impl<'a> Tether<'a> {
         for (_, vertex, face) in all {
             vertices.push(face, vertex);
         }
-        let (pairs, holds_all) = find_covers(&surface, original, edges, &closest, reach);
-        drop((surface, closest));
-        let mut covers = Covers::new(faces, edges.len(), pairs.len());
-        for (edge, face) in pairs {
-            covers.add(edge, face);
-        }
+        let mut covers = Covers::new(faces, edges.len());
+        let holds_all = add_covers(&mut covers, &surface, original, edges, &closest, reach);
         let (collapses, changed) = (0, vec![0; faces]);
         Ok(Self { original, edges, reach, proves, vertices, covers, holds_all, collapses, changed })
     }
@@ -277,28 +273,38 @@ impl Foot {
 const POINTS: usize = 1 << 16;
 /// How many edges are looked at together.
 const BLOCK: usize = 2048;
+/// Blocks of edges that are looked at between two times that what is found is added.
+const WAVE: usize = 64;
 
-/// The faces of a surface that cover each edge of the original, whose vertices are closest to the points
-/// that are given, by the edges. What is beyond the distance belongs to the closest; also whether nothing is.
-fn find_covers(
+/// Adds the faces of a surface that cover each edge of the original, whose vertices are closest to the points
+/// that are given. What is beyond the distance belongs to the closest; returns whether nothing is.
+fn add_covers(
+    covers: &mut Covers,
     surface: &Surface,
     original: &Surface,
     edges: &[[u32; 2]],
     closest: &[Foot],
     reach: Reach,
-) -> (Vec<(u32, FaceId)>, bool) {
-    let blocks = parallel::collect_each(edges.len().div_ceil(BLOCK), |block| {
-        let first = block * BLOCK;
-        let edges = edges.iter().skip(first).take(BLOCK);
-        let whole = |(edge, &ends): (u32, &[u32; 2])| Part {
-            edge,
-            ends: ends.map(|v| original.positions()[v as usize]),
-            closest: ends.map(|v| closest[v as usize]),
-        };
-        find_covers_of_parts(surface, (first as u32..).zip(edges).map(whole).collect(), reach)
-    });
-    let holds_all = blocks.iter().all(|(_, holds_all)| *holds_all);
-    (blocks.into_iter().flat_map(|(found, _)| found).collect(), holds_all)
+) -> bool {
+    let mut holds_all = true;
+    let blocks = edges.len().div_ceil(BLOCK);
+    for first in (0..blocks).step_by(WAVE) {
+        let found = parallel::collect_each(WAVE.min(blocks - first), |block| {
+            let first = (first + block) * BLOCK;
+            let edges = edges.iter().skip(first).take(BLOCK);
+            let whole = |(edge, &ends): (u32, &[u32; 2])| Part {
+                edge,
+                ends: ends.map(|v| original.positions()[v as usize]),
+                closest: ends.map(|v| closest[v as usize]),
+            };
+            find_covers(surface, (first as u32..).zip(edges).map(whole).collect(), reach)
+        });
+        for (pairs, holds) in found {
+            pairs.into_iter().for_each(|(edge, face)| covers.add(edge, face));
+            holds_all &= holds;
+        }
+    }
+    holds_all
 }
 
 /// A part of an edge, and what is closest to its ends.
@@ -308,8 +314,8 @@ struct Part {
     closest: [Foot; 2],
 }
 
-/// The same for parts of edges.
-fn find_covers_of_parts(
+/// The faces of a surface that cover parts of edges, by the edges, and whether nothing is beyond the distance.
+fn find_covers(
     surface: &Surface,
     mut parts: Vec<Part>,
     reach: Reach,
