@@ -22,14 +22,15 @@ struct Pair {
 
 const NONE: u32 = u32::MAX;
 
-/// Where there is no room for another pair, room is made for one more in so many: few more come than there were.
-const MORE: usize = 16;
+/// Room is made for one pair more in so many: few more come.
+const MORE: usize = 8;
 
 impl Covers {
     pub(super) fn new(faces: usize, edges: usize) -> Self {
         let (of_face, of_edge) = (vec![NONE; faces], vec![NONE; edges]);
-        // Nearly every edge has one face.
-        Self { of_face, of_edge, pairs: Vec::with_capacity(edges), free: NONE }
+        // Most edges have one face. What grows is there twice for a moment, and its old place may stay a gap.
+        let pairs = Vec::with_capacity(edges + edges / MORE);
+        Self { of_face, of_edge, pairs, free: NONE }
     }
 
     /// Adds a pair that is not there yet.

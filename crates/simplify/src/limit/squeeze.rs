@@ -11,7 +11,7 @@ use crate::finish::collapse_back::{CollapseBack, collapse_back_placed};
 use crate::finish::finishing::Finished;
 use crate::finish::observer::Observer;
 use crate::limit::measure::{AchievedError, Measuring};
-use crate::limit::tether::{Tether, edges_of};
+use crate::limit::tether::Tether;
 
 /// An attempt to collapse a mesh further.
 struct Attempt {
@@ -56,8 +56,9 @@ pub(crate) fn squeeze_within(
         if observer.stops(Phase::Squeeze, &level.mesh) {
             break;
         }
-        let (aim, edges) = (limit - slack * limit, edges_of(original));
-        let tether = Tether::new(&level.mesh, measuring.original, &edges, aim, proves)?;
+        let aim = limit - slack * limit;
+        let topology = original.topology();
+        let tether = Tether::new(&level.mesh, topology, measuring.original, aim, proves)?;
         if own.is_none() && (number > 0 || !tether.holds_all()) {
             own = measuring.measure(&level.mesh, observer)?;
             if !own.is_some_and(|error| error.is_within(limit)) {
@@ -67,7 +68,6 @@ pub(crate) fn squeeze_within(
         let (mut next, constraints) = (level.mesh.clone(), level.constraints.clone());
         let seen = (Phase::Squeeze, &mut *observer);
         let back = collapse_back_placed(&mut next, &constraints, to, tether, seen);
-        drop(edges);
         let is_last = observer.stops(Phase::Measure, &next);
         let error = measuring.measure(&next, &mut Observer::none())?;
         if error.is_some_and(|error| error.is_within(limit)) {

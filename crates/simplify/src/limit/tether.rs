@@ -13,7 +13,7 @@
 //! faces it changes are covered again, and the edges that it changes are close enough to the original.
 
 use glam::DVec3;
-use mesh_core::{FaceId, HalfEdgeId, TriMesh, parallel};
+use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, parallel};
 use mesh_metric::{CertifyOptions, ClosestPoint, Surface, SurfaceError, one_sided_bounds};
 
 use crate::collapse::patch::{EdgePatch, Place};
@@ -30,7 +30,8 @@ use crate::limit::spokes;
 /// What of the original is tied to the faces of a mesh.
 pub(crate) struct Tether<'a> {
     original: &'a Surface,
-    edges: &'a [[u32; 2]],
+    /// That of the original.
+    topology: &'a Topology,
     reach: Reach,
     proves: bool,
     /// The vertices of each face, the farthest first: it is the first to be too far.
@@ -69,26 +70,13 @@ struct Asked {
 /// The pieces of faces to look at before a collapse counts as too far.
 const MAX_PIECES: usize = 3000;
 
-/// The edges of a mesh, in the order of their vertices: those that are close to each other are mostly together then.
-pub(crate) fn edges_of(mesh: &TriMesh) -> Vec<[u32; 2]> {
-    let topology = mesh.topology();
-    let mut edges = Vec::with_capacity(topology.edge_count());
-    for v in topology.vertices() {
-        let first = edges.len();
-        let later = topology.one_ring(v).filter(|&other| other > v);
-        edges.extend(later.map(|other| [v.get(), other.get()]));
-        edges[first..].sort_unstable();
-    }
-    edges
-}
-
 impl<'a> Tether<'a> {
-    /// Ties an original, whose edges are given, to the faces of a mesh. With `proves`, new faces are looked at
+    /// Ties an original, which has this topology, to the faces of a mesh. With `proves`, new faces are looked at
     /// between their edges, too.
     pub(crate) fn new(
         mesh: &TriMesh,
+        topology: &'a Topology,
         original: &'a Surface,
-        edges: &'a [[u32; 2]],
         distance: f64,
         proves: bool,
     ) -> Result<Self, SurfaceError> {
@@ -107,10 +95,20 @@ impl<'a> Tether<'a> {
         for (_, vertex, face) in all {
             vertices.push(face, vertex);
         }
-        let mut covers = Covers::new(faces, edges.len());
-        let holds_all = add_covers(&mut covers, &surface, original, edges, &closest, reach);
+        let mut covers = Covers::new(faces, topology.edge_capacity());
+        let holds_all = add_covers(&mut covers, &surface, topology, original, &closest, reach);
         let (collapses, changed) = (0, vec![0; faces]);
-        Ok(Self { original, edges, reach, proves, vertices, covers, holds_all, collapses, changed })
+        Ok(Self {
+            original,
+            topology,
+            reach,
+            proves,
+            vertices,
+            covers,
+            holds_all,
+            collapses,
+            changed,
+        })
     }
 
     /// Whether no edge of the original was too far from the mesh to begin with.
@@ -123,7 +121,8 @@ impl<'a> Tether<'a> {
     }
 
     fn segment(&self, edge: u32) -> Segment {
-        self.edges[edge as usize].map(|v| self.vertex(v))
+        let ends = self.topology.edge_vertices(EdgeId::from_index(edge as usize));
+        ends.map(|v| self.vertex(v.get()))
     }
 
     /// [`Tether::holds`], if it was asked and nothing has changed since that it depends on. What holds has left its
@@ -281,23 +280,28 @@ const WAVE: usize = 64;
 fn add_covers(
     covers: &mut Covers,
     surface: &Surface,
+    topology: &Topology,
     original: &Surface,
-    edges: &[[u32; 2]],
     closest: &[Foot],
     reach: Reach,
 ) -> bool {
     let mut holds_all = true;
-    let blocks = edges.len().div_ceil(BLOCK);
+    let count = topology.edge_capacity();
+    let blocks = count.div_ceil(BLOCK);
     for first in (0..blocks).step_by(WAVE) {
         let found = parallel::collect_each(WAVE.min(blocks - first), |block| {
             let first = (first + block) * BLOCK;
-            let edges = edges.iter().skip(first).take(BLOCK);
-            let whole = |(edge, &ends): (u32, &[u32; 2])| Part {
-                edge,
-                ends: ends.map(|v| original.positions()[v as usize]),
-                closest: ends.map(|v| closest[v as usize]),
+            let edges = (first..count.min(first + BLOCK)).map(EdgeId::from_index);
+            let whole = |edge: EdgeId| {
+                let ends = topology.edge_vertices(edge);
+                Part {
+                    edge: edge.index() as u32,
+                    ends: ends.map(|v| original.positions()[v.index()]),
+                    closest: ends.map(|v| closest[v.index()]),
+                }
             };
-            find_covers(surface, (first as u32..).zip(edges).map(whole).collect(), reach)
+            let there = edges.filter(|&edge| topology.contains_edge(edge));
+            find_covers(surface, there.map(whole).collect(), reach)
         });
         for (pairs, holds) in found {
             pairs.into_iter().for_each(|(edge, face)| covers.add(edge, face));
@@ -428,8 +432,7 @@ mod tests {
         let mesh = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(3).unwrap()).unwrap();
         let topology = mesh.topology();
         let original = Surface::new(&mesh).unwrap();
-        let edges = edges_of(&mesh);
-        let mut tether = Tether::new(&mesh, &original, &edges, 0.1, false).unwrap();
+        let mut tether = Tether::new(&mesh, topology, &original, 0.1, false).unwrap();
         let mut asked = Vec::new();
         for edge in topology.edges() {
             let (mut faces, mut scratch) = (Vec::new(), Scratch::default());
