@@ -38,6 +38,10 @@ struct Stage {
 /// The part of the vertices that is left from one stage to the next, until that is too few.
 const STEP: f64 = 0.125;
 
+/// The part of the limit at which points of a level are to be: in between it may be a little farther away, and then
+/// all that is made of it is for nothing. It has a few faces more for that, of which nothing is left in the end.
+const BETWEEN: f64 = 0.97;
+
 /// Vertices of the original that are looked at together.
 const BLOCK: usize = 1 << 16;
 
@@ -122,8 +126,11 @@ impl Guess<'_> {
 
     fn is_within(&self, level: &TriMesh, used: &[u32]) -> Result<bool, SimplifyError> {
         // These points are fewer.
-        if self.both_ways && !self.original.are_within(&vertices_and_middles(level), self.limit) {
-            return Ok(false);
+        if self.both_ways {
+            let points = vertices_and_middles(level);
+            if !self.original.are_within(&points, BETWEEN * self.limit) {
+                return Ok(false);
+            }
         }
         let surface = Surface::new(level)?;
         let at = |&v: &u32| self.original.positions()[v as usize];
