@@ -13,7 +13,7 @@
 //! Uses the rooms `collapse` and `finish`, and `mesh-metric` for distances. It knows no options: what
 //! is finished, measured and squeezed, and how, is handed in.
 //!
-//! From the bottom: `measure`, `levels`, `covers`, `prepared`, `reach` and `spokes`; `guess`, `within` and `tether`;
+//! From the bottom: `measure`, `levels`, `covers`, `prepared`, `proofs`, `reach` and `spokes`; `guess`, `within` and `tether`;
 //! `squeeze`; `search`.
 
 mod covers;
@@ -21,6 +21,7 @@ pub(crate) mod guess;
 mod levels;
 pub(crate) mod measure;
 mod prepared;
+mod proofs;
 mod reach;
 pub(crate) mod search;
 mod spokes;

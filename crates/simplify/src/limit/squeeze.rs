@@ -11,29 +11,39 @@ use crate::finish::collapse_back::{CollapseBack, collapse_back_placed};
 use crate::finish::finishing::Finished;
 use crate::finish::observer::Observer;
 use crate::limit::measure::{AchievedError, Measuring};
+use crate::limit::proofs::{Proofs, unproved};
 use crate::limit::tether::Tether;
 
 /// An attempt to collapse a mesh further.
 struct Attempt {
     /// How far below the limit it aims, relative to that.
     slack: f64,
-    /// Whether every new face is proved to be close enough at all its points.
-    proves: bool,
+    proved: Proved,
 }
 
-const fn attempt(slack: f64, proves: bool) -> Attempt {
-    Attempt { slack, proves }
+/// Where every new face is proved to be close enough at all its points.
+enum Proved {
+    Nowhere,
+    /// Near the faces that were too far in the attempts before.
+    WhereItFailed,
+    Everywhere,
+}
+
+const fn attempt(slack: f64, proved: Proved) -> Attempt {
+    Attempt { slack, proved }
 }
 
 /// The first one nearly always does. Where it does not, a face spans a fold: there the surfaces are no heights over
-/// each other, and are farther apart than at their vertices and edges. After the last one the mesh is left
-/// as it is.
-const ATTEMPTS: [Attempt; 5] = [
-    attempt(0.01, false),
-    attempt(0.01, true),
-    attempt(0.03, true),
-    attempt(0.1, true),
-    attempt(0.3, true),
+/// each other, and are farther apart than at their vertices and edges. That is so in few places as a rule. After the
+/// last one the mesh is left as it is.
+const ATTEMPTS: [Attempt; 7] = [
+    attempt(0.01, Proved::Nowhere),
+    attempt(0.01, Proved::WhereItFailed),
+    attempt(0.01, Proved::WhereItFailed),
+    attempt(0.01, Proved::Everywhere),
+    attempt(0.03, Proved::Everywhere),
+    attempt(0.1, Proved::Everywhere),
+    attempt(0.3, Proved::Everywhere),
 ];
 
 /// Collapses a level further, for as long as it stays within the limit. Returns how far what is there then is from
@@ -51,20 +61,32 @@ pub(crate) fn squeeze_within(
     to: &CollapseBack<'_>,
     observer: &mut Observer<'_>,
 ) -> Result<Option<AchievedError>, SimplifyError> {
-    let mut own = None;
-    for (number, Attempt { slack, proves }) in ATTEMPTS.into_iter().enumerate() {
+    let (mut own, mut places, mut failures) = (None, Vec::new(), Vec::new());
+    let mut is_first = true;
+    for Attempt { slack, proved } in ATTEMPTS {
         if observer.stops(Phase::Squeeze, &level.mesh) {
             break;
         }
+        let proofs = match proved {
+            Proved::Nowhere => Proofs::None,
+            // The same again would come of it.
+            Proved::WhereItFailed if failures.is_empty() => continue,
+            Proved::WhereItFailed => {
+                places.append(&mut failures);
+                Proofs::Near(&places)
+            }
+            Proved::Everywhere => Proofs::All,
+        };
         let aim = limit - slack * limit;
         let topology = original.topology();
-        let tether = Tether::new(&level.mesh, topology, measuring.original, aim, proves)?;
-        if own.is_none() && (number > 0 || !tether.holds_all()) {
+        let tether = Tether::new(&level.mesh, topology, measuring.original, aim, proofs)?;
+        if own.is_none() && !(is_first && tether.holds_all()) {
             own = measuring.measure(&level.mesh, observer)?;
             if !own.is_some_and(|error| error.is_within(limit)) {
                 break;
             }
         }
+        is_first = false;
         let (mut next, constraints) = (level.mesh.clone(), level.constraints.clone());
         let seen = (Phase::Squeeze, &mut *observer);
         let back = collapse_back_placed(&mut next, &constraints, to, tether, seen);
@@ -78,6 +100,7 @@ pub(crate) fn squeeze_within(
         if is_last {
             break;
         }
+        failures = unproved(&next, measuring.original, limit);
     }
     Ok(own)
 }

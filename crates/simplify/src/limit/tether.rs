@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, parallel};
-use mesh_metric::{CertifyOptions, ClosestPoint, Surface, SurfaceError, one_sided_bounds};
+use mesh_metric::{ClosestPoint, Surface, SurfaceError};
 
 use crate::collapse::patch::{EdgePatch, Place};
 use crate::collapse::placement::{Optimal, Placement};
@@ -24,6 +24,7 @@ use crate::collapse::refusal::Refusal;
 use crate::finish::face_lists::FaceLists;
 use crate::limit::covers::Covers;
 use crate::limit::prepared::{Prepared, Triangle};
+use crate::limit::proofs::{Proofs, are_proved};
 use crate::limit::reach::{Reach, Segment};
 use crate::limit::spokes;
 
@@ -33,7 +34,7 @@ pub(crate) struct Tether<'a> {
     /// That of the original.
     topology: &'a Topology,
     reach: Reach,
-    proves: bool,
+    proofs: Proofs<'a>,
     /// The vertices of each face, the farthest first: it is the first to be too far.
     vertices: FaceLists,
     covers: Covers,
@@ -67,18 +68,15 @@ struct Asked {
     collapses: u32,
 }
 
-/// The pieces of faces to look at before a collapse counts as too far.
-const MAX_PIECES: usize = 3000;
-
 impl<'a> Tether<'a> {
-    /// Ties an original, which has this topology, to the faces of a mesh. With `proves`, new faces are looked at
-    /// between their edges, too.
+    /// Ties an original, which has this topology, to the faces of a mesh. Where proofs are needed, new faces are looked
+    /// at between their edges, too.
     pub(crate) fn new(
         mesh: &TriMesh,
         topology: &'a Topology,
         original: &'a Surface,
         distance: f64,
-        proves: bool,
+        proofs: Proofs<'a>,
     ) -> Result<Self, SurfaceError> {
         let reach = Reach::new(distance, original.bounding_box());
         let surface = Surface::new(mesh)?;
@@ -102,7 +100,7 @@ impl<'a> Tether<'a> {
             original,
             topology,
             reach,
-            proves,
+            proofs,
             vertices,
             covers,
             holds_all,
@@ -171,7 +169,8 @@ impl<'a> Tether<'a> {
         let (distance, least) = (self.reach.distance(), self.reach.least());
         let holds = spokes::are_within(hub, &rim, self.original, distance, least)
             && self.covers_edges(patch, ties)
-            && (!self.proves || self.is_proved(&new));
+            && (!self.proofs.are_needed(hub, &rim)
+                || are_proved(&new, self.original, self.reach.distance()));
         if holds {
             self.find_closest(patch, ties);
         }
@@ -193,21 +192,6 @@ impl<'a> Tether<'a> {
             (squared, v, closest)
         }));
         sort_by_distance(vertices);
-    }
-
-    /// Whether no point of some faces is too far from the original.
-    fn is_proved(&self, faces: &[Triangle]) -> bool {
-        let corners: Vec<[u32; 3]> =
-            (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-        let Ok(surface) = Surface::from_triangles(faces.as_flattened(), &corners) else {
-            return false;
-        };
-        let options = CertifyOptions {
-            limit: Some(self.reach.distance()),
-            max_pieces: MAX_PIECES,
-            ..CertifyOptions::default()
-        };
-        one_sided_bounds(&surface, self.original, &options).upper <= self.reach.distance()
     }
 
     /// Whether the edges that belong to the patch are covered by its new faces, and others that they belong to
@@ -432,7 +416,7 @@ mod tests {
         let mesh = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(3).unwrap()).unwrap();
         let topology = mesh.topology();
         let original = Surface::new(&mesh).unwrap();
-        let mut tether = Tether::new(&mesh, topology, &original, 0.1, false).unwrap();
+        let mut tether = Tether::new(&mesh, topology, &original, 0.1, Proofs::None).unwrap();
         let mut asked = Vec::new();
         for edge in topology.edges() {
             let (mut faces, mut scratch) = (Vec::new(), Scratch::default());
