@@ -7,10 +7,11 @@ use std::time::Instant;
 use mesh_core::{TriMesh, VertexMap};
 
 use crate::collapse::constraint::Marks;
-use crate::collapse::level::{Level, Snapshot};
+use crate::collapse::level::Level;
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::run::{Progress, Run};
+use crate::collapse::snapshot::Snapshot;
 use crate::collapse::stop::{Limits, StopReason};
 use crate::error::SimplifyError;
 use crate::named::{Regional, collapse, collapse_on, regional, regional_at};

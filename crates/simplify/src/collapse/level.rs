@@ -1,6 +1,6 @@
 //! Levels of detail: meshes after some of the collapses of a run.
 
-use mesh_core::{HalfEdgeId, Remap, RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::Marks;
 use crate::collapse::log::{CollapseLog, ReplayError};
@@ -54,18 +54,6 @@ impl Level {
         let became = self.became.as_slice().iter().map(|v| v.and_then(|v| next.became[v]));
         Self { became: VertexMap::from_vec(became.collect()), ..next }
     }
-}
-
-/// A mesh on the way of a run, as the run had it: without gaps, and where its elements come from.
-#[derive(Clone, Debug)]
-pub(crate) struct Snapshot {
-    pub(crate) mesh: TriMesh,
-    /// The vertices of the original that are left.
-    pub(crate) vertices: Vec<VertexId>,
-    /// By half-edge: that of the original; nothing unless collapses are recorded.
-    pub(crate) half_edges: Vec<HalfEdgeId>,
-    /// How many collapses there were before it.
-    pub(crate) collapses: usize,
 }
 
 /// A mesh and its marks after the first `count` collapses on it, with the gaps that these leave.

@@ -17,8 +17,8 @@
 //! Uses nothing of the other rooms of this crate; of other crates `mesh-core`, and `dcurv` for the
 //! curvature costs.
 //!
-//! From the bottom: `symmetric`, `quadric`, `patch`; `constraint`, `refusal`, `stop`; `log`, `run`,
-//! `level`; the traits of `cost`, `placement` and `guard`, and those who implement them; `start`, `fixed`,
+//! From the bottom: `symmetric`, `quadric`, `patch`; `constraint`, `refusal`, `stop`; `log`, `snapshot`,
+//! `run`, `level`; the traits of `cost`, `placement` and `guard`, and those who implement them; `start`, `fixed`,
 //! `stars`, `detail`, `evaluate`, `schedule`, `watch`, `valence`; `step`, which is one edge's turn; `driver`, which gives edges
 //! their turns.
 
@@ -41,6 +41,7 @@ pub(crate) mod quadric;
 pub(crate) mod refusal;
 pub(crate) mod run;
 pub(crate) mod schedule;
+pub(crate) mod snapshot;
 mod stars;
 pub(crate) mod start;
 mod step;

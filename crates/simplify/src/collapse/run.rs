@@ -3,9 +3,9 @@
 use mesh_core::{EdgeMap, VertexMap};
 
 use crate::collapse::guard::Guards;
-use crate::collapse::level::Snapshot;
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::refusal::{Refusal, Refusals};
+use crate::collapse::snapshot::Snapshot;
 use crate::collapse::stop::StopReason;
 
 /// What is being done.

@@ -7,9 +7,10 @@ use mesh_core::{Handle, RemapOf, TriMesh, VertexMap};
 use mesh_metric::Surface;
 
 use crate::collapse::constraint::Marks;
-use crate::collapse::level::{Level, Snapshot, with_gaps};
+use crate::collapse::level::{Level, with_gaps};
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::run::Phase;
+use crate::collapse::snapshot::Snapshot;
 use crate::error::SimplifyError;
 use crate::finish::observer::Observer;
 use crate::limit::levels::{between, scaled};

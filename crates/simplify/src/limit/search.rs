@@ -3,9 +3,10 @@
 use mesh_core::{TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::Marks;
-use crate::collapse::level::{Level, Snapshot};
+use crate::collapse::level::Level;
 use crate::collapse::log::CollapseLog;
 use crate::collapse::run::Phase;
+use crate::collapse::snapshot::Snapshot;
 use crate::error::SimplifyError;
 use crate::finish::collapse_back::CollapseBack;
 use crate::finish::finishing::{Finished, Finishing};

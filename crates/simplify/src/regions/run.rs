@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
 
-use crate::collapse::level::Snapshot;
 use crate::collapse::log::{CollapseLog, LogEntry};
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusals;
 use crate::collapse::run::{Phase, Progress, Run};
+use crate::collapse::snapshot::Snapshot;
 use crate::collapse::stop::{Limits, StopReason};
 use crate::regions::ceiling::{Ceiling, Forecast};
 use crate::regions::partition::Partition;
