@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::is_asked_to_end;
 use crate::load::Loading;
-use crate::save::{SAVE_OPTIONS, SaveOptions, check_target};
+use crate::save::{SAVE_OPTIONS, SaveOptions, check_folder_of, check_target};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Task};
 use crate::text::printable;
@@ -138,6 +138,9 @@ impl Job {
             given.refuse(&["resume"], "there is one file only")?;
         }
         given.refuse(&["shard"], "there is one file only")?;
+        if let Some(output) = self.output.as_deref().filter(|output| is_file_name(output)) {
+            check_folder_of(output)?;
+        }
         Ok(Some(Task { input: input.clone(), output: self.output.clone(), makes_folder: false }))
     }
 
@@ -230,6 +233,13 @@ impl Job {
 fn is_folder(path: &Path) -> bool {
     let text = path.as_os_str().to_string_lossy();
     path.is_dir() || text.ends_with('/') || text.ends_with(std::path::MAIN_SEPARATOR)
+}
+
+/// Whether this is the name of a mesh or a record, not that of a folder to be made.
+fn is_file_name(path: &Path) -> bool {
+    let is_record =
+        path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
+    !is_standard(path) && (is_record || Format::from_extension(path).is_some())
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

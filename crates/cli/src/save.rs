@@ -1,6 +1,6 @@
 //! From a mesh to a file.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
@@ -106,6 +106,18 @@ pub(crate) fn check_target(
     // The library knows which encodings a format has.
     match mesh_io::check_write(&Model::default(), format, &options.write_options()) {
         Err(error @ WriteError::NoSuchEncoding { .. }) => Err(Failure::usage(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a file in a folder that is not there before any work is done.
+pub(crate) fn check_folder_of(path: &Path) -> Result<(), Failure> {
+    match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        Some(folder) if !folder.is_dir() => {
+            let folder = printable(folder.display());
+            let message = format!("there is no folder {folder}; make it first");
+            Err(Failure::write(path, std::io::Error::new(ErrorKind::NotFound, message)))
+        }
         _ => Ok(()),
     }
 }

@@ -234,6 +234,29 @@ fn trap_17_the_bytes_do_not_depend_on_threads() {
     assert!(one == bytes("2") && one == bytes("8"));
 }
 
+/// Said before anything is read: the input is not there either.
+#[test]
+fn a_folder_that_is_not_there_is_named_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output, record, plain] =
+        ["in.ply", "none/out.ply", "none/out.json", "out.ply"].map(|name| folder.path().join(name));
+    let [input, output, record, plain] =
+        [&input, &output, &record, &plain].map(|path| path.to_str().unwrap());
+    for arguments in [
+        &["convert", input, output][..],
+        &["simplify", input, "-o", output, "--faces", "100"],
+        &["flip", input, "-o", output, "--cost", "f2"],
+        &["patch", input, "-o", record, "--tolerance", "1%"],
+        &["distance", input, input, "-o", output],
+    ] {
+        let (status, message) = code(arguments);
+        assert_eq!(status, 1, "{arguments:?}: {message}");
+        assert!(message.contains("there is no folder") && message.contains("none"), "{message}");
+    }
+    let (_, message) = code(&["convert", input, plain]);
+    assert!(!message.contains("there is no folder"), "{message}");
+}
+
 /// A disk that is full after some bytes, by a limit on the size of files.
 #[test]
 #[cfg(unix)]

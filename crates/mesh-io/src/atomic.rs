@@ -1,8 +1,8 @@
 //! Writing a file so that the old one is whole until the new one is.
 
-use crate::error::WriteError;
+use crate::error::{WriteError, shown};
 use std::fs::{self, File, Metadata};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
@@ -50,11 +50,11 @@ pub(crate) fn prepare<T>(
     let target = resolve_link(path).map_err(|source| at(path, source))?;
     let old = match fs::metadata(&target) {
         Ok(metadata) => Some(metadata),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
         Err(error) => return Err(at(path, error)),
     };
     match &old {
-        Some(old) if old.is_dir() => Err(at(path, std::io::ErrorKind::IsADirectory.into())),
+        Some(old) if old.is_dir() => Err(at(path, ErrorKind::IsADirectory.into())),
         Some(old) if old.permissions().readonly() => Err(WriteError::ReadOnly(target)),
         Some(old) if !old.is_file() => {
             let result = write_device(&target, write).map_err(|error| error.in_file(path))?;
@@ -151,5 +151,11 @@ fn new_temporary(folder: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => {
+            let message = format!("there is no folder {}; make it first", shown(folder));
+            std::io::Error::new(ErrorKind::NotFound, message)
+        }
+        _ => error,
+    })
 }

@@ -45,7 +45,7 @@ fn prefix(path: Option<&Path>) -> String {
 }
 
 /// A path as it may be shown: names of files are made by others too.
-fn shown(path: &Path) -> String {
+pub(crate) fn shown(path: &Path) -> String {
     printable(&path.display().to_string()).into_owned()
 }
 

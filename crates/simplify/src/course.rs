@@ -4,7 +4,7 @@
 use core::ops::ControlFlow;
 use std::time::Instant;
 
-use mesh_core::{TriMesh, VertexMap};
+use mesh_core::{HalfEdgeId, TriMesh, VertexMap};
 
 use crate::collapse::constraint::Marks;
 use crate::collapse::level::Level;
@@ -170,14 +170,12 @@ fn go_on(
     let level = Level::at_end(mesh, &rest);
     let became = became.as_slice().iter().map(|v| v.and_then(|v| level.became[v])).collect();
     if !half_edges.is_empty() {
-        let entry = |entry: &LogEntry| LogEntry {
-            half_edge: half_edges[entry.half_edge.index()],
-            removed: vertices[entry.removed.index()],
-            kept: vertices[entry.kept.index()],
-            ..*entry
+        let of_original = |entry: &LogEntry| {
+            let half_edge = |h: HalfEdgeId| half_edges.get(h.index()).copied();
+            entry.renumbered(half_edge, |v| vertices.get(v.index()).copied())
         };
         let mut entries = run.log.into_entries();
-        entries.extend(rest.log.entries().iter().map(entry));
+        entries.extend(rest.log.entries().iter().filter_map(of_original));
         run.log = CollapseLog::from_entries(entries);
     }
     run.refusals.add(&rest.refusals);

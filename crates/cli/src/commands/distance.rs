@@ -17,7 +17,7 @@ use crate::colormap::{COLOR_OPTIONS, ColorOptions, opaque};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loading, Seconds};
-use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, save};
+use crate::save::{SAVE_OPTIONS, SaveOptions, check_folder_of, check_target, save};
 use crate::session::{Outcome, Session};
 use crate::streaming::{Streaming, with_bar};
 use crate::task::Report;
@@ -116,7 +116,10 @@ impl Bounds {
 pub(crate) fn run(options: &Distance, session: &Session) -> Result<Outcome, Failure> {
     let given = &session.given;
     match &options.output {
-        Some(output) => check_target(output, &options.save, given)?,
+        Some(output) => {
+            check_target(output, &options.save, given)?;
+            check_folder_of(output)?;
+        }
         None => {
             given.refuse(&SAVE_OPTIONS, "without -o nothing is written")?;
             if !options.look.is_wanted() {

@@ -80,12 +80,7 @@ impl Guess<'_> {
             if self.is_within(&mesh, &used)? {
                 let (level, remap) = Level::compacted(mesh, &marks, log, next - done);
                 let new = |entry: &LogEntry| {
-                    Some(LogEntry {
-                        half_edge: remap.new_handle(entry.half_edge)?,
-                        removed: remap.new_handle(entry.removed)?,
-                        kept: remap.new_handle(entry.kept)?,
-                        ..*entry
-                    })
+                    entry.renumbered(|h| remap.new_handle(h), |v| remap.new_handle(v))
                 };
                 let log = following(log, next - done..bad.unwrap_or(total) - done, new);
                 let level = match others.pop().or(stage) {
@@ -110,14 +105,8 @@ impl Guess<'_> {
         let topology = self.mesh.topology();
         let vertices = inverse(&vertices, topology.vertex_capacity());
         let half_edges = inverse(&half_edges, topology.half_edge_capacity());
-        let new = |entry: &LogEntry| {
-            Some(LogEntry {
-                half_edge: half_edges[entry.half_edge.index()]?,
-                removed: vertices[entry.removed.index()]?,
-                kept: vertices[entry.kept.index()]?,
-                ..*entry
-            })
-        };
+        let new =
+            |entry: &LogEntry| entry.renumbered(|h| half_edges[h.index()], |v| vertices[v.index()]);
         let log = following(self.log, done..self.log.len(), new);
         let became = self.log.representatives(self.mesh, done);
         let became = became.as_slice().iter().map(|v| vertices[v.index()]).collect();

@@ -34,6 +34,22 @@ pub struct LogEntry {
     pub faces_before: u32,
 }
 
+impl LogEntry {
+    /// The same with other numbers; `None` where an element has none.
+    pub(crate) fn renumbered(
+        &self,
+        half_edge: impl FnOnce(HalfEdgeId) -> Option<HalfEdgeId>,
+        vertex: impl Fn(VertexId) -> Option<VertexId>,
+    ) -> Option<Self> {
+        Some(Self {
+            half_edge: half_edge(self.half_edge)?,
+            removed: vertex(self.removed)?,
+            kept: vertex(self.kept)?,
+            ..*self
+        })
+    }
+}
+
 /// Why a log cannot be replayed: it was made with another mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
