@@ -61,18 +61,18 @@ pub(crate) fn squeeze_within(
     to: &CollapseBack<'_>,
     observer: &mut Observer<'_>,
 ) -> Result<Option<AchievedError>, SimplifyError> {
-    let (mut own, mut places, mut failures) = (None, Vec::new(), Vec::new());
-    let mut is_first = true;
+    let (mut own, mut failed, mut places) = (None, None, Vec::new());
     for Attempt { slack, proved } in ATTEMPTS {
         if observer.stops(Phase::Squeeze, &level.mesh) {
             break;
         }
         let proofs = match proved {
             Proved::Nowhere => Proofs::None,
-            // The same again would come of it.
-            Proved::WhereItFailed if failures.is_empty() => continue,
             Proved::WhereItFailed => {
-                places.append(&mut failures);
+                let found = failed.take().map(|mesh| unproved(&mesh, measuring.original, limit));
+                // Without any, the same would come of it again.
+                let Some(found) = found.filter(|found| !found.is_empty()) else { continue };
+                places.extend(found);
                 Proofs::Near(&places)
             }
             Proved::Everywhere => Proofs::All,
@@ -80,13 +80,12 @@ pub(crate) fn squeeze_within(
         let aim = limit - slack * limit;
         let topology = original.topology();
         let tether = Tether::new(&level.mesh, topology, measuring.original, aim, proofs)?;
-        if own.is_none() && !(is_first && tether.holds_all()) {
+        if own.is_none() && !tether.holds_all() {
             own = measuring.measure(&level.mesh, observer)?;
             if !own.is_some_and(|error| error.is_within(limit)) {
                 break;
             }
         }
-        is_first = false;
         let (mut next, constraints) = (level.mesh.clone(), level.constraints.clone());
         let seen = (Phase::Squeeze, &mut *observer);
         let back = collapse_back_placed(&mut next, &constraints, to, tether, seen);
@@ -100,7 +99,13 @@ pub(crate) fn squeeze_within(
         if is_last {
             break;
         }
-        failures = unproved(&next, measuring.original, limit);
+        if own.is_none() {
+            own = measuring.measure(&level.mesh, observer)?;
+            if !own.is_some_and(|error| error.is_within(limit)) {
+                break;
+            }
+        }
+        failed = Some(next);
     }
     Ok(own)
 }
