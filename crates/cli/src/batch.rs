@@ -239,7 +239,7 @@ fn is_folder(path: &Path) -> bool {
 fn is_file_name(path: &Path) -> bool {
     let is_record =
         path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json"));
-    !is_standard(path) && (is_record || Format::from_extension(path).is_some())
+    is_record || Format::from_extension(path).is_some()
 }
 
 fn is_same_file(a: &Path, b: &Path) -> bool {

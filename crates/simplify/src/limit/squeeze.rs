@@ -80,11 +80,8 @@ pub(crate) fn squeeze_within(
         let aim = limit - slack * limit;
         let topology = original.topology();
         let tether = Tether::new(&level.mesh, topology, measuring.original, aim, proofs)?;
-        if own.is_none() && !tether.holds_all() {
-            own = measuring.measure(&level.mesh, observer)?;
-            if !own.is_some_and(|error| error.is_within(limit)) {
-                break;
-            }
+        if !tether.holds_all() && !is_within(&mut own, &level.mesh, measuring, limit, observer)? {
+            break;
         }
         let (mut next, constraints) = (level.mesh.clone(), level.constraints.clone());
         let seen = (Phase::Squeeze, &mut *observer);
@@ -96,16 +93,24 @@ pub(crate) fn squeeze_within(
             (level.mesh, level.constraints) = (next, back.constraints);
             return Ok(error);
         }
-        if is_last {
+        if is_last || !is_within(&mut own, &level.mesh, measuring, limit, observer)? {
             break;
-        }
-        if own.is_none() {
-            own = measuring.measure(&level.mesh, observer)?;
-            if !own.is_some_and(|error| error.is_within(limit)) {
-                break;
-            }
         }
         failed = Some(next);
     }
     Ok(own)
+}
+
+/// Whether a level is within the limit; `own` is how far it is, which is measured once.
+fn is_within(
+    own: &mut Option<AchievedError>,
+    level: &TriMesh,
+    measuring: &Measuring<'_>,
+    limit: f64,
+    observer: &mut Observer<'_>,
+) -> Result<bool, SimplifyError> {
+    if own.is_none() {
+        *own = measuring.measure(level, observer)?;
+    }
+    Ok(own.is_some_and(|error| error.is_within(limit)))
 }

@@ -169,8 +169,7 @@ impl<'a> Tether<'a> {
         let (distance, least) = (self.reach.distance(), self.reach.least());
         let holds = spokes::are_within(hub, &rim, self.original, distance, least)
             && self.covers_edges(patch, ties)
-            && (!self.proofs.are_needed(hub, &rim)
-                || are_proved(&new, self.original, self.reach.distance()));
+            && (!self.proofs.are_needed(hub, &rim) || are_proved(&new, self.original, distance));
         if holds {
             self.find_closest(patch, ties);
         }
