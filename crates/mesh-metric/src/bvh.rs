@@ -11,10 +11,11 @@ use fearless_simd::{Level, dispatch, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
 
+use crate::boxes::Boxes;
 use crate::needles::{Piece, bounds_of, pieces};
 use crate::proved::at_least;
 use crate::slab::{Slab, Slabs};
-use crate::wide::{Columns, LANES, Wide, closest_on_triangles, squared_gaps};
+use crate::wide::{LANES, Wide, closest_on_triangles, squared_gaps};
 
 /// Below this many triangles a part is ordered by one thread.
 const SEQUENTIAL: usize = 4096;
@@ -26,9 +27,7 @@ const MAX_TASKS: usize = 96;
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     simd: Level,
-    leaves: Vec<Leaf>,
-    /// The nodes of each height, those over leaves first, the root last.
-    heights: Vec<Vec<Node>>,
+    boxes: Boxes,
     /// The index that each triangle had when the tree was built.
     original: Vec<u32>,
     /// What of the triangle in each place the boxes are round; nothing where that is all of it.
@@ -37,21 +36,6 @@ pub(crate) struct Bvh {
     slabs: Vec<Slabs>,
     /// Every triangle once, in the order of the leaves, where some have several pieces.
     in_space: Vec<u32>,
-}
-
-/// Eight triangles; the last one is repeated where there are fewer.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(crate) struct Leaf {
-    corners: [Columns; 3],
-}
-
-/// The boxes of eight leaves or nodes; those that are missing are infinitely far.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(crate) struct Node {
-    min: Columns,
-    max: Columns,
 }
 
 /// The answer of a closest-point query.
@@ -64,149 +48,31 @@ pub(crate) struct Nearest {
     pub(crate) slot: u32,
 }
 
-impl Leaf {
-    fn new(triangle: impl Fn(usize) -> [DVec3; 3]) -> Self {
-        let mut corners = [[[0.0; LANES]; 3]; 3];
-        for lane in 0..LANES {
-            for (columns, corner) in corners.iter_mut().zip(triangle(lane)) {
-                set(columns, lane, corner);
-            }
-        }
-        Self { corners }
-    }
-
-    #[inline(always)]
-    pub(crate) fn triangle(&self, lane: usize) -> [DVec3; 3] {
-        let [a, b, c] = &self.corners;
-        [get(a, lane), get(b, lane), get(c, lane)]
-    }
-
-    /// The bounds of the triangles.
-    fn bounds(&self) -> [DVec3; 2] {
-        bounds(&self.corners, &self.corners)
-    }
-
-    #[inline(always)]
-    pub(crate) fn wide<S: Simd>(&self, simd: S) -> [Wide<S>; 3] {
-        let [a, b, c] = &self.corners;
-        [Wide::load(simd, a), Wide::load(simd, b), Wide::load(simd, c)]
-    }
-}
-
-impl Node {
-    const EMPTY: Self =
-        Self { min: [[f64::INFINITY; LANES]; 3], max: [[f64::NEG_INFINITY; LANES]; 3] };
-
-    fn new(children: impl Iterator<Item = [DVec3; 2]>) -> Self {
-        let mut node = Self::EMPTY;
-        for (lane, [min, max]) in children.enumerate() {
-            set(&mut node.min, lane, min);
-            set(&mut node.max, lane, max);
-        }
-        node
-    }
-
-    /// The bounds of the boxes.
-    fn bounds(&self) -> [DVec3; 2] {
-        bounds(&[self.min], &[self.max])
-    }
-
-    #[inline(always)]
-    pub(crate) fn wide<S: Simd>(&self, simd: S) -> [Wide<S>; 2] {
-        [Wide::load(simd, &self.min), Wide::load(simd, &self.max)]
-    }
-}
-
-fn set([x, y, z]: &mut Columns, lane: usize, value: DVec3) {
-    (x[lane], y[lane], z[lane]) = value.into();
-}
-
-#[inline(always)]
-fn get([x, y, z]: &Columns, lane: usize) -> DVec3 {
-    DVec3::new(x[lane], y[lane], z[lane])
-}
-
-/// The smallest coordinates of some columns and the largest of others.
-fn bounds(low: &[Columns], high: &[Columns]) -> [DVec3; 2] {
-    let (mut min, mut max) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for columns in low {
-        for axis in 0..3 {
-            for x in columns[axis] {
-                min[axis] = min[axis].min(x);
-            }
-        }
-    }
-    for columns in high {
-        for axis in 0..3 {
-            for x in columns[axis] {
-                max[axis] = max[axis].max(x);
-            }
-        }
-    }
-    [min, max].map(DVec3::from_array)
-}
-
 impl Bvh {
     /// A tree over at least one triangle.
     pub(crate) fn new(corners: impl Fn(usize) -> [DVec3; 3] + Sync, count: usize) -> Self {
         let whole = |t: usize| bounds_of(corners(t).into_iter());
-        let mut tree = Self {
-            simd: Level::new(),
-            leaves: Vec::new(),
-            heights: Vec::new(),
-            original: Vec::new(),
-            pieces: Vec::new(),
-            slabs: Vec::new(),
-            in_space: Vec::new(),
-        };
-        if let Some((triangles, pieces)) = pieces(&corners, count) {
+        let (mut pieces_in_order, mut in_space) = (Vec::new(), Vec::new());
+        let original = if let Some((triangles, pieces)) = pieces(&corners, count) {
             let slots =
                 in_leaves(pieces.len(), |i| pieces[i].bounds(&corners(triangles[i] as usize)));
-            tree.original = parallel::collect(slots.len(), |slot| triangles[slots[slot] as usize]);
-            tree.pieces = parallel::collect(slots.len(), |slot| pieces[slots[slot] as usize]);
+            let original: Vec<u32> =
+                parallel::collect(slots.len(), |slot| triangles[slots[slot] as usize]);
+            pieces_in_order = parallel::collect(slots.len(), |slot| pieces[slots[slot] as usize]);
             let mut is_there = vec![false; count];
             let first = |&t: &u32| !core::mem::replace(&mut is_there[t as usize], true);
-            tree.in_space = tree.original.iter().copied().filter(first).collect();
+            in_space = original.iter().copied().filter(first).collect();
+            original
         } else {
-            tree.original = in_leaves(count, whole);
-        }
-        tree.follow(corners);
-        tree
+            in_leaves(count, whole)
+        };
+        let (boxes, slabs) = enclose(&original, &pieces_in_order, corners);
+        Self { simd: Level::new(), boxes, original, pieces: pieces_in_order, slabs, in_space }
     }
 
     /// Takes up the triangles from where they are now, in the order as it is.
     pub(crate) fn follow(&mut self, corners: impl Fn(usize) -> [DVec3; 3] + Sync) {
-        let original = &self.original;
-        let last = original.len() - 1;
-        let leaf = |leaf: usize| {
-            Leaf::new(|lane| corners(original[(leaf * LANES + lane).min(last)] as usize))
-        };
-        let leaves = parallel::collect(original.len().div_ceil(LANES), leaf);
-        let pieces = &self.pieces;
-        let bounds = |leaf: usize| {
-            if pieces.is_empty() {
-                return leaves[leaf].bounds();
-            }
-            let slots = leaf * LANES..pieces.len().min((leaf + 1) * LANES);
-            let of_slot = |slot: usize| pieces[slot].bounds(&corners(original[slot] as usize));
-            slots.map(of_slot).fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[min, max], [p, q]| {
-                [min.min(p), max.max(q)]
-            })
-        };
-        let mut heights = vec![nodes(leaves.len(), bounds)];
-        while let Some(below) = heights.last().filter(|below| below.len() > 1) {
-            let above = nodes(below.len(), |node| below[node].bounds());
-            heights.push(above);
-        }
-        if !pieces.is_empty() {
-            let slab = |leaf: usize| {
-                Slab::new(core::array::from_fn::<_, LANES, _>(|lane| leaves[leaf].triangle(lane)))
-            };
-            self.slabs = parallel::collect(leaves.len().div_ceil(LANES), |node| {
-                Slabs::new((node * LANES..leaves.len().min((node + 1) * LANES)).map(slab))
-            });
-        }
-        (self.leaves, self.heights) = (leaves, heights);
+        (self.boxes, self.slabs) = enclose(&self.original, &self.pieces, corners);
     }
 
     /// Every triangle once, in the order of the leaves.
@@ -220,7 +86,7 @@ impl Bvh {
 
     #[inline]
     pub(crate) fn triangle(&self, slot: u32) -> [DVec3; 3] {
-        self.leaves[slot as usize / LANES].triangle(slot as usize % LANES)
+        self.boxes.triangle(slot)
     }
 
     /// The bounds of a triangle in the tree, or of the piece of it that is in this place.
@@ -242,7 +108,7 @@ impl Bvh {
         let point = Wide::splat(simd, point);
         let first = guess / LANES as u32;
         let mut best = self.nearest_in_leaf(simd, point, first);
-        let mut tasks = Tasks::new(self.heights.len());
+        let mut tasks = Tasks::new(self.root_height());
         // A point that is not finite has no distance.
         while let Some(task) = tasks.pop().filter(|_| !best.squared.is_nan()) {
             if task.squared >= best.squared {
@@ -268,7 +134,7 @@ impl Bvh {
         let mut found = vec![None; count];
         // Loops, for what is in a closure is compiled for the plainest processor.
         dispatch!(self.simd, simd => {
-            let mut tasks = Tasks::new(self.heights.len());
+            let mut tasks = Tasks::new(self.root_height());
             for start in (0..count).step_by(LANES) {
                 let eight = start..count.min(start + LANES);
                 let box_of_eight = bounds_of(points[eight.clone()].iter().copied());
@@ -294,12 +160,12 @@ impl Bvh {
     ) -> bool {
         let bounds = [Wide::splat(simd, min), Wide::splat(simd, max)];
         let enough = distance * distance;
-        tasks.restart(self.heights.len());
+        tasks.restart(self.root_height());
         while let Some(task) = tasks.pop() {
             if task.height == 0 {
                 return true;
             }
-            let squares = squared_gaps(bounds, self.node(task).wide(simd));
+            let squares = squared_gaps(bounds, self.node(simd, task));
             tasks.push_children(task, squares, enough);
         }
         false
@@ -316,7 +182,7 @@ impl Bvh {
         let point = Wide::splat(simd, point);
         let mut best = None;
         let mut enough = than * than;
-        tasks.restart(self.heights.len());
+        tasks.restart(self.root_height());
         while let Some(task) = tasks.pop() {
             if task.squared >= enough {
                 continue;
@@ -345,7 +211,7 @@ impl Bvh {
     fn at_least_with<S: Simd>(&self, simd: S, point: DVec3, distance: f64) -> f64 {
         let wide = Wide::splat(simd, point);
         let mut nearest = distance;
-        let mut tasks = Tasks::new(self.heights.len());
+        let mut tasks = Tasks::new(self.root_height());
         while let Some(task) = tasks.pop() {
             let enough = nearest * nearest;
             if task.squared >= enough {
@@ -355,8 +221,9 @@ impl Bvh {
                 let squares = self.squared_gaps(simd, wide, task);
                 tasks.push_children(task, squares, enough);
             } else {
-                for lane in 0..LANES {
-                    nearest = nearest.min(at_least(point, &self.leaf(task.index).triangle(lane)));
+                for lane in 0..LANES as u32 {
+                    let triangle = self.triangle(task.index * LANES as u32 + lane);
+                    nearest = nearest.min(at_least(point, &triangle));
                 }
             }
         }
@@ -367,7 +234,7 @@ impl Bvh {
     /// a leaf may be near where its needles are not.
     #[inline(always)]
     fn squared_gaps<S: Simd>(&self, simd: S, point: Wide<S>, node: Task) -> f64x8<S> {
-        let squares = squared_gaps([point, point], self.node(node).wide(simd));
+        let squares = squared_gaps([point, point], self.node(simd, node));
         match self.slabs.get(node.index as usize) {
             Some(slabs) if node.height == 1 => squares.max(slabs.squared_gaps(simd, point)),
             _ => squares,
@@ -382,7 +249,7 @@ impl Bvh {
 
     #[inline(always)]
     pub(crate) fn nearest_in_leaf<S: Simd>(&self, simd: S, point: Wide<S>, leaf: u32) -> Nearest {
-        let triangles = self.leaves[leaf as usize].wide(simd);
+        let triangles = self.boxes.leaf(simd, leaf);
         let (offsets, squares) = closest_on_triangles(point, triangles);
         let squared = squares.reduce_min();
         let lane = squares.simd_eq(squared).to_bitmask().trailing_zeros() % LANES as u32;
@@ -396,17 +263,18 @@ impl Bvh {
 
     #[inline(always)]
     pub(crate) fn root_height(&self) -> usize {
-        self.heights.len()
+        self.boxes.root_height()
     }
 
     #[inline(always)]
-    pub(crate) fn leaf(&self, index: u32) -> &Leaf {
-        &self.leaves[index as usize]
+    pub(crate) fn leaf<S: Simd>(&self, simd: S, index: u32) -> [Wide<S>; 3] {
+        self.boxes.leaf(simd, index)
     }
 
+    /// The boxes of the children of a node.
     #[inline(always)]
-    pub(crate) fn node(&self, task: Task) -> &Node {
-        &self.heights[task.height as usize - 1][task.index as usize]
+    pub(crate) fn node<S: Simd>(&self, simd: S, task: Task) -> [Wide<S>; 2] {
+        self.boxes.node(simd, task.height, task.index)
     }
 }
 
@@ -468,13 +336,32 @@ pub(crate) struct Task {
     pub(crate) height: u32,
 }
 
-/// Nodes over children with these bounds.
-fn nodes(children: usize, bounds: impl Fn(usize) -> [DVec3; 2] + Sync) -> Vec<Node> {
-    let node = |node: usize| {
-        let range = node * LANES..children.min((node + 1) * LANES);
-        Node::new(range.map(&bounds))
+/// The boxes round triangles, or round their pieces where there are some, which then have slabs, too.
+fn enclose(
+    original: &[u32],
+    pieces: &[Piece],
+    corners: impl Fn(usize) -> [DVec3; 3] + Sync,
+) -> (Boxes, Vec<Slabs>) {
+    let triangle = |slot: usize| corners(original[slot] as usize);
+    if pieces.is_empty() {
+        return (Boxes::new(original.len(), triangle, None), Vec::new());
+    }
+    let bounds_of_leaf = |leaf: usize| {
+        let slots = leaf * LANES..pieces.len().min((leaf + 1) * LANES);
+        let bounds = slots.map(|slot| pieces[slot].bounds(&triangle(slot)));
+        bounds.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[min, max], [p, q]| {
+            [min.min(p), max.max(q)]
+        })
     };
-    parallel::collect(children.div_ceil(LANES), node)
+    let slab = |leaf: usize| {
+        let slot = |lane: usize| (leaf * LANES + lane).min(original.len() - 1);
+        Slab::new(core::array::from_fn::<_, LANES, _>(|lane| triangle(slot(lane))))
+    };
+    let leaves = original.len().div_ceil(LANES);
+    let slabs = parallel::collect(leaves.div_ceil(LANES), |node| {
+        Slabs::new((node * LANES..leaves.min((node + 1) * LANES)).map(slab))
+    });
+    (Boxes::new(original.len(), triangle, Some(&bounds_of_leaf)), slabs)
 }
 
 /// The numbers of these boxes in the order of the leaves, which is by their centres.

@@ -68,7 +68,7 @@ impl Bvh {
                 continue;
             }
             if task.height > 0 {
-                let squares = squared_gaps([point, point], self.node(task).wide(simd));
+                let squares = squared_gaps([point, point], self.node(simd, task));
                 tasks.push_children(task, squares, best.squared);
             } else {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);

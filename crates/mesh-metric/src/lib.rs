@@ -1,6 +1,7 @@
 #![doc = include_str!("../README.md")]
 
 mod blocks;
+mod boxes;
 mod bvh;
 mod closest;
 mod compare;

@@ -94,8 +94,7 @@ impl Bvh {
                 continue;
             }
             if task.height > 0 {
-                let squares =
-                    squared_gaps(packet.bounds, self.node(task).wide(packet.squares.simd));
+                let squares = squared_gaps(packet.bounds, self.node(packet.squares.simd, task));
                 tasks.push_children(task, squares, packet.farthest);
             } else {
                 packet.measure_leaf(self, task);
@@ -166,15 +165,15 @@ impl<S: Simd> Packet<S> {
 
     #[inline(always)]
     fn measure_leaf(&mut self, bvh: &Bvh, task: Task) {
-        let leaf = bvh.leaf(task.index);
-        let [a, b, c] = leaf.wide(self.squares.simd);
+        let [a, b, c] = bvh.leaf(self.squares.simd, task.index);
         let bounds = [a.min(b).min(c), a.max(b).max(c)];
         let squares = squared_gaps(self.bounds, bounds);
         let mut nearer = squares.simd_lt(self.farthest).to_bitmask();
         while nearer != 0 {
             let lane = nearer.trailing_zeros();
             nearer &= nearer - 1;
-            self.measure(leaf.triangle(lane as usize), task.index * LANES as u32 + lane);
+            let slot = task.index * LANES as u32 + lane;
+            self.measure(bvh.triangle(slot), slot);
         }
     }
 }

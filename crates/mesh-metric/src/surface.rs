@@ -4,7 +4,7 @@ use core::ops::Range;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
-use mesh_core::{BoundingBox, FaceId, Handle, TriMesh, parallel};
+use mesh_core::{BoundingBox, FaceId, Handle, Topology, TriMesh, parallel};
 
 use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::{Bvh, Nearest};
@@ -16,6 +16,7 @@ use crate::bvh::{Bvh, Nearest};
 pub struct Surface {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// The face that each triangle is; nothing where they have the same indices.
     faces: Vec<FaceId>,
     bounding_box: BoundingBox,
     bvh: Bvh,
@@ -83,15 +84,12 @@ impl Surface {
     pub fn new(mesh: &TriMesh) -> Result<Self, SurfaceError> {
         let topology = mesh.topology();
         // No more room than they need: there may be gaps among the faces, so that iterators do not tell.
-        let count = topology.face_count();
-        let (mut triangles, mut faces) = (Vec::with_capacity(count), Vec::with_capacity(count));
-        let (positions, ()) = parallel::both(
+        let mut triangles = Vec::with_capacity(topology.face_count());
+        let (positions, faces) = parallel::both(
             || mesh.positions().to_vec(),
             || {
-                parallel::both(
-                    || triangles.extend(topology.triangles()),
-                    || faces.extend(topology.faces()),
-                );
+                triangles.extend(topology.triangles());
+                faces_of(topology)
             },
         );
         Self::build(positions, triangles, faces)
@@ -110,8 +108,7 @@ impl Surface {
             return Err(SurfaceError::TooLarge(triangles.len()));
         }
         let positions = positions.iter().map(|&p| p.into()).collect();
-        let faces = (0..triangles.len()).map(FaceId::from_index).collect();
-        Self::build(positions, triangles.to_vec(), faces)
+        Self::build(positions, triangles.to_vec(), Vec::new())
     }
 
     fn build(
@@ -289,8 +286,7 @@ impl Surface {
         self.positions.clear();
         self.positions.extend_from_slice(mesh.positions());
         self.triangles = triangles;
-        self.faces.clear();
-        self.faces.extend(topology.faces());
+        self.faces = faces_of(topology);
         let (positions, triangles) = (&self.positions, &self.triangles);
         let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
         self.bvh.follow(corners);
@@ -328,10 +324,21 @@ impl Surface {
             point: point + nearest.offset,
             offset: nearest.offset,
             distance: nearest.squared.sqrt(),
-            face: self.faces[triangle as usize],
+            face: self.faces.get(triangle as usize).copied().unwrap_or(FaceId::new(triangle)),
             triangle,
         }
     }
+}
+
+/// The faces of a mesh that has gaps among them.
+fn faces_of(topology: &Topology) -> Vec<FaceId> {
+    let count = topology.face_count();
+    let mut faces = Vec::new();
+    if count < topology.face_capacity() {
+        faces.reserve_exact(count);
+        faces.extend(topology.faces());
+    }
+    faces
 }
 
 /// Whether all corners are there and finite.
