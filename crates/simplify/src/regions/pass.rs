@@ -172,6 +172,10 @@ pub(super) fn merge_steps(regions: &[Done], log: &mut Vec<LogEntry>, faces_befor
         let gone = core::mem::replace(&mut entry.faces_before, *faces_before);
         *faces_before -= gone;
     }
+    if log.is_empty() {
+        *log = entries;
+        return;
+    }
     // A list that doubles has room for much that never comes.
     log.reserve_exact(entries.len());
     log.append(&mut entries);

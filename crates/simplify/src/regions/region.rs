@@ -158,7 +158,8 @@ impl Region {
         let Sheet { positions, quadrics, vertex_ids, triangles, face_ids, half_edges, .. } = sheet;
         let (own, handed_on) = (vertices.len(), triangles.len());
         let positions = positions.into_owned();
-        let half_edge_capacity = 0;
+        let largest = half_edges.as_flattened().iter().max();
+        let half_edge_capacity = largest.map_or(0, |&half_edge| (half_edge as usize | 1) + 1);
         let part = Part { triangles, positions, quadrics, own, half_edges, half_edge_capacity };
         Self { part, face_ids, handed_on, vertices, vertex_ids }
     }

@@ -30,7 +30,7 @@ pub(super) struct Part {
     pub(super) own: usize,
     /// The half-edges of the original, if collapses are recorded or `half_edge_capacity` is known.
     pub(super) half_edges: Vec<[u32; 3]>,
-    /// For a part that is the whole mesh as it was: the number of its half-edges, counting gaps; else 0.
+    /// For a part that is a whole mesh whose half-edges are known: an even number that all are below; else 0.
     pub(super) half_edge_capacity: usize,
 }
 
@@ -119,10 +119,9 @@ const ASKED_EVERY: usize = 4096;
 impl Tile {
     pub(super) fn new(part: Part, rules: Rules) -> Self {
         let Part { triangles, positions, quadrics, own, mut half_edges, half_edge_capacity } = part;
-        let corners = if half_edge_capacity > 0 {
-            Corners::of_half_edges(positions.len(), &triangles, &half_edges, half_edge_capacity)
-        } else {
-            Corners::new(positions.len(), &triangles)
+        let corners = match half_edge_capacity {
+            0 => Corners::new(positions.len(), &triangles),
+            capacity => Corners::of_half_edges(positions.len(), &triangles, &half_edges, capacity),
         };
         if !rules.record {
             half_edges = Vec::new();
