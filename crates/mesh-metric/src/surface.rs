@@ -164,7 +164,9 @@ impl Surface {
         for &vertex in self.triangles.as_flattened() {
             is_used[vertex as usize] = true;
         }
-        (0..self.positions.len() as u32).filter(|&v| is_used[v as usize]).collect()
+        let mut used = Vec::with_capacity(is_used.iter().filter(|&&is_used| is_used).count());
+        used.extend((0..self.positions.len() as u32).filter(|&v| is_used[v as usize]));
+        used
     }
 
     /// The box round the triangles.

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use glam::DVec3;
-use mesh_core::{Handle, RemapOf, TriMesh, VertexMap};
+use mesh_core::{Handle, Remap, RemapOf, TriMesh, VertexMap};
 use mesh_metric::Surface;
 
 use crate::collapse::constraint::Marks;
@@ -76,9 +76,8 @@ impl Guess<'_> {
                 Some(Stage { level, log, done }) => (&level.mesh, &level.marks, log, *done),
                 None => (self.mesh, self.marks, self.log, 0),
             };
-            let (mesh, marks) = with_gaps(mesh, marks, log, next - done)?;
-            if self.is_within(&mesh, &used)? {
-                let (level, remap) = Level::compacted(mesh, &marks, log, next - done);
+            let within = self.within((mesh, marks, log), next - done, &used)?;
+            if let Some((level, remap)) = within {
                 let new = |entry: &LogEntry| {
                     entry.renumbered(|h| remap.new_handle(h), |v| remap.new_handle(v))
                 };
@@ -114,14 +113,30 @@ impl Guess<'_> {
         Stage { level, log, done }
     }
 
-    fn is_within(&self, level: &TriMesh, used: &[u32]) -> Result<bool, SimplifyError> {
-        // These points are fewer.
-        if self.both_ways {
-            let points = vertices_and_middles(level);
-            if !self.original.are_within(&points, BETWEEN * self.limit) {
-                return Ok(false);
-            }
+    /// The level after so many collapses on a mesh, and where its elements are now, if it is within the limit.
+    fn within(
+        &self,
+        (mesh, marks, log): (&TriMesh, &Marks, &CollapseLog),
+        collapses: usize,
+        used: &[u32],
+    ) -> Result<Option<(Level, Remap)>, SimplifyError> {
+        let (mesh, marks) = with_gaps(mesh, marks, log, collapses)?;
+        if !self.is_near(&mesh) {
+            return Ok(None);
         }
+        // Without gaps the surface takes less.
+        let (level, remap) = Level::compacted(mesh, &marks, log, collapses);
+        Ok(self.has_near(&level.mesh, used)?.then_some((level, remap)))
+    }
+
+    /// Whether the level is near the original, where that matters. These points are fewer than those of the original.
+    fn is_near(&self, level: &TriMesh) -> bool {
+        !self.both_ways
+            || self.original.are_within(&vertices_and_middles(level), BETWEEN * self.limit)
+    }
+
+    /// Whether the vertices of the original are near the level.
+    fn has_near(&self, level: &TriMesh, used: &[u32]) -> Result<bool, SimplifyError> {
         let surface = Surface::new(level)?;
         let at = |&v: &u32| self.original.positions()[v as usize];
         let mut blocks = used.chunks(BLOCK);
@@ -205,8 +220,10 @@ mod tests {
                     assert_same(&stage.level, &replayed);
                     assert!(stage.done > 0 && stage.log.len() == log.len() - stage.done);
                 }
-                let is_within =
-                    |count| guess.is_within(&log.replay(&mesh, count).unwrap(), &used).unwrap();
+                let is_within = |count| {
+                    let level = log.replay(&mesh, count).unwrap();
+                    guess.is_near(&level) && guess.has_near(&level, &used).unwrap()
+                };
                 let (level, count) = guess.level(snapshots.clone(), &mut Observer::none()).unwrap();
                 assert_same(&level, &Level::new(&mesh, marks, &log, count).unwrap());
                 let coarser = vertices - ((vertices - count) as f64 / 1.05) as usize;
