@@ -279,6 +279,7 @@ fn squeeze(options: &Options, target: usize) -> Option<CollapseBack<'static>> {
         boundary: collapse.constraints.boundary,
         forbid_intersections: collapse.forbid_intersections,
         min_component_vertices: collapse.min_component_vertices,
+        first: None,
     })
 }
 

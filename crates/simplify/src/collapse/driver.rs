@@ -70,6 +70,23 @@ pub(crate) fn collapse_edges_from<C: Cost, P: Placement>(
     stepper.finish(stop)
 }
 
+/// So many of the edges that cost least to collapse.
+pub(crate) fn cheapest_edges<C: Cost, P: Placement>(
+    mesh: &mut TriMesh,
+    policies: Policies<C, P>,
+    start: Start,
+    constraints: &Constraints,
+    count: usize,
+) -> Vec<EdgeId> {
+    let mut entries = Stepper::new(mesh, policies, start, constraints).entries();
+    if count < entries.len() {
+        let by_cost = |a: &Entry, b: &Entry| a.cost.total_cmp(&b.cost).then(a.edge.cmp(&b.edge));
+        entries.select_nth_unstable_by(count, by_cost);
+        entries.truncate(count);
+    }
+    entries.into_iter().map(|entry| entry.edge).collect()
+}
+
 /// How many edges are looked at before they have their turn.
 const LOOK_AHEAD: usize = 32;
 
@@ -93,7 +110,9 @@ fn run_in_rounds<C: Cost, P: Placement>(
             return reason;
         }
         if !rounds.take(&mut round) {
-            return StopReason::NothingLeft;
+            let Some(others) = stepper.others() else { return StopReason::NothingLeft };
+            rounds.refill(stepper.mesh().topology(), &others);
+            continue;
         }
         if round.least > watch.cost() {
             if stepper.is_part() || checked == Some(stepper.collapses()) {
@@ -151,7 +170,9 @@ fn run_in_order<C: Cost, P: Placement>(
             return reason;
         }
         let Some(Entry { cost: key, edge }) = heap.pop(stepper.mesh().topology()) else {
-            return StopReason::NothingLeft;
+            let Some(others) = stepper.others() else { return StopReason::NothingLeft };
+            heap = Heap::new(stepper.mesh().topology().edge_capacity(), others);
+            continue;
         };
         if key > watch.cost() {
             if stepper.is_part() || checked == Some(stepper.collapses()) {

@@ -1,5 +1,7 @@
 //! What a run begins with, beside the mesh.
 
+use mesh_core::EdgeId;
+
 use crate::collapse::guard::Guards;
 use crate::collapse::quadric::Quadric;
 
@@ -14,6 +16,8 @@ pub(crate) struct Start {
     /// By vertex: whether edges at it may collapse. `None` for all; otherwise the mesh is a part of a
     /// larger one, and the run ends at the first edge beyond the largest cost.
     pub(crate) is_free: Option<Vec<bool>>,
+    /// Edges that are looked at first; the others only when these do not do. `None` for all at once.
+    pub(crate) first: Option<Vec<EdgeId>>,
 }
 
 impl Start {

@@ -30,6 +30,7 @@ pub(super) struct Stepper<'a, C, P> {
     fixed: Fixed,
     /// By vertex: whether edges at it may collapse; all may when there is none.
     is_free: Option<Vec<bool>>,
+    first: Option<Vec<EdgeId>>,
     /// The edges that were refused, and wait for nothing but a change round them.
     is_refused: Vec<bool>,
     /// The number of refused edges at each vertex, or more.
@@ -155,7 +156,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         start: Start,
         constraints: &Constraints,
     ) -> Self {
-        let Start { followers, borders, is_free } = start;
+        let Start { followers, borders, is_free, first } = start;
         let fixed = Fixed::new(mesh, constraints, followers, borders);
         policies.cost.prepare(mesh);
         policies.placement.prepare(mesh);
@@ -173,6 +174,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             policies,
             fixed,
             is_free,
+            first,
             detail,
             is_refused,
             refused_at,
@@ -223,10 +225,18 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         })
     }
 
-    /// All edges that may collapse and are not refused, with their costs or the quickest bounds of these.
+    /// The edges that may collapse and are not refused, with their costs or the quickest bounds of these: those that
+    /// are to be looked at first, until [`Stepper::others`] are, and then all.
     pub(super) fn entries(&mut self) -> Vec<Entry> {
+        let topology = self.mesh.topology();
         let waits = |&edge: &EdgeId| !self.is_refused[edge.index()] && self.is_free(edge);
-        let edges: Vec<EdgeId> = self.mesh.topology().edges().filter(waits).collect();
+        let edges: Vec<EdgeId> = match &self.first {
+            Some(first) => {
+                let there = first.iter().copied().filter(|&edge| topology.contains_edge(edge));
+                there.filter(waits).collect()
+            }
+            None => topology.edges().filter(waits).collect(),
+        };
         let evaluator = self.evaluator();
         let keys = parallel::collect_with(edges.len(), Memory::default, |memory, i| {
             evaluator.key(edges[i], memory)
@@ -239,6 +249,12 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
             }
         }
         entries
+    }
+
+    /// All entries, if they were but the first ones until now.
+    pub(super) fn others(&mut self) -> Option<Vec<Entry>> {
+        self.first.take()?;
+        Some(self.entries())
     }
 
     /// A bound of the cost of an edge from its ends alone; minus infinity when there is none, or the

@@ -385,6 +385,7 @@ impl State {
             forbid_intersections: options.forbid_intersections,
             // No component gets smaller than it was before the splits.
             min_component_vertices: None,
+            first: None,
         };
         let back = collapse_back(&mut mesh, &self.constraints, &to, Phase::Anneal, observer);
         let became = |v: VertexId| back.vertex_map.get(v).copied().flatten();

@@ -1,10 +1,10 @@
 //! After splits: the cheapest collapses, until there are as many faces as before.
 
-use mesh_core::{Remap, RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, Remap, RemapOf, TriMesh, VertexId, VertexMap};
 
 use crate::collapse::constraint::{Boundary, Constraints};
 use crate::collapse::cost::Memoryless;
-use crate::collapse::driver::collapse_edges_from;
+use crate::collapse::driver::{cheapest_edges, collapse_edges_from};
 use crate::collapse::guard::{ComponentGuard, IntersectionGuard, NormalGuard, ShapeGuard};
 use crate::collapse::placement::{Optimal, Placement};
 use crate::collapse::policies::Policies;
@@ -23,6 +23,47 @@ pub(crate) struct CollapseBack<'a> {
     pub(crate) boundary: Boundary,
     pub(crate) forbid_intersections: bool,
     pub(crate) min_component_vertices: Option<usize>,
+    /// Edges that are cheap, to be looked at before others; `None` where that is not known.
+    pub(crate) first: Option<&'a [EdgeId]>,
+}
+
+impl CollapseBack<'_> {
+    fn policies<P: Placement>(&self, placement: P) -> Policies<Memoryless, P> {
+        let mut policies = Policies::new(Memoryless, placement);
+        policies.guards.push(NormalGuard::default());
+        policies.guards.push(ShapeGuard::default());
+        if let Some(min_vertices) = self.min_component_vertices {
+            policies.guards.push(ComponentGuard::new(min_vertices));
+        }
+        if self.forbid_intersections {
+            policies.guards.push(IntersectionGuard::default());
+        }
+        policies
+    }
+
+    fn fixed(&self, mesh: &TriMesh, constraints: &FitConstraints) -> Constraints {
+        let mut locked = mesh.topology().vertex_map(false);
+        let fixed = constraints.fixed.iter().flat_map(VertexMap::iter);
+        fixed.filter(|(_, fixed)| **fixed).for_each(|(v, _)| locked[v] = true);
+        self.locked.iter().for_each(|&v| locked[v] = true);
+        Constraints {
+            boundary: self.boundary,
+            locked: Some(locked),
+            features: constraints.features.clone(),
+        }
+    }
+
+    /// So many of the edges that cost least.
+    pub(crate) fn cheapest_edges(
+        &self,
+        mesh: &mut TriMesh,
+        constraints: &FitConstraints,
+        count: usize,
+    ) -> Vec<EdgeId> {
+        let (policies, fixed) = (self.policies(Optimal::default()), self.fixed(mesh, constraints));
+        let start = Start::followed_by(constraints.guards.clone());
+        cheapest_edges(mesh, policies, start, &fixed, count)
+    }
 }
 
 /// What [`collapse_back`] left.
@@ -54,27 +95,13 @@ pub(crate) fn collapse_back_placed(
     placement: impl Placement,
     (phase, observer): (Phase, &mut Observer<'_>),
 ) -> Back {
-    let mut policies = Policies::new(Memoryless, placement);
-    policies.guards.push(NormalGuard::default());
-    policies.guards.push(ShapeGuard::default());
-    if let Some(min_vertices) = to.min_component_vertices {
-        policies.guards.push(ComponentGuard::new(min_vertices));
-    }
-    if to.forbid_intersections {
-        policies.guards.push(IntersectionGuard::default());
-    }
-    let mut locked = mesh.topology().vertex_map(false);
-    let fixed = constraints.fixed.iter().flat_map(VertexMap::iter);
-    fixed.filter(|(_, fixed)| **fixed).for_each(|(v, _)| locked[v] = true);
-    to.locked.iter().for_each(|&v| locked[v] = true);
-    let fixed = Constraints {
-        boundary: to.boundary,
-        locked: Some(locked),
-        features: constraints.features.clone(),
-    };
+    let (policies, fixed) = (to.policies(placement), to.fixed(mesh, constraints));
     let limits = Limits { faces: Some(to.faces), ..Limits::default() };
     let observe = &mut |now: &_| observer.observe_in(phase, now);
-    let start = Start::followed_by(constraints.guards.clone());
+    let start = Start {
+        first: to.first.map(<[_]>::to_vec),
+        ..Start::followed_by(constraints.guards.clone())
+    };
     let run = collapse_edges_from(mesh, policies, start, &fixed, &limits, observe);
     let became = run.log.representatives(mesh, run.log.len());
     let remap = mesh.compact();

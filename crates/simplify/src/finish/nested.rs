@@ -93,6 +93,7 @@ pub(crate) fn lay_out_nested(
         forbid_intersections: schedule.forbid_intersections,
         // No component is lost.
         min_component_vertices: Some(4),
+        first: None,
     };
     let back = collapse_back(&mut mesh, constraints, &coarse, Phase::Anneal, observer);
     let constraints = back.constraints;

@@ -15,7 +15,7 @@ mod flatten;
 mod place;
 mod points;
 
-use mesh_core::{Handle, TriMesh, VertexId, VertexMap};
+use mesh_core::{EdgeId, Handle, RemapOf, TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
 use crate::collapse::constraint::Boundary;
@@ -153,6 +153,16 @@ pub(crate) fn cut_peaks_observed(
     // As many as there are; when that is too many, the farthest only.
     let (mut share, mut returning) = (options.share, usize::MAX);
     let mut failed = 0;
+    let step = CollapseBack {
+        faces,
+        locked: &[],
+        boundary: Boundary::Quadrics,
+        forbid_intersections: options.forbid_intersections,
+        min_component_vertices: options.min_component_vertices,
+        first: None,
+    };
+    // Edges that are cheap, of which a round collapses a few.
+    let mut cheapest: Vec<EdgeId> = Vec::new();
     // Which vertices the last round put where, when that was in vain: again, or nothing at all, would be, too.
     let mut in_vain = Vec::new();
     while rounds < options.rounds && failed < PATIENCE && peaks.heights.largest > 0.0 {
@@ -170,13 +180,11 @@ pub(crate) fn cut_peaks_observed(
         let places: Vec<_> = placed.iter().map(|&v| (v, next.position(v))).collect();
         let mut better = None;
         if places != in_vain {
-            let step = CollapseBack {
-                faces,
-                locked: &placed,
-                boundary: Boundary::Quadrics,
-                forbid_intersections: options.forbid_intersections,
-                min_component_vertices: options.min_component_vertices,
-            };
+            if cheapest.len() < CHEAPEST * count {
+                let shortlist = (2 * CHEAPEST * count).max(FEWEST_CHEAPEST);
+                cheapest = step.cheapest_edges(mesh, constraints, shortlist);
+            }
+            let step = CollapseBack { locked: &placed, first: Some(&cheapest), ..step };
             let back = collapse_back(&mut next, constraints, &step, Phase::Peaks, observer);
             let left = next.topology().face_count();
             if (options.min_faces..=faces).contains(&left) {
@@ -186,11 +194,12 @@ pub(crate) fn cut_peaks_observed(
                 better = change.map(|change| (back, change));
             }
         }
-        if let Some((Back { vertex_map, constraints: following, .. }, change)) = better {
+        if let Some((Back { vertex_map, constraints: following, remap }, change)) = better {
             for new in map.as_mut_slice() {
                 *new = new.and_then(|v| vertex_map.get(v).copied().flatten());
             }
             (*mesh, *constraints) = (next, following);
+            cheapest = cheapest.into_iter().filter_map(|edge| remap.new_handle(edge)).collect();
             peaks.take_up(change);
             peaks.flatten(mesh, original, constraints, &fit, most, observer)?;
             in_vain.clear();
@@ -208,6 +217,12 @@ pub(crate) fn cut_peaks_observed(
     let largest_after = peaks.heights.largest;
     Ok(PeakReport { rounds, kept, largest_before, largest_after, vertex_map: map })
 }
+
+/// Of so many cheap edges for each vertex that is put in place, enough are neither near the peaks nor have become
+/// dear since they were found.
+const CHEAPEST: usize = 16;
+/// That few are found at least, so that they last for some rounds.
+const FEWEST_CHEAPEST: usize = 256;
 
 /// After so many rounds in vain in a row, it is enough.
 const PATIENCE: usize = 2;
