@@ -176,7 +176,7 @@ pub(crate) fn fit_observed(
     let lines = Lines::new(mesh, original, constraints);
     let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
     let mut surface = Surface::new(mesh)?;
-    let mut kept: Option<Pairs<'_>> = None;
+    let (mut kept, mut near): (Option<Pairs<'_>>, Option<Vec<_>>) = (None, None);
     for round in 0..schedule.rounds {
         if observer.stops(Phase::Fit, mesh) {
             break;
@@ -192,7 +192,10 @@ pub(crate) fn fit_observed(
             }
             None => {
                 let targets = Targets::new(original, counts.targets, options.seed);
-                Pairs::new(mesh, &surface, targets)
+                match near.take() {
+                    Some(near) => Pairs::following(mesh, &surface, targets, &near),
+                    None => Pairs::new(mesh, &surface, targets),
+                }
             }
         };
         let density = share_of_one(1) * faces.len() as f64 / paired.target_count().max(1) as f64;
@@ -228,9 +231,12 @@ pub(crate) fn fit_observed(
             report.rms_before = tally.rms();
         }
         let is_last = round + 1 == schedule.rounds;
-        if !is_last && counts.targets == schedule.counts(round + 1).targets {
+        if is_last {
+            drop(paired);
+        } else if counts.targets == schedule.counts(round + 1).targets {
             kept = Some(paired);
         } else {
+            near = Some(paired.faces_by_place(mesh, original.triangle_count()));
             drop(paired);
         }
         let mut moved = system.solve(mesh, &freedoms, constraints, ROUGHLY);
@@ -331,6 +337,9 @@ const FEW: usize = 6;
 const FEWEST_OWN: usize = 2;
 /// Points of a face that are enough for the first round.
 const ROUGH_OWN: usize = 3;
+/// The same where it has many triangles, and for the rounds after the first one.
+const ROUGH_OWN_OF_MANY: usize = 4;
+const MIDDLE_OWN_OF_MANY: usize = 6;
 
 /// Of so many rounds, one is not worth its time on a mesh that is near its place.
 const MANY_ROUNDS: usize = 4;
@@ -383,7 +392,10 @@ impl Schedule {
                 Counts { targets: Count::About(count / 2), own: rough_own },
                 Counts { targets: Count::About(count / 2), own: middle_own },
             ),
-            Count::About(_) => (fine, fine),
+            Count::About(_) => {
+                let with = |own| Counts { targets, own };
+                (with(own.min(ROUGH_OWN_OF_MANY)), with(own.min(MIDDLE_OWN_OF_MANY)))
+            }
         };
         let left_out = usize::from(is_each && rounds >= MANY_ROUNDS);
         Self { rounds: rounds - left_out, rough, middle, fine }
@@ -420,8 +432,9 @@ mod tests {
         let [rough, middle, fine] = [(8_000, 3), (8_000, 4), (16_000, 6)];
         let expected = [rough, middle, middle, fine].map(|(count, own)| (about(count), own));
         assert_eq!(of(4, 1000, 6_000), expected);
-        assert_eq!(of(4, 1000, 20_000), [(about(16_000), 10); 4]);
-        assert_eq!(of(4, 1000, 500_000), [(about(16_000), 10); 4]);
+        let of_many = [4, 6, 6, 10].map(|own| (about(16_000), own));
+        assert_eq!(of(4, 1000, 20_000), of_many);
+        assert_eq!(of(4, 1000, 500_000), of_many);
         // One round is a fine one, and the last one always is.
         assert_eq!(of(0, 1000, 3000), []);
         assert_eq!(of(1, 1000, 3000), [(each(3), 6)]);

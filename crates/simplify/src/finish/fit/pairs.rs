@@ -20,20 +20,65 @@ pub(super) struct Pairs<'a> {
     squares: Vec<f64>,
 }
 
+/// The faces that targets were near to before.
+#[derive(Clone, Copy)]
+enum Near<'f> {
+    Nothing,
+    /// Of each target.
+    Targets(&'f [FaceId]),
+    /// By the places of triangles of the original.
+    Places(&'f [Option<FaceId>]),
+}
+
 /// Points whose closest ones are looked for by one thread at a time.
 const BLOCK: usize = 1024;
 
 impl<'a> Pairs<'a> {
     /// Pairs the targets with the closest faces.
     pub(super) fn new(mesh: &TriMesh, surface: &Surface, targets: Targets<'a>) -> Self {
-        let mut new = Self {
+        let mut new = Self::unpaired(mesh, targets);
+        new.pair(mesh, surface, Near::Nothing);
+        new
+    }
+
+    /// The same for other targets of the same original after the vertices have moved: `faces` are what was near to its
+    /// triangles before, see [`Pairs::faces_by_place`].
+    pub(super) fn following(
+        mesh: &TriMesh,
+        surface: &Surface,
+        targets: Targets<'a>,
+        faces: &[Option<FaceId>],
+    ) -> Self {
+        let mut new = Self::unpaired(mesh, targets);
+        new.pair(mesh, surface, Near::Places(faces));
+        new
+    }
+
+    /// By the place of each of so many triangles of the original: the face of one of its targets, or of those on the
+    /// last triangle before that has any, which is a neighbour as a rule.
+    pub(super) fn faces_by_place(&self, mesh: &TriMesh, triangles: usize) -> Vec<Option<FaceId>> {
+        let mut faces = vec![None; triangles];
+        for face in mesh.topology().faces() {
+            let targets = self.lists.of_face(face).map(|index| index as usize);
+            for index in targets.filter(|&index| index < self.targets.len()) {
+                faces[self.targets.place(index)] = Some(face);
+            }
+        }
+        let mut last = None;
+        for face in &mut faces {
+            last = face.or(last);
+            *face = last;
+        }
+        faces
+    }
+
+    fn unpaired(mesh: &TriMesh, targets: Targets<'a>) -> Self {
+        Self {
             lists: FaceLists::new(mesh.topology().face_capacity(), targets.len()),
             squares: Vec::with_capacity(targets.len()),
             targets,
             more: Vec::new(),
-        };
-        new.pair(mesh, surface, None);
-        new
+        }
     }
 
     /// Forgets all distances, which will be others once the vertices have moved, and leaves their room to what finds
@@ -55,13 +100,13 @@ impl<'a> Pairs<'a> {
         self.more.clear();
         self.lists.clear_all();
         self.squares = Vec::with_capacity(self.targets.len());
-        self.pair(mesh, surface, Some(&before));
+        self.pair(mesh, surface, Near::Targets(&before));
     }
 
     /// Pairs all targets, block by block. From the face that a target had before, or else from that of the target
     /// that comes before it, a walk leads to a face on which its foot is inside, as a rule the closest one, though
     /// at a concave edge the face beyond it may be a little closer; the closest face of the others is looked for.
-    fn pair(&mut self, mesh: &TriMesh, surface: &Surface, before: Option<&[FaceId]>) {
+    fn pair(&mut self, mesh: &TriMesh, surface: &Surface, near: Near<'_>) {
         let Self { targets, lists, squares, .. } = self;
         for_blocks_in_turn(
             targets.len(),
@@ -71,10 +116,12 @@ impl<'a> Pairs<'a> {
                 let mut last = None;
                 let (mut found, mut lost) = (Vec::with_capacity(points.len()), Vec::new());
                 for (index, &point) in indices.zip(&*points) {
-                    let start = match before {
-                        Some(before) => before[index],
-                        None => last.unwrap_or_else(|| surface.closest(point).face),
+                    let before = match near {
+                        Near::Nothing => None,
+                        Near::Targets(faces) => Some(faces[index]),
+                        Near::Places(faces) => faces[targets.place(index)],
                     };
+                    let start = before.or(last).unwrap_or_else(|| surface.closest(point).face);
                     let foot;
                     (foot, last) = match walk_to(mesh, start, point, targets.normal(index)) {
                         End::Foot(face, squared) => (Some((face, squared)), Some(face)),
