@@ -24,11 +24,21 @@ pub(super) struct Points<'a> {
 
 impl<'a> Points<'a> {
     /// `spacing` is in roots of the mean area of the triangles; samples are as many as suit a mesh of
-    /// `faces` faces, but not more than one for every other triangle.
+    /// `faces` faces, but not more than one for every other triangle, and no more than averages need where triangles
+    /// are so small that their vertices tell the rest.
     pub(super) fn new(original: &'a Surface, spacing: f64, faces: usize) -> Self {
         let count = original.triangle_count();
-        let samples = (SAMPLES_PER_FACE * faces).min((count / 2).max(LEAST_SAMPLES));
-        let whole = parallel::sum(count, |t| area(&original.triangle(t)));
+        let area = |t: usize| area(&original.triangle(t));
+        let whole = parallel::sum(count, area);
+        let of_one = whole / (SAMPLES_PER_FACE * faces) as f64;
+        let large = parallel::sum(count, |t| Some(area(t)).filter(|&a| a > of_one).unwrap_or(0.0));
+        let samples = if large > LARGE * whole {
+            SAMPLES_PER_FACE * faces
+        } else {
+            let least = LEAST_FOR_AVERAGES.min(SAMPLES_PER_FACE * faces);
+            (FOR_AVERAGES_PER_FACE * faces).max(least)
+        };
+        let samples = samples.min((count / 2).max(LEAST_SAMPLES));
         let spacing = spacing * (whole / count as f64).sqrt();
         let most = (MAX_ON_EDGES_PER_FACE * count).max(LEAST_ON_EDGES);
         let (mut others, vertices) = parallel::both(
@@ -86,6 +96,12 @@ fn vertices_in_space(surface: &Surface) -> Vec<u32> {
 }
 
 const SAMPLES_PER_FACE: usize = 10;
+/// The part of the area beyond which triangles count that are larger than what one of these samples stands for.
+const LARGE: f64 = 0.1;
+/// Samples that are enough where there are no such triangles: whether averages rise, the same samples tell before and
+/// after.
+const FOR_AVERAGES_PER_FACE: usize = 3;
+const LEAST_FOR_AVERAGES: usize = 4000;
 /// So many samples may there be however few triangles the original has.
 const LEAST_SAMPLES: usize = 40_000;
 const SEED: u64 = 1;
