@@ -127,3 +127,55 @@ pub(crate) fn collapse_back_placed(
         remap,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::{Irregular, Wave};
+
+    #[test]
+    fn edges_that_come_first_are_enough_for_a_few_collapses_and_the_others_follow() {
+        let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
+        let soup = wave.irregular_mesh(16, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+        let mut mesh = TriMesh::from_soup(&soup).unwrap();
+        let all = mesh.topology().face_count();
+        let constraints = FitConstraints::default();
+        let to = |faces| CollapseBack {
+            faces,
+            locked: &[],
+            boundary: Boundary::Quadrics,
+            forbid_intersections: false,
+            min_component_vertices: None,
+            first: None,
+        };
+        let cheapest = to(0).cheapest_edges(&mut mesh, &constraints, 12);
+        assert_eq!(cheapest.len(), 12);
+        let (phase, observer) = (Phase::Peaks, &mut Observer::none());
+        let mut collapse = |mesh: &TriMesh, faces, first| {
+            let mut mesh = mesh.clone();
+            let back = collapse_back(
+                &mut mesh,
+                &constraints,
+                &CollapseBack { first, ..to(faces) },
+                phase,
+                observer,
+            );
+            (mesh, back)
+        };
+        let (few, back) = collapse(&mesh, all - 6, Some(&cheapest[..]));
+        assert_eq!(few.topology().face_count(), all - 6);
+        // Nothing but ends of these edges has been merged.
+        let is_end = |v| cheapest.iter().any(|&e| mesh.topology().edge_vertices(e).contains(&v));
+        let mut became: Vec<_> = back.vertex_map.iter().map(|(v, new)| (*new, v)).collect();
+        became.sort_unstable();
+        for merged in became.chunk_by(|a, b| a.0 == b.0).filter(|merged| merged.len() > 1) {
+            assert!(merged.iter().all(|&(_, v)| is_end(v)));
+        }
+        // They are the cheapest ones, so all edges together come to the same.
+        let (anew, _) = collapse(&mesh, all - 2, None);
+        let (first, _) = collapse(&mesh, all - 2, Some(&cheapest[..]));
+        assert_eq!(first.topology().canonical_triangles(), anew.topology().canonical_triangles());
+        let left = collapse(&mesh, all / 2, Some(&cheapest[..])).0.topology().face_count();
+        assert!(left == all / 2 || left + 1 == all / 2, "{left} of {all}");
+    }
+}

@@ -282,13 +282,19 @@ mod tests {
         let anew = Pairs::new(&mesh, &surface, targets());
         assert!(pairs.squares.len() == anew.squares.len() && before > pairs.squares.len());
         assert_eq!(pairs.target_count(), anew.target_count());
-        for (pairs, most) in [(&pairs, 1e-3), (&anew, 2e-3)] {
+        // Other targets know where those before them were.
+        let near = pairs.faces_by_place(&mesh, original.triangle_count());
+        let targets = Targets::new(&original, Count::OnEach(2), 1);
+        let following = Pairs::following(&mesh, &surface, targets, &near);
+        assert_eq!(2 * anew.target_count(), 3 * following.target_count());
+        for (pairs, most, few) in [(&pairs, 1e-3, 500), (&anew, 2e-3, 500), (&following, 2e-3, 200)]
+        {
             let more: Vec<f64> = (0..pairs.squares.len())
                 .map(|i| pairs.squares[i].sqrt() - surface.distance(pairs.point(i)))
                 .collect();
             // A few are on one of two faces that are about as far.
             assert!(more.iter().all(|&more| more > -1e-12 && more < most));
-            assert!(more.iter().filter(|&&more| more > 1e-12).count() < more.len() / 500);
+            assert!(more.iter().filter(|&&more| more > 1e-12).count() < more.len() / few);
         }
         let listed: usize = mesh.topology().faces().map(|f| pairs.of_face(f).count()).sum();
         assert_eq!(listed, anew.squares.len());

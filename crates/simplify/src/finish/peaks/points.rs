@@ -210,6 +210,21 @@ pub(super) mod tests {
         }
     }
 
+    /// Where triangles are large, what lies between their vertices is looked for; elsewhere averages are all.
+    #[test]
+    fn there_are_more_samples_where_triangles_are_large() {
+        let samples = |half_width: f64, cells: usize, faces: usize| {
+            let fine = Surface::new(&plane(half_width, cells, |p| p)).unwrap();
+            let points = Points::new(&fine, 3.0, faces);
+            points.len() - points.samples
+        };
+        // Fewer triangles than samples at ten a face; more of them, for few and for many faces.
+        assert!(samples(1.0, 50, 1000).abs_diff(10_000) < 10);
+        assert!(samples(1.0, 100, 1000).abs_diff(4_000) < 10);
+        assert!(samples(1.0, 150, 2000).abs_diff(6_000) < 10);
+        assert!(samples(1.0, 100, 100).abs_diff(1_000) < 10);
+    }
+
     #[test]
     fn distances_are_those_of_points_vertices_centres_and_middles() {
         // The plane z = x, and below it a square: the distance at x is x / sqrt 2.
