@@ -337,9 +337,6 @@ const FEW: usize = 6;
 const FEWEST_OWN: usize = 2;
 /// Points of a face that are enough for the first round.
 const ROUGH_OWN: usize = 3;
-/// The same where it has many triangles, and for the rounds after the first one.
-const ROUGH_OWN_OF_MANY: usize = 4;
-const MIDDLE_OWN_OF_MANY: usize = 6;
 
 /// Of so many rounds, one is not worth its time on a mesh that is near its place.
 const MANY_ROUNDS: usize = 4;
@@ -392,10 +389,7 @@ impl Schedule {
                 Counts { targets: Count::About(count / 2), own: rough_own },
                 Counts { targets: Count::About(count / 2), own: middle_own },
             ),
-            Count::About(_) => {
-                let with = |own| Counts { targets, own };
-                (with(own.min(ROUGH_OWN_OF_MANY)), with(own.min(MIDDLE_OWN_OF_MANY)))
-            }
+            Count::About(_) => (fine, fine),
         };
         let left_out = usize::from(is_each && rounds >= MANY_ROUNDS);
         Self { rounds: rounds - left_out, rough, middle, fine }
@@ -432,9 +426,8 @@ mod tests {
         let [rough, middle, fine] = [(8_000, 3), (8_000, 4), (16_000, 6)];
         let expected = [rough, middle, middle, fine].map(|(count, own)| (about(count), own));
         assert_eq!(of(4, 1000, 6_000), expected);
-        let of_many = [4, 6, 6, 10].map(|own| (about(16_000), own));
-        assert_eq!(of(4, 1000, 20_000), of_many);
-        assert_eq!(of(4, 1000, 500_000), of_many);
+        assert_eq!(of(4, 1000, 20_000), [(about(16_000), 10); 4]);
+        assert_eq!(of(4, 1000, 500_000), [(about(16_000), 10); 4]);
         // One round is a fine one, and the last one always is.
         assert_eq!(of(0, 1000, 3000), []);
         assert_eq!(of(1, 1000, 3000), [(each(3), 6)]);

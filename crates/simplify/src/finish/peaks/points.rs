@@ -24,21 +24,11 @@ pub(super) struct Points<'a> {
 
 impl<'a> Points<'a> {
     /// `spacing` is in roots of the mean area of the triangles; samples are as many as suit a mesh of
-    /// `faces` faces, but not more than one for every other triangle, and no more than averages need where triangles
-    /// are so small that their vertices tell the rest.
+    /// `faces` faces, but not more than one for every other triangle.
     pub(super) fn new(original: &'a Surface, spacing: f64, faces: usize) -> Self {
         let count = original.triangle_count();
-        let area = |t: usize| area(&original.triangle(t));
-        let whole = parallel::sum(count, area);
-        let of_one = whole / (SAMPLES_PER_FACE * faces) as f64;
-        let large = parallel::sum(count, |t| Some(area(t)).filter(|&a| a > of_one).unwrap_or(0.0));
-        let samples = if large > LARGE * whole {
-            SAMPLES_PER_FACE * faces
-        } else {
-            let least = LEAST_FOR_AVERAGES.min(SAMPLES_PER_FACE * faces);
-            (FOR_AVERAGES_PER_FACE * faces).max(least)
-        };
-        let samples = samples.min((count / 2).max(LEAST_SAMPLES));
+        let samples = (SAMPLES_PER_FACE * faces).min((count / 2).max(LEAST_SAMPLES));
+        let whole = parallel::sum(count, |t| area(&original.triangle(t)));
         let spacing = spacing * (whole / count as f64).sqrt();
         let most = (MAX_ON_EDGES_PER_FACE * count).max(LEAST_ON_EDGES);
         let (mut others, vertices) = parallel::both(
@@ -96,12 +86,6 @@ fn vertices_in_space(surface: &Surface) -> Vec<u32> {
 }
 
 const SAMPLES_PER_FACE: usize = 10;
-/// The part of the area beyond which triangles count that are larger than what one of these samples stands for.
-const LARGE: f64 = 0.1;
-/// Samples that are enough where there are no such triangles: whether averages rise, the same samples tell before and
-/// after.
-const FOR_AVERAGES_PER_FACE: usize = 3;
-const LEAST_FOR_AVERAGES: usize = 4000;
 /// So many samples may there be however few triangles the original has.
 const LEAST_SAMPLES: usize = 40_000;
 const SEED: u64 = 1;
@@ -208,21 +192,6 @@ pub(super) mod tests {
             assert_eq!(points.samples, mesh.topology().vertex_count() + on_edges);
             assert_eq!(points.len(), points.samples + 200);
         }
-    }
-
-    /// Where triangles are large, what lies between their vertices is looked for; elsewhere averages are all.
-    #[test]
-    fn there_are_more_samples_where_triangles_are_large() {
-        let samples = |half_width: f64, cells: usize, faces: usize| {
-            let fine = Surface::new(&plane(half_width, cells, |p| p)).unwrap();
-            let points = Points::new(&fine, 3.0, faces);
-            points.len() - points.samples
-        };
-        // Fewer triangles than samples at ten a face; more of them, for few and for many faces.
-        assert!(samples(1.0, 50, 1000).abs_diff(10_000) < 10);
-        assert!(samples(1.0, 100, 1000).abs_diff(4_000) < 10);
-        assert!(samples(1.0, 150, 2000).abs_diff(6_000) < 10);
-        assert!(samples(1.0, 100, 100).abs_diff(1_000) < 10);
     }
 
     #[test]
