@@ -3,14 +3,12 @@
 //! Scanners, STL, glTF and most PLY files give positions in single precision. Such a surface is kept in
 //! half the memory, and every query takes it up in double precision again, with the same bits.
 
-use core::sync::atomic::{AtomicBool, Ordering};
-
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
 
-use crate::blocks::in_blocks;
+use crate::blocks::holds_in_blocks;
 use crate::wide::{LANES, Wide};
 
 /// Eight numbers at rest, so aligned that no register is filled from two cache lines.
@@ -18,10 +16,7 @@ pub(crate) trait Column: Copy + Send + Sync {
     /// All the same.
     const ZERO: Self;
 
-    /// Sets a number that can be kept.
-    fn set(&mut self, lane: usize, value: f64);
-
-    /// Sets the largest number that can be kept and is not above `value`.
+    /// Sets the largest number that can be kept and is not above `value`: that itself where it can be kept.
     fn set_below(&mut self, lane: usize, value: f64);
 
     /// Sets the smallest number that can be kept and is not below `value`.
@@ -44,10 +39,6 @@ pub(crate) struct Double([f64; LANES]);
 
 impl Column for Single {
     const ZERO: Self = Self([0.0; LANES]);
-
-    fn set(&mut self, lane: usize, value: f64) {
-        self.0[lane] = value as f32;
-    }
 
     fn set_below(&mut self, lane: usize, value: f64) {
         let near = value as f32;
@@ -74,10 +65,6 @@ impl Column for Single {
 
 impl Column for Double {
     const ZERO: Self = Self([0.0; LANES]);
-
-    fn set(&mut self, lane: usize, value: f64) {
-        self.0[lane] = value;
-    }
 
     fn set_below(&mut self, lane: usize, value: f64) {
         self.0[lane] = value;
@@ -117,7 +104,7 @@ impl<C: Column> Leaf<C> {
         for lane in 0..LANES {
             for (columns, corner) in corners.iter_mut().zip(triangle(lane)) {
                 for (column, value) in columns.iter_mut().zip(corner.to_array()) {
-                    column.set(lane, value);
+                    column.set_below(lane, value);
                 }
             }
         }
@@ -298,14 +285,8 @@ impl Boxes {
 
 /// Whether no coordinate loses a digit in single precision.
 fn are_single(triangles: usize, triangle: impl Fn(usize) -> [DVec3; 3] + Sync) -> bool {
-    let are_single = AtomicBool::new(true);
-    in_blocks(triangles, |mut range| {
-        let is_single = |slot| triangle(slot).into_iter().all(|p| p.as_vec3().as_dvec3() == p);
-        if are_single.load(Ordering::Relaxed) && !range.all(is_single) {
-            are_single.store(false, Ordering::Relaxed);
-        }
-    });
-    are_single.into_inner()
+    let is_single = |slot| triangle(slot).into_iter().all(|p| p.as_vec3().as_dvec3() == p);
+    holds_in_blocks(triangles, |mut range| range.all(is_single))
 }
 
 #[cfg(test)]

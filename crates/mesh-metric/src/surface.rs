@@ -1,12 +1,11 @@
 //! A surface to be asked for closest points.
 
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use mesh_core::{BoundingBox, FaceId, Handle, Topology, TriMesh, parallel};
 
-use crate::blocks::{in_blocks, values_in_blocks};
+use crate::blocks::{holds_in_blocks, in_blocks, values_in_blocks};
 use crate::bvh::{Bvh, Nearest};
 
 /// Triangles, in any arrangement, with a bounding volume hierarchy for closest-point queries.
@@ -223,17 +222,11 @@ impl Surface {
         // With its sign, and nothing is within what is not a number.
         let distance = distance.max(-1.0);
         let squared = distance * distance.abs();
-        let are_within = AtomicBool::new(true);
-        in_blocks(points.len(), |range| {
-            if are_within.load(Ordering::Relaxed) {
-                let points = &points[range];
-                let are_finite = points.iter().all(|point| point.is_finite());
-                if !are_finite || self.bvh.farthest(points, squared) > squared {
-                    are_within.store(false, Ordering::Relaxed);
-                }
-            }
-        });
-        are_within.into_inner()
+        holds_in_blocks(points.len(), |range| {
+            let points = &points[range];
+            let are_finite = points.iter().all(|point| point.is_finite());
+            are_finite && self.bvh.farthest(points, squared) <= squared
+        })
     }
 
     /// The closest points of many points; where several are equally close, any of them. Quicker

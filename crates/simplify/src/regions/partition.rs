@@ -93,12 +93,9 @@ impl Partition {
             let at = directions * (sheet.positions[vertex as usize] - center);
             Site { at: at.as_vec3().to_array(), vertex }
         };
-        let own: Vec<u32> = sheet.own_vertices().collect();
-        let mut sites = parallel::collect(own.len(), |i| site(own[i]));
-        drop(own);
+        let mut sites: Vec<Site> = sheet.own_vertices().map(site).collect();
         halve(&mut sites, 1 << shift);
-        let order = parallel::collect(sites.len(), |place| sites[place].vertex);
-        drop(sites);
+        let order: Vec<u32> = sites.into_iter().map(|site| site.vertex).collect();
         let mut rank = vec![u32::MAX; sheet.vertex_capacity()];
         for (place, &v) in order.iter().enumerate() {
             rank[v as usize] = place as u32;
