@@ -4,6 +4,8 @@
 //! one by one, and sums are added in blocks whose size does not depend on the number of threads.
 
 use core::ops::Range;
+#[cfg(feature = "rayon")]
+use core::sync::atomic::{AtomicBool, Ordering};
 
 #[cfg(feature = "rayon")]
 use rayon::prelude::*;
@@ -150,6 +152,27 @@ pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) ->
     (0..count).map(value).collect()
 }
 
+/// Indices in a block of [`holds_in_blocks`].
+const FEW: usize = 1024;
+
+/// Whether something holds for all blocks of consecutive indices, from 0 to `count`; once it does not for one, no
+/// other is begun.
+pub fn holds_in_blocks(count: usize, holds: impl Fn(Range<usize>) -> bool + Sync) -> bool {
+    let blocks = count.div_ceil(FEW);
+    let block = |b: usize| holds(b * FEW..count.min((b + 1) * FEW));
+    #[cfg(feature = "rayon")]
+    if !stays_here(blocks) {
+        let all_hold = AtomicBool::new(true);
+        (0..blocks).into_par_iter().with_max_len(1).for_each(|b| {
+            if all_hold.load(Ordering::Relaxed) && !block(b) {
+                all_hold.store(false, Ordering::Relaxed);
+            }
+        });
+        return all_hold.into_inner();
+    }
+    (0..blocks).all(block)
+}
+
 /// Changes every element of a slice by a function of its index that takes long enough for each element to be
 /// handed out by itself.
 pub fn update_each<T: Send>(out: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
@@ -282,6 +305,16 @@ mod tests {
         });
         assert!(in_blocks.into_iter().eq((0..count).map(Some)));
         assert!(collect_blocks(0, || (), |_, _| [0; 4]).is_empty());
+    }
+
+    #[test]
+    fn what_holds_for_all_blocks_holds_and_one_that_does_not_is_enough() {
+        let count = 5 * FEW + 3;
+        assert!(holds_in_blocks(count, |mut range| range.all(|i| i < count)));
+        for bad in [0, 3 * FEW, count - 1] {
+            assert!(!holds_in_blocks(count, |range| !range.contains(&bad)));
+        }
+        assert!(holds_in_blocks(0, |_| false));
     }
 
     #[test]

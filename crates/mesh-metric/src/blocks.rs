@@ -2,7 +2,6 @@
 //! that the answer to one query is a good first guess for the next.
 
 use core::ops::Range;
-use core::sync::atomic::{AtomicBool, Ordering};
 
 use mesh_core::parallel;
 
@@ -13,17 +12,6 @@ const BLOCK: usize = 1024;
 pub(crate) fn in_blocks<T: Send>(count: usize, value: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
     let block = |b: usize| value(b * BLOCK..count.min((b + 1) * BLOCK));
     parallel::collect_each(count.div_ceil(BLOCK), block)
-}
-
-/// Whether something holds for all blocks of the indices below `count`; once it does not for one, no other is begun.
-pub(crate) fn holds_in_blocks(count: usize, holds: impl Fn(Range<usize>) -> bool + Sync) -> bool {
-    let all_hold = AtomicBool::new(true);
-    in_blocks(count, |range| {
-        if all_hold.load(Ordering::Relaxed) && !holds(range) {
-            all_hold.store(false, Ordering::Relaxed);
-        }
-    });
-    all_hold.into_inner()
 }
 
 /// Values for the indices below `count`, one each or as many as there are to tell, made block by block.

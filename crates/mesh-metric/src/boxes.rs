@@ -8,7 +8,6 @@ use fearless_simd::{f32x8, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
 
-use crate::blocks::holds_in_blocks;
 use crate::wide::{LANES, Wide};
 
 /// Eight numbers at rest, so aligned that no register is filled from two cache lines.
@@ -286,7 +285,7 @@ impl Boxes {
 /// Whether no coordinate loses a digit in single precision.
 fn are_single(triangles: usize, triangle: impl Fn(usize) -> [DVec3; 3] + Sync) -> bool {
     let is_single = |slot| triangle(slot).into_iter().all(|p| p.as_vec3().as_dvec3() == p);
-    holds_in_blocks(triangles, |mut range| range.all(is_single))
+    parallel::holds_in_blocks(triangles, |mut range| range.all(is_single))
 }
 
 #[cfg(test)]

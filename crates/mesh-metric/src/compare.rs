@@ -4,7 +4,7 @@
 use core::ops::Range;
 
 use glam::DVec3;
-use mesh_core::{TriMesh, VertexMap};
+use mesh_core::{TriMesh, VertexMap, parallel};
 
 use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::Nearest;
@@ -333,7 +333,7 @@ impl<'a> EdgePoints<'a> {
             edges.shrink_to_fit();
             edges
         });
-        edges.sort_unstable();
+        parallel::sort_by(&mut edges, Ord::cmp);
         edges.dedup();
         let mut points = Self { surface, edges, ends: Vec::new() };
         points.space(spacing, limit);
@@ -346,12 +346,14 @@ impl<'a> EdgePoints<'a> {
 
     /// Puts the points so far apart; short edges may have none left.
     fn space(&mut self, spacing: f64, limit: usize) {
+        let Self { surface, edges, .. } = self;
+        let count = |i: usize| points_within(ends_of(surface, edges[i]), spacing, limit);
+        self.ends = parallel::collect(edges.len(), count);
         let mut total = 0;
-        let ends = self.edges.iter().map(|&edge| {
-            total += points_within(ends_of(self.surface, edge), spacing, limit);
-            total
-        });
-        self.ends = ends.collect();
+        for end in &mut self.ends {
+            total += *end;
+            *end = total;
+        }
     }
 
     fn count(&self) -> usize {

@@ -5,7 +5,7 @@ use core::ops::Range;
 use glam::DVec3;
 use mesh_core::{BoundingBox, FaceId, Handle, Topology, TriMesh, parallel};
 
-use crate::blocks::{holds_in_blocks, in_blocks, values_in_blocks};
+use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::{Bvh, Nearest};
 
 /// Triangles, in any arrangement, with a bounding volume hierarchy for closest-point queries.
@@ -222,7 +222,7 @@ impl Surface {
         // With its sign, and nothing is within what is not a number.
         let distance = distance.max(-1.0);
         let squared = distance * distance.abs();
-        holds_in_blocks(points.len(), |range| {
+        parallel::holds_in_blocks(points.len(), |range| {
             let points = &points[range];
             let are_finite = points.iter().all(|point| point.is_finite());
             are_finite && self.bvh.farthest(points, squared) <= squared

@@ -10,6 +10,7 @@ const THIN: f64 = 1e-6;
 
 /// A triangle with its plane, and the planes that stand on that along its sides. Most points lie so far over
 /// it or beside it, or so clearly over its inside, that these tell.
+#[derive(Clone)]
 pub(super) struct Prepared {
     corners: Triangle,
     normal: DVec3,

@@ -12,6 +12,8 @@
 //! farther away than its ends. A collapse is allowed when the vertices and edges that belong to the
 //! faces it changes are covered again, and the edges that it changes are close enough to the original.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, parallel};
 use mesh_metric::{ClosestPoint, Surface, SurfaceError};
@@ -47,7 +49,7 @@ pub(crate) struct Tether<'a> {
 /// What a collapse would tie to the faces of its patch.
 #[derive(Default)]
 struct Ties {
-    /// The faces that remain, as they would be then, in the order of the patch. Any after them belong to others.
+    /// The faces that remain, as they would be then, in the order of the patch.
     faces: Vec<Prepared>,
     /// Edges, and which of these faces covers them.
     edges: Vec<(u32, usize)>,
@@ -56,6 +58,13 @@ struct Ties {
     /// What was asked about the collapse of one edge, the last of which these are the ties of.
     asked: Vec<Asked>,
     /// The faces beyond the patch that the answers depend on.
+    others: Vec<FaceId>,
+}
+
+/// What some edges that belong to a patch would belong to after its collapse, in the terms of [`Ties`].
+#[derive(Default)]
+struct Covered {
+    edges: Vec<(u32, usize)>,
     others: Vec<FaceId>,
 }
 
@@ -149,13 +158,7 @@ impl<'a> Tether<'a> {
             remaining.map(|face| [hub, at(face.corners[1]), at(face.corners[2])]).collect();
         ties.faces.clear();
         ties.faces.extend(new.iter().copied().map(Prepared::new));
-        let mut last = 0;
-        let mut is_near = |v: u32| {
-            let found = self.reach.find(self.vertex(v), &ties.faces, [last, 0]);
-            last = found.unwrap_or(last);
-            found.is_some()
-        };
-        if !faces_of(patch).flat_map(|face| self.vertices.of_face(face)).all(&mut is_near) {
+        if !self.are_near(patch, &ties.faces) {
             return false;
         }
         let mut rim: Vec<DVec3> = Vec::with_capacity(new.len() + 2);
@@ -176,40 +179,91 @@ impl<'a> Tether<'a> {
         holds
     }
 
+    /// Whether the vertices that belong to the patch are near its new faces.
+    fn are_near(&self, patch: &EdgePatch<'_>, faces: &[Prepared]) -> bool {
+        // The farthest one of each face before all others.
+        let first = faces_of(patch).filter_map(|face| self.vertices.of_face(face).next());
+        let mut others = faces_of(patch).flat_map(|face| self.vertices.of_face(face).skip(1));
+        if !self.are_all_near(first, faces) || !self.are_all_near(others.by_ref().take(FEW), faces)
+        {
+            return false;
+        }
+        let others: Vec<u32> = others.collect();
+        parallel::holds_in_blocks(others.len(), |range| {
+            self.are_all_near(others[range].iter().copied(), faces)
+        })
+    }
+
+    fn are_all_near(&self, mut vertices: impl Iterator<Item = u32>, faces: &[Prepared]) -> bool {
+        let mut last = 0;
+        vertices.all(|v| {
+            let found = self.reach.find(self.vertex(v), faces, [last, 0]);
+            last = found.unwrap_or(last);
+            found.is_some()
+        })
+    }
+
     /// Leaves which of the new faces is closest to each vertex that belongs to the patch.
     fn find_closest(&self, patch: &EdgePatch<'_>, ties: &mut Ties) {
         let Ties { faces, vertices, .. } = ties;
-        let new = faces.iter().take(patch.remaining_faces().len());
+        let tied = faces_of(patch).flat_map(|face| self.vertices.of_face(face));
         vertices.clear();
-        vertices.extend(faces_of(patch).flat_map(|face| self.vertices.of_face(face)).map(|v| {
-            let (mut squared, mut closest) = (f64::INFINITY, usize::MAX);
-            for (face, triangle) in new.clone().enumerate() {
-                if let Some(found) = triangle.squared_distance(self.vertex(v), squared) {
-                    (squared, closest) = (found, face);
+        vertices.extend(tied.map(|v| (f64::INFINITY, v, usize::MAX)));
+        parallel::update(vertices, |_, (squared, v, closest)| {
+            for (face, triangle) in faces.iter().enumerate() {
+                if let Some(found) = triangle.squared_distance(self.vertex(*v), *squared) {
+                    (*squared, *closest) = (found, face);
                 }
             }
-            (squared, v, closest)
-        }));
+        });
         sort_by_distance(vertices);
     }
 
     /// Whether the edges that belong to the patch are covered by its new faces, and others that they belong to
     /// as well.
     fn covers_edges(&self, patch: &EdgePatch<'_>, ties: &mut Ties) -> bool {
-        let Ties { faces, edges, others: beyond, .. } = ties;
+        let Ties { faces, edges, others, .. } = ties;
         let around: Vec<FaceId> = faces_of(patch).collect();
-        let (count, mut last) = (faces.len(), [0; 2]);
+        let all = self.edges_of_faces(around.iter().copied());
+        let blocks: Vec<&[u32]> = all.chunks(FEW).collect();
+        let all_hold = AtomicBool::new(true);
+        let found = parallel::collect_each(blocks.len(), |block| {
+            let mut found = Covered::default();
+            if all_hold.load(Ordering::Relaxed)
+                && !self.covers_some(blocks[block], patch, (faces, &around), &mut found)
+            {
+                all_hold.store(false, Ordering::Relaxed);
+            }
+            found
+        });
         edges.clear();
-        self.edges_of_faces(around.iter().copied()).into_iter().all(|edge| {
-            faces.truncate(count);
-            let first = beyond.len();
-            beyond.extend(self.covers.of_edge(edge).filter(|face| !around.contains(face)));
-            let others = &beyond[first..];
-            faces.extend(others.iter().map(|&face| Prepared::new(patch.mesh().triangle(face))));
+        for Covered { edges: some, others: beyond } in found {
+            edges.extend(some);
+            others.extend(beyond);
+        }
+        all_hold.into_inner()
+    }
+
+    /// The same for some of the edges.
+    fn covers_some(
+        &self,
+        some: &[u32],
+        patch: &EdgePatch<'_>,
+        (new, around): (&[Prepared], &[FaceId]),
+        found: &mut Covered,
+    ) -> bool {
+        let Covered { edges, others } = found;
+        let (mut faces, mut last) = (new.to_vec(), [0; 2]);
+        some.iter().all(|&edge| {
+            faces.truncate(new.len());
+            let first = others.len();
+            others.extend(self.covers.of_edge(edge).filter(|face| !around.contains(face)));
+            let beyond = &others[first..];
+            faces.extend(beyond.iter().map(|&face| Prepared::new(patch.mesh().triangle(face))));
             let before = edges.len();
             // The others have it already.
-            self.reach.cover(self.segment(edge), faces, &mut last, &mut |face| {
-                if face < count && !edges[before..].contains(&(edge, face)) {
+            self.reach.cover(self.segment(edge), &faces, &mut last, &mut |face| {
+                if face < new.len() && !edges[before..].contains(&(edge, face)) {
                     edges.push((edge, face));
                 }
             })
@@ -250,6 +304,9 @@ impl Foot {
         Self { distance, face, triangle }
     }
 }
+
+/// Vertices and edges of a patch that are looked at by one thread, one after the other.
+const FEW: usize = 512;
 
 /// How many vertices are looked at together.
 const POINTS: usize = 1 << 16;
