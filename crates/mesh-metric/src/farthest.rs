@@ -15,11 +15,24 @@ impl Bvh {
     /// The largest of `known` and the squared distances of points from all triangles. Points that are
     /// not finite have none.
     pub(crate) fn farthest(&self, points: &[DVec3], known: f64) -> f64 {
+        self.farthest_until(f64::INFINITY, points, known)
+    }
+
+    /// Whether all squared distances of points, which are finite, are at most `most`.
+    pub(crate) fn are_within(&self, points: &[DVec3], most: f64) -> bool {
+        self.farthest_until(most, points, most) <= most
+    }
+
+    /// [`Bvh::farthest`], or anything beyond `enough` when that is less.
+    fn farthest_until(&self, enough: f64, points: &[DVec3], known: f64) -> f64 {
         let order = along_a_curve(points);
         let mut largest = known;
         dispatch!(self.simd(), simd => {
             let (mut guess, mut tasks) = (0, Tasks::new(self.root_height()));
             for eight in order.chunks(LANES) {
+                if largest > enough {
+                    break;
+                }
                 if self.is_one_packet(points, eight, guess) {
                     guess = self.farthest_of_eight(simd, points, eight, guess, &mut tasks, &mut largest);
                 } else {

@@ -225,7 +225,7 @@ impl Surface {
         parallel::holds_in_blocks(points.len(), |range| {
             let points = &points[range];
             let are_finite = points.iter().all(|point| point.is_finite());
-            are_finite && self.bvh.farthest(points, squared) <= squared
+            are_finite && self.bvh.are_within(points, squared)
         })
     }
 
