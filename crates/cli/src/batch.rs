@@ -101,6 +101,7 @@ impl Job {
         }
         if let Some(single) = self.single(&session.given)? {
             let console = &*session.console.beside(single.output.as_deref())?;
+            session.on_one_thing()?;
             work(&single, console)?.print(console)?;
             return Ok(Outcome::of_run());
         }
@@ -108,7 +109,7 @@ impl Job {
         if let Some(shard) = self.many.shard {
             tasks = shard.of_items(tasks);
         }
-        all(&tasks, self.many.resume, session, work)
+        all(&tasks, self.many.resume, session.on_many_files()?, work)
     }
 
     /// The only file, if there is only one and it does not go to a folder.
@@ -329,7 +330,7 @@ fn all(
     let inner = console.below(&bar);
     let (next, (send, receive)) = (AtomicUsize::new(0), mpsc::channel());
     let mut table = Table::default();
-    let workers = session.threads.min(tasks.len());
+    let workers = session.files_at_a_time().min(tasks.len());
     // Threads of their own, not tasks of the pool that the libraries compute in: a thread of the pool
     // that waits for a part of one file would start on another file in the meantime.
     std::thread::scope(|scope| {

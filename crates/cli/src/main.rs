@@ -27,7 +27,6 @@ mod task;
 mod text;
 mod view;
 
-use std::num::NonZero;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches};
@@ -74,8 +73,7 @@ fn parse() -> Result<(Arguments, Session), clap::Error> {
         None => ("", Given::default()),
     };
     let arguments = Arguments::from_arg_matches(&matches)?;
-    let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
-    let threads = arguments.common.threads.map_or(cores, NonZero::get);
+    let threads = arguments.common.threads;
     let console = Console::new(&arguments.common, name, &given);
     Ok((arguments, Session { console, given, threads }))
 }
@@ -104,24 +102,20 @@ fn report(failure: &Failure, console: &Console) -> ExitCode {
 }
 
 fn run(arguments: Arguments, session: &Session) -> Result<Outcome, Failure> {
-    if let Some(threads) = arguments.common.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get());
-        pool.build_global().map_err(Failure::pool)?;
-    }
     match arguments.command {
-        Command::Info(options) => info::run(&options, session),
+        Command::Info(options) => info::run(&options, session.on_one_thing()?),
         Command::Convert(options) => convert::run(&options.with_output()?, session),
         Command::Curvature(options) => curvature::run(&options, session),
         Command::Flip(options) => flip::run(&options, session),
         Command::Patch(options) => patch::run(&options, session),
         Command::Simplify(options) => simplify::run(&options, session),
-        Command::Lod(options) => lod::run(&options, session),
-        Command::Distance(options) => distance::run(&options, session),
+        Command::Lod(options) => lod::run(&options, session.on_one_thing()?),
+        Command::Distance(options) => distance::run(&options, session.on_one_thing()?),
         Command::Subdivide(options) => subdivide::run(&options, session),
         Command::Repair(options) => repair::run(&options, session),
-        Command::View(options) => view_command::run(&options, session),
-        Command::Render(options) => render::run(&options, session),
-        Command::Region(options) => region::run(&options, session),
+        Command::View(options) => view_command::run(&options, session.on_one_thing()?),
+        Command::Render(options) => render::run(&options, session.on_one_thing()?),
+        Command::Region(options) => region::run(&options, session.on_one_thing()?),
         Command::Completions(options) => completions::run(&options, Arguments::command()),
         Command::Man(options) => man::run(&options, Arguments::command()),
     }

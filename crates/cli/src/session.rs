@@ -1,6 +1,11 @@
 //! What a run has besides the options of its command.
 
+use std::num::NonZero;
+
+use rayon::ThreadPoolBuilder;
+
 use crate::console::Console;
+use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::is_asked_to_end;
 
@@ -9,8 +14,33 @@ use crate::interrupt::is_asked_to_end;
 pub(crate) struct Session {
     pub(crate) console: Console,
     pub(crate) given: Given,
+    /// How many threads there are to be, if that was said.
+    pub(crate) threads: Option<NonZero<usize>>,
+}
+
+impl Session {
+    /// This run, whose work this thread hands out, which does a share of it itself: from a thread that is not one of
+    /// those that compute, every loop over elements would cost a change of threads there and back.
+    pub(crate) fn on_one_thing(&self) -> Result<&Self, Failure> {
+        self.pool().use_current_thread().build_global().map_err(Failure::pool)?;
+        Ok(self)
+    }
+
+    /// This run, whose work other threads hand out while this one waits for them.
+    pub(crate) fn on_many_files(&self) -> Result<&Self, Failure> {
+        self.pool().build_global().map_err(Failure::pool)?;
+        Ok(self)
+    }
+
+    fn pool(&self) -> ThreadPoolBuilder {
+        ThreadPoolBuilder::new().num_threads(self.threads.map_or(0, NonZero::get))
+    }
+
     /// How many files are worked on at a time.
-    pub(crate) threads: usize,
+    pub(crate) fn files_at_a_time(&self) -> usize {
+        let cores = std::thread::available_parallelism().map_or(1, NonZero::get);
+        self.threads.map_or(cores, NonZero::get)
+    }
 }
 
 /// How a run that has reported its results ends.

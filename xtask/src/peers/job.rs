@@ -124,6 +124,7 @@ pub(crate) struct PeerJob {
 pub(crate) fn run(options: &PeerJob) -> Result<(), Failure> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads)
+        .use_current_thread()
         .build_global()
         .map_err(Failure::mesh)?;
     let input = RawMesh::read(&options.input)?;
