@@ -64,9 +64,7 @@ impl Sheet<'static> {
         }
         let regions = &mut regions;
         let mut triangles = all(regions, |region| &mut region.triangles);
-        for corner in triangles.iter_mut().flatten() {
-            *corner = number[*corner as usize];
-        }
+        parallel::update(&mut triangles, |_, t| *t = t.map(|corner| number[corner as usize]));
         drop(number);
         Self {
             whole: None,

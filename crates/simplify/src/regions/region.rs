@@ -1,7 +1,7 @@
 //! A region of a sheet: all that its collapses need, and what they leave.
 
 use glam::DVec3;
-use mesh_core::TriMesh;
+use mesh_core::{TriMesh, parallel};
 
 use crate::collapse::quadric::Quadric;
 use crate::collapse::refusal::Refusals;
@@ -219,27 +219,38 @@ impl Region {
         let mut forecast = Forecast::of(part.triangles.len());
         let mut tile = Tile::new(part, *rules);
         let is_whole = tile.run(goal, goes_on, &mut |bucket, faces| forecast.add(bucket, faces));
-        let mut is_gone = vec![false; own];
-        tile.merged.iter().for_each(|&[removed, _]| is_gone[removed as usize] = true);
-        let left: Vec<usize> = (0..own).filter(|&v| !is_gone[v]).collect();
-        let (mut triangles, mut faces, mut half_edges) = (Vec::new(), Vec::new(), Vec::new());
-        for (face, triangle) in tile.triangles().take_while(|&(face, _)| face < handed_on) {
-            let [a, b, c] = triangle;
-            triangles.push([vertices[a as usize], vertices[b as usize], vertices[c as usize]]);
-            faces.push(face_ids[face]);
-            if rules.record {
-                half_edges.push(tile.half_edges(face));
+        let tile = &tile;
+        let of_faces = || {
+            let (mut triangles, mut faces, mut half_edges) = (Vec::new(), Vec::new(), Vec::new());
+            for (face, triangle) in tile.triangles().take_while(|&(face, _)| face < handed_on) {
+                let [a, b, c] = triangle;
+                triangles.push([vertices[a as usize], vertices[b as usize], vertices[c as usize]]);
+                faces.push(face_ids[face]);
+                if rules.record {
+                    half_edges.push(tile.half_edges(face));
+                }
             }
-        }
+            (triangles, faces, half_edges)
+        };
+        let of_vertices = || {
+            let mut is_gone = vec![false; own];
+            tile.merged.iter().for_each(|&[removed, _]| is_gone[removed as usize] = true);
+            let left: Vec<usize> = (0..own).filter(|&v| !is_gone[v]).collect();
+            let positions: Vec<DVec3> = left.iter().map(|&v| tile.position(v)).collect();
+            let quadrics: Vec<Quadric> = left.iter().map(|&v| tile.quadric(v)).collect();
+            (left, positions, quadrics)
+        };
+        let ((triangles, face_ids, half_edges), (left, positions, quadrics)) =
+            parallel::both(of_faces, of_vertices);
         let id = |v: u32| vertex_ids[v as usize];
         let step = |step: &Step| Step { removed: id(step.removed), kept: id(step.kept), ..*step };
         let reduced = Reduced {
             vertices: left.iter().map(|&v| vertices[v]).collect(),
             vertex_ids: left.iter().map(|&v| vertex_ids[v]).collect(),
-            positions: left.iter().map(|&v| tile.position(v)).collect(),
-            quadrics: left.iter().map(|&v| tile.quadric(v)).collect(),
+            positions,
+            quadrics,
             triangles,
-            face_ids: faces,
+            face_ids,
             half_edges,
             forecast,
             done: Done {

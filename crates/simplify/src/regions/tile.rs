@@ -119,28 +119,33 @@ const ASKED_EVERY: usize = 4096;
 impl Tile {
     pub(super) fn new(part: Part, rules: Rules) -> Self {
         let Part { triangles, positions, quadrics, own, mut half_edges, half_edge_capacity } = part;
-        let corners = match half_edge_capacity {
+        let remembers = !quadrics.is_empty();
+        let corners = || match half_edge_capacity {
             0 => Corners::new(positions.len(), &triangles),
             capacity => Corners::of_half_edges(positions.len(), &triangles, &half_edges, capacity),
         };
+        let vertices = || {
+            let quadrics = quadrics.into_iter().chain(core::iter::repeat(Quadric::default()));
+            let vertex = |(&position, quadric): (_, Quadric)| Vertex::new(position, &quadric);
+            let mut vertices: Vec<Vertex> = positions.iter().zip(quadrics).map(vertex).collect();
+            let mut is_free = vec![true; vertices.len()];
+            for t in &triangles {
+                let is_own = t.iter().all(|&v| (v as usize) < own);
+                for &v in t {
+                    let vertex = &mut vertices[v as usize];
+                    vertex.set_valence(vertex.valence() + 1);
+                    is_free[v as usize] &= is_own;
+                }
+            }
+            (vertices, is_free)
+        };
+        let (corners, (mut vertices, is_free)) = parallel::both(corners, vertices);
+        drop(positions);
         if !rules.record {
             half_edges = Vec::new();
         }
-        let remembers = !quadrics.is_empty();
-        let quadrics = quadrics.into_iter().chain(core::iter::repeat(Quadric::default()));
-        let vertex = |(position, quadric): (_, Quadric)| Vertex::new(position, &quadric);
-        let mut vertices: Vec<Vertex> = positions.into_iter().zip(quadrics).map(vertex).collect();
         if !remembers {
             remember_faces(&mut vertices, &triangles, &corners, rules.border);
-        }
-        let mut is_free = vec![true; vertices.len()];
-        for t in &triangles {
-            let is_own = t.iter().all(|&v| (v as usize) < own);
-            for &v in t {
-                let vertex = &mut vertices[v as usize];
-                vertex.set_valence(vertex.valence() + 1);
-                is_free[v as usize] &= is_own;
-            }
         }
         drop(triangles);
         let mut tile = Self {
