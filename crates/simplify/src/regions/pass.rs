@@ -47,36 +47,48 @@ impl Sheet<'static> {
     }
 
     /// The same, for a sheet with so many vertices.
-    fn join_all(mut regions: Vec<Reduced>, capacity: usize) -> Self {
+    fn join_all(regions: Vec<Reduced>, capacity: usize) -> Self {
         let mut number = vec![u32::MAX; capacity];
         let left = regions.iter().flat_map(|region| &region.vertices);
         for (new, &v) in left.enumerate() {
             number[v as usize] = new as u32;
         }
-        // What has been put together is given back, so that nothing is there twice.
-        fn all<T>(regions: &mut [Reduced], of: impl Fn(&mut Reduced) -> &mut Vec<T>) -> Vec<T> {
-            let count = regions.iter_mut().map(|region| of(region).len()).sum();
-            let mut all = Vec::with_capacity(count);
-            for region in regions {
-                all.append(&mut core::mem::take(of(region)));
-            }
-            all
-        }
-        let regions = &mut regions;
-        let mut triangles = all(regions, |region| &mut region.triangles);
-        parallel::update(&mut triangles, |_, t| *t = t.map(|corner| number[corner as usize]));
-        drop(number);
+        let lists = regions.into_iter().map(|region| {
+            let Reduced { positions, quadrics, vertex_ids, .. } = region;
+            let Reduced { triangles, face_ids, half_edges, .. } = region;
+            ((triangles, face_ids, half_edges), (positions, quadrics, vertex_ids))
+        });
+        let (faces, vertices): (Vec<_>, Vec<_>) = lists.unzip();
+        let (triangles, face_ids, half_edges): (Vec<_>, Vec<_>, Vec<_>) =
+            faces.into_iter().collect();
+        let (positions, quadrics, vertex_ids): (Vec<_>, Vec<_>, Vec<_>) =
+            vertices.into_iter().collect();
+        let of_faces = || {
+            let mut triangles = joined(triangles);
+            parallel::update(&mut triangles, |_, t| *t = t.map(|corner| number[corner as usize]));
+            (triangles, joined(face_ids), joined(half_edges))
+        };
+        let of_vertices = || (joined(positions), joined(quadrics), joined(vertex_ids));
+        let ((triangles, face_ids, half_edges), (positions, quadrics, vertex_ids)) =
+            parallel::both(of_faces, of_vertices);
         Self {
             whole: None,
             held: 0,
-            positions: Cow::Owned(all(regions, |region| &mut region.positions)),
-            quadrics: all(regions, |region| &mut region.quadrics),
-            vertex_ids: all(regions, |region| &mut region.vertex_ids),
+            positions: Cow::Owned(positions),
+            quadrics,
+            vertex_ids,
             triangles,
-            face_ids: all(regions, |region| &mut region.face_ids),
-            half_edges: all(regions, |region| &mut region.half_edges),
+            face_ids,
+            half_edges,
         }
     }
+}
+
+/// One list of all. What has been put together is given back, so that nothing is there twice.
+fn joined<T>(lists: Vec<Vec<T>>) -> Vec<T> {
+    let mut all = Vec::with_capacity(lists.iter().map(Vec::len).sum());
+    lists.into_iter().for_each(|mut list| all.append(&mut list));
+    all
 }
 
 impl Sheet<'_> {
