@@ -4,8 +4,6 @@
 //! one by one, and sums are added in blocks whose size does not depend on the number of threads.
 
 use core::ops::Range;
-#[cfg(feature = "rayon")]
-use core::sync::atomic::{AtomicBool, Ordering};
 
 #[cfg(feature = "rayon")]
 use rayon::prelude::*;
@@ -152,6 +150,22 @@ pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) ->
     (0..count).map(value).collect()
 }
 
+/// [`collect_each`] of values that there may be none of: then any of the errors, and after the first one nothing else is
+/// begun.
+///
+/// # Errors
+/// One of the values is an error.
+pub fn try_collect_each<T: Send, E: Send>(
+    count: usize,
+    value: impl Fn(usize) -> Result<T, E> + Sync,
+) -> Result<Vec<T>, E> {
+    #[cfg(feature = "rayon")]
+    if !stays_here(count) {
+        return (0..count).into_par_iter().with_max_len(1).map(&value).collect();
+    }
+    (0..count).map(value).collect()
+}
+
 /// Indices in a block of [`holds_in_blocks`].
 const FEW: usize = 1024;
 
@@ -162,13 +176,7 @@ pub fn holds_in_blocks(count: usize, holds: impl Fn(Range<usize>) -> bool + Sync
     let block = |b: usize| holds(b * FEW..count.min((b + 1) * FEW));
     #[cfg(feature = "rayon")]
     if !stays_here(blocks) {
-        let all_hold = AtomicBool::new(true);
-        (0..blocks).into_par_iter().with_max_len(1).for_each(|b| {
-            if all_hold.load(Ordering::Relaxed) && !block(b) {
-                all_hold.store(false, Ordering::Relaxed);
-            }
-        });
-        return all_hold.into_inner();
+        return (0..blocks).into_par_iter().with_max_len(1).all(block);
     }
     (0..blocks).all(block)
 }
@@ -315,6 +323,14 @@ mod tests {
             assert!(!holds_in_blocks(count, |range| !range.contains(&bad)));
         }
         assert!(holds_in_blocks(0, |_| false));
+    }
+
+    #[test]
+    fn all_values_come_in_order_or_an_error_instead_of_them() {
+        let below =
+            |limit: usize| try_collect_each(100, move |i| if i < limit { Ok(i) } else { Err(i) });
+        assert_eq!(below(100), Ok((0..100).collect()));
+        assert!(below(70).is_err_and(|i| (70..100).contains(&i)));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use mesh_core::{TriMesh, VertexMap, parallel};
 
 use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::Nearest;
-use crate::sampling::{AreaSampler, first_beyond};
+use crate::sampling::{AreaSampler, first_beyond, running_totals};
 use crate::surface::Surface;
 
 /// How to sample; see [`compare`].
@@ -348,12 +348,7 @@ impl<'a> EdgePoints<'a> {
     fn space(&mut self, spacing: f64, limit: usize) {
         let Self { surface, edges, .. } = self;
         let count = |i: usize| points_within(ends_of(surface, edges[i]), spacing, limit);
-        self.ends = parallel::collect(edges.len(), count);
-        let mut total = 0;
-        for end in &mut self.ends {
-            total += *end;
-            *end = total;
-        }
+        self.ends = running_totals(parallel::collect(edges.len(), count));
     }
 
     fn count(&self) -> usize {

@@ -1,6 +1,6 @@
 //! Points spread evenly over a surface.
 
-use core::ops::Range;
+use core::ops::{AddAssign, Range};
 
 use glam::DVec3;
 use mesh_core::parallel;
@@ -46,13 +46,9 @@ pub(crate) struct AreaSampler<'a> {
 
 impl<'a> AreaSampler<'a> {
     pub(crate) fn new(surface: &'a Surface, count: usize, seed: u64) -> Self {
-        let mut cumulative =
-            parallel::collect(surface.triangle_count(), |t| area_of(surface.triangle(t)));
-        let mut total = 0.0;
-        for area in &mut cumulative {
-            total += *area;
-            *area = total;
-        }
+        let areas = parallel::collect(surface.triangle_count(), |t| area_of(surface.triangle(t)));
+        let cumulative = running_totals(areas);
+        let total = cumulative.last().copied().unwrap_or(0.0);
         Self { surface, cumulative, rule: Rule::new(total, count, seed) }
     }
 
@@ -77,6 +73,16 @@ impl<'a> AreaSampler<'a> {
             SurfaceSample { position, triangle: triangle as u32, weights }
         })
     }
+}
+
+/// The sum of the numbers up to and including each.
+pub(crate) fn running_totals<T: Default + Copy + AddAssign>(mut numbers: Vec<T>) -> Vec<T> {
+    let mut total = T::default();
+    for number in &mut numbers {
+        total += *number;
+        *number = total;
+    }
+    numbers
 }
 
 /// How many of the numbers, which never fall, are at most `at`, where `known` of them are: quick when

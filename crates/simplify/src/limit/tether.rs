@@ -12,8 +12,6 @@
 //! farther away than its ends. A collapse is allowed when the vertices and edges that belong to the
 //! faces it changes are covered again, and the edges that it changes are close enough to the original.
 
-use core::sync::atomic::{AtomicBool, Ordering};
-
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, parallel};
 use mesh_metric::{ClosestPoint, Surface, SurfaceError};
@@ -226,35 +224,36 @@ impl<'a> Tether<'a> {
         let around: Vec<FaceId> = faces_of(patch).collect();
         let all = self.edges_of_faces(around.iter().copied());
         let blocks: Vec<&[u32]> = all.chunks(FEW).collect();
-        let all_hold = AtomicBool::new(true);
-        let found = parallel::collect_each(blocks.len(), |block| {
-            let mut found = Covered::default();
-            if all_hold.load(Ordering::Relaxed)
-                && !self.covers_some(blocks[block], patch, (faces, &around), &mut found)
-            {
-                all_hold.store(false, Ordering::Relaxed);
-            }
-            found
+        let found = parallel::try_collect_each(blocks.len(), |block| {
+            self.covers_some(blocks[block], patch, (faces, &around))
         });
         edges.clear();
-        for Covered { edges: some, others: beyond } in found {
-            edges.extend(some);
-            others.extend(beyond);
+        match found {
+            Ok(found) => {
+                for Covered { edges: some, others: beyond } in found {
+                    edges.extend(some);
+                    others.extend(beyond);
+                }
+                true
+            }
+            Err(beyond) => {
+                others.extend(beyond);
+                false
+            }
         }
-        all_hold.into_inner()
     }
 
-    /// The same for some of the edges.
+    /// The same for some of the edges; where one of them is not covered, the faces beyond the patch that this
+    /// depends on.
     fn covers_some(
         &self,
         some: &[u32],
         patch: &EdgePatch<'_>,
         (new, around): (&[Prepared], &[FaceId]),
-        found: &mut Covered,
-    ) -> bool {
-        let Covered { edges, others } = found;
+    ) -> Result<Covered, Vec<FaceId>> {
+        let Covered { mut edges, mut others } = Covered::default();
         let (mut faces, mut last) = (new.to_vec(), [0; 2]);
-        some.iter().all(|&edge| {
+        let all_hold = some.iter().all(|&edge| {
             faces.truncate(new.len());
             let first = others.len();
             others.extend(self.covers.of_edge(edge).filter(|face| !around.contains(face)));
@@ -267,7 +266,8 @@ impl<'a> Tether<'a> {
                     edges.push((edge, face));
                 }
             })
-        })
+        });
+        if all_hold { Ok(Covered { edges, others }) } else { Err(others) }
     }
 
     /// The edges that belong to some faces, each once.
@@ -305,7 +305,7 @@ impl Foot {
     }
 }
 
-/// Vertices and edges of a patch that are looked at by one thread, one after the other.
+/// Edges of a patch that one thread looks at, one after the other; and its vertices that are looked at before others help.
 const FEW: usize = 512;
 
 /// How many vertices are looked at together.

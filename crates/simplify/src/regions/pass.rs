@@ -63,7 +63,7 @@ impl Sheet<'static> {
             faces.into_iter().collect();
         let (positions, quadrics, vertex_ids): (Vec<_>, Vec<_>, Vec<_>) =
             vertices.into_iter().collect();
-        let of_faces = || {
+        let of_faces = move || {
             let mut triangles = joined(triangles);
             parallel::update(&mut triangles, |_, t| *t = t.map(|corner| number[corner as usize]));
             (triangles, joined(face_ids), joined(half_edges))
