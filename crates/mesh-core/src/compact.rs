@@ -1,6 +1,7 @@
 //! Closing the gaps that edits leave, and saying where everything went.
 
 use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+use crate::parallel;
 use crate::topology::{HalfEdge, Topology};
 
 /// Old handles to new ones after [`Topology::compact`]. The order of elements is kept.
@@ -48,11 +49,17 @@ impl Topology {
     /// handles, so that caller-owned data can follow
     /// (`AttributeMap::compact`).
     pub fn compact(&mut self) -> Remap {
-        let remap = Remap {
-            vertices: renumber(self.vertex_capacity(), |v| self.contains_vertex(v)),
-            edges: renumber(self.edge_capacity(), |e| self.contains_edge(e)),
-            faces: renumber(self.face_capacity(), |f| self.contains_face(f)),
-        };
+        let ((vertices, faces), edges) = parallel::both(
+            || (self.vertices().collect::<Vec<_>>(), self.faces().collect::<Vec<_>>()),
+            || self.edges().collect::<Vec<_>>(),
+        );
+        let of_vertices = || new_handles(&vertices, self.vertex_capacity());
+        let of_faces = || new_handles(&faces, self.face_capacity());
+        let ((vertices_to, faces_to), edges_to) = parallel::both(
+            || (of_vertices(), of_faces()),
+            || new_handles(&edges, self.edge_capacity()),
+        );
+        let remap = Remap { vertices: vertices_to, edges: edges_to, faces: faces_to };
         // Whatever a live element refers to is live, so the fallbacks are never taken.
         let half_edge = |h: HalfEdgeId| remap.new_handle(h).unwrap_or(h);
         let vertex = |v: VertexId| remap.new_handle(v).unwrap_or(v);
@@ -61,13 +68,13 @@ impl Topology {
             target: vertex(self.target(h)),
             face: self.face(h).and_then(|f| remap.new_handle(f)),
         };
-        // No more room than they need: with gaps, iterators do not tell how many will come.
-        let mut half_edges = Vec::with_capacity(2 * self.edge_count());
-        half_edges.extend(self.half_edges().map(linked));
-        let mut of_vertex = Vec::with_capacity(self.vertex_count());
-        of_vertex.extend(self.vertices().map(|v| self.half_edge_of_vertex(v).map(half_edge)));
-        let mut of_face = Vec::with_capacity(self.face_count());
-        of_face.extend(self.faces().map(|f| half_edge(self.half_edge_of_face(f))));
+        let half_edges =
+            parallel::collect(2 * edges.len(), |i| linked(edges[i / 2].half_edges()[i % 2]));
+        let of_vertex = parallel::collect(vertices.len(), |i| {
+            self.half_edge_of_vertex(vertices[i]).map(half_edge)
+        });
+        let of_face =
+            parallel::collect(faces.len(), |i| half_edge(self.half_edge_of_face(faces[i])));
         self.half_edges = half_edges;
         self.vertex_half_edge = of_vertex;
         self.face_half_edge = of_face;
@@ -76,14 +83,11 @@ impl Topology {
     }
 }
 
-fn renumber<H: Handle>(capacity: usize, is_live: impl Fn(H) -> bool) -> Vec<Option<H>> {
-    let mut coming = 0;
-    (0..capacity)
-        .map(|index| {
-            is_live(H::from_index(index)).then(|| {
-                coming += 1;
-                H::from_index(coming - 1)
-            })
-        })
-        .collect()
+/// By index: the new handles of the elements that are there, and of no others.
+fn new_handles<H: Handle>(there: &[H], capacity: usize) -> Vec<Option<H>> {
+    let mut new = vec![None; capacity];
+    for (index, old) in there.iter().enumerate() {
+        new[old.index()] = Some(H::from_index(index));
+    }
+    new
 }

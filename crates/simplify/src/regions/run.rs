@@ -250,8 +250,10 @@ impl Passes<'_, '_> {
         for (new, id) in left.vertices.iter().enumerate() {
             of_id[id.index()] = Some(VertexId::new(new as u32));
         }
-        let became = merged_into.iter().map(|&v| of_id[v as usize]).collect();
-        let quadrics = order.iter().filter_map(|&v| sheet.quadrics.get(v as usize).copied());
+        let became = parallel::collect(merged_into.len(), |v| of_id[merged_into[v] as usize]);
+        // There are none, or there is one of each.
+        let count = order.len().min(sheet.quadrics.len());
+        let quadrics = parallel::collect(count, |v| sheet.quadrics[order[v] as usize]);
         let run = Run {
             stop: self.stop.unwrap_or(StopReason::Faces),
             collapses: self.collapses,
@@ -261,8 +263,7 @@ impl Passes<'_, '_> {
             snapshots: self.snapshots,
             ..Run::new()
         };
-        let (quadrics, became) = (quadrics.collect(), VertexMap::from_vec(became));
-        Regional { left, became, quadrics, run }
+        Regional { left, became: VertexMap::from_vec(became), quadrics, run }
     }
 }
 

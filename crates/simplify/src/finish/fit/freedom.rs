@@ -1,7 +1,7 @@
 //! Which way each vertex may go in a fit.
 
 use glam::DVec3;
-use mesh_core::{Handle, TriMesh, VertexId};
+use mesh_core::{Handle, TriMesh, VertexId, parallel};
 use mesh_metric::Surface;
 
 use crate::finish::curve::Curve;
@@ -44,7 +44,7 @@ pub(super) fn freedoms(mesh: &TriMesh, constraints: &FitConstraints) -> Vec<Free
             _ => Freedom::Fixed,
         }
     };
-    let mut freedoms: Vec<Freedom> = (0..topology.vertex_capacity()).map(of_vertex).collect();
+    let mut freedoms: Vec<Freedom> = parallel::collect(topology.vertex_capacity(), of_vertex);
     let curves = [
         (Freedom::AlongBoundary, &constraints.boundary_curve),
         (Freedom::AlongFeature, &constraints.feature_curve),

@@ -4,6 +4,7 @@ use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, parallel};
 
 use crate::collapse::symmetric::{Factors, Symmetric3};
+use crate::finish::blocks::for_blocks_in_turn;
 use crate::finish::fit::constraints::FitConstraints;
 use crate::finish::fit::element::Element;
 use crate::finish::fit::freedom::Freedom;
@@ -30,6 +31,9 @@ pub(super) struct System {
 /// The place of what has none.
 const NONE: u32 = u32::MAX;
 
+/// Vertices whose neighbours one thread looks up at a time.
+const BLOCK: usize = 2048;
+
 impl System {
     pub(super) fn new(mesh: &TriMesh, freedoms: &[Freedom]) -> Self {
         let topology = mesh.topology();
@@ -43,17 +47,34 @@ impl System {
         let (mut ends, mut neighbours) =
             (Vec::with_capacity(vertices.len()), Vec::with_capacity(2 * topology.edge_count()));
         let mut edges = 0;
-        for &v in &vertices {
-            for h in topology.outgoing(v).filter(|&h| is_free(topology.target(h))) {
-                let block = &mut block_of[h.edge().index()];
-                if *block == NONE {
-                    *block = edges;
-                    edges += 1;
+        for_blocks_in_turn(
+            vertices.len(),
+            BLOCK,
+            |range| {
+                let (mut degrees, mut all) = (Vec::with_capacity(range.len()), Vec::new());
+                for &v in &vertices[range] {
+                    let before = all.len();
+                    let to_free = topology.outgoing(v).filter(|&h| is_free(topology.target(h)));
+                    all.extend(to_free.map(|h| (place_of[topology.target(h).index()], h.edge())));
+                    degrees.push(all.len() - before);
                 }
-                neighbours.push([place_of[topology.target(h).index()], *block]);
-            }
-            ends.push(neighbours.len() as u32);
-        }
+                (degrees, all)
+            },
+            |(degrees, all)| {
+                for degree in degrees {
+                    ends.push(ends.last().copied().unwrap_or(0) + degree as u32);
+                }
+                // Blocks in the order in which they are met, so that those of neighbours are close to each other.
+                for (place, edge) in all {
+                    let block = &mut block_of[edge.index()];
+                    if *block == NONE {
+                        *block = edges;
+                        edges += 1;
+                    }
+                    neighbours.push([place, *block]);
+                }
+            },
+        );
         let of_vertex = vec![Symmetric3::default(); vertices.len()];
         let of_edge = vec![Symmetric3::default(); edges as usize];
         let residual = vec![DVec3::ZERO; vertices.len()];

@@ -29,8 +29,9 @@ pub(super) const BLOCK: usize = 1024;
 /// A distance that was not asked for yet.
 const UNKNOWN: f64 = -1.0;
 
-/// Faces whose elements are asked for together, so that their points take little memory.
-const FACES: usize = 8192;
+/// Faces whose elements one thread asks for at a time, and all together, so that these take little memory.
+const FACES: usize = 256;
+const AT_ONCE: usize = 64 * FACES;
 
 pub(super) fn is_unknown(distance: f64) -> bool {
     distance < 0.0
@@ -54,13 +55,13 @@ impl Elements {
     /// Finds those that are unknown. The faces, which are all that there are, come in an order in which neighbours are
     /// close to each other.
     pub(super) fn ask(&mut self, mesh: &TriMesh, original: &Surface, faces: &[FaceId]) {
-        for faces in faces.chunks(FACES) {
-            let (asked, points) = self.take_unknown(mesh, faces);
-            let found = values_in_turn(points.len(), BLOCK, |range| {
-                let closest = original.closest_to_neighbours(&points[range]).into_iter();
-                closest.map(|closest| closest.distance).collect()
+        for faces in faces.chunks(AT_ONCE) {
+            let found = values_in_turn(faces.len(), FACES, |range| {
+                let (elements, points) = self.unknown_of(mesh, &faces[range]);
+                let closest = original.closest_to_neighbours(&points).into_iter();
+                elements.into_iter().zip(closest.map(|closest| closest.distance)).collect()
             });
-            for (element, distance) in asked.into_iter().zip(found) {
+            for (element, distance) in found {
                 *self.slot(element) = distance;
             }
         }
@@ -70,30 +71,31 @@ impl Elements {
         }
     }
 
-    /// The elements of some faces whose distance is unknown, each with its point. They count as known from then on.
-    fn take_unknown(&mut self, mesh: &TriMesh, faces: &[FaceId]) -> (Vec<Element>, Vec<DVec3>) {
+    /// The elements of some faces whose distance is unknown, each with its point: of vertices and edges those that no
+    /// other face has to ask for.
+    fn unknown_of(&self, mesh: &TriMesh, faces: &[FaceId]) -> (Vec<Element>, Vec<DVec3>) {
         let topology = mesh.topology();
         let (mut elements, mut points) = (Vec::new(), Vec::new());
-        let mut take = |element: Element, distance: &mut f64, point: &dyn Fn() -> DVec3| {
-            if is_unknown(*distance) {
-                *distance = 0.0;
-                elements.push(element);
-                points.push(point());
-            }
+        let mut take = |element: Element, point: DVec3| {
+            elements.push(element);
+            points.push(point);
         };
         for &face in faces {
-            take(Element::Face(face), &mut self.of_face[face.index()], &|| {
+            if is_unknown(self.of_face[face.index()]) {
                 let [a, b, c] = mesh.triangle(face);
-                a + ((b - a) + (c - a)) / 3.0
-            });
+                take(Element::Face(face), a + ((b - a) + (c - a)) / 3.0);
+            }
             for side in topology.face_half_edges(face) {
                 let (v, edge) = (topology.origin(side), side.edge());
-                let distance = &mut self.of_vertex[v.index()];
-                take(Element::Vertex(v), distance, &|| mesh.position(v));
-                take(Element::Edge(edge), &mut self.of_edge[edge.index()], &|| {
+                let first = topology.faces_of_vertex(v).next();
+                if is_unknown(self.of_vertex[v.index()]) && first == Some(face) {
+                    take(Element::Vertex(v), mesh.position(v));
+                }
+                let first = topology.edge_faces(edge).into_iter().flatten().next();
+                if is_unknown(self.of_edge[edge.index()]) && first == Some(face) {
                     let [p, q] = topology.edge_vertices(edge).map(|v| mesh.position(v));
-                    p + 0.5 * (q - p)
-                });
+                    take(Element::Edge(edge), p + 0.5 * (q - p));
+                }
             }
         }
         (elements, points)
