@@ -1,11 +1,11 @@
 //! Edge flips that bring the mesh closer to the samples of the original, by the mean of some order.
 //!
-//! Which flips help is found out for all edges at the same time. Of those that share a face the first is
-//! flipped; the others are looked at again in the next round, with the edges round the flips.
+//! Which flips help is found out for all edges at the same time; edges next to a flip are looked at
+//! again when their turn comes, so that the result is that of one after the other.
 
 use glam::DVec3;
 use mesh_core::edit::LegalFlip;
-use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, TriMesh, parallel};
+use mesh_core::{EdgeId, FaceId, Handle, TriMesh, parallel};
 use mesh_metric::closest_on_triangle;
 
 use crate::collapse::intersection::{ChangedFace, Intersections};
@@ -14,11 +14,7 @@ use crate::finish::fit::moves::keeps_side;
 use crate::finish::fit::pairs::Pairs;
 use crate::finish::norm::Power;
 
-/// How often edges are looked at: all of them, and three times those next to a flip, of which a fiftieth flips the
-/// first time and next to none the last.
-const ROUNDS: usize = 4;
-
-/// Flips edges whose flip lowers the sum of the powers of the distances of the targets of its two
+/// Flips every edge whose flip lowers the sum of the powers of the distances of the targets of its two
 /// faces.
 pub(super) fn flip_edges(
     mesh: &mut TriMesh,
@@ -30,45 +26,44 @@ pub(super) fn flip_edges(
     let mut sums: Vec<f64> = parallel::collect(mesh.topology().face_capacity(), |index| {
         paired.sum_of(FaceId::from_index(index), power)
     });
+    let helps: Vec<bool> = parallel::collect(mesh.topology().edge_capacity(), |index| {
+        let edge = EdgeId::from_index(index);
+        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, &sums, power, edge)
+    });
     let mut is_new = vec![false; mesh.topology().face_capacity()];
-    let mut edges: Vec<EdgeId> =
-        parallel::collect(mesh.topology().edge_capacity(), EdgeId::from_index);
+    let mut scratch = Vec::new();
     let mut flips = 0;
-    for _ in 0..ROUNDS {
-        let helps: Vec<bool> = parallel::collect(edges.len(), |i| {
-            !constraints.is_feature(edges[i])
-                && flip_is_closer(mesh, paired, &sums, power, edges[i])
-        });
-        let (mut flipped, mut again) = (Vec::new(), Vec::new());
-        for (edge, _) in edges.into_iter().zip(helps).filter(|&(_, helps)| helps) {
-            let [Some(left), Some(right)] = mesh.topology().edge_faces(edge) else { continue };
-            if is_new[left.index()] || is_new[right.index()] {
-                again.push(edge);
-                continue;
+    for (index, helped) in helps.into_iter().enumerate() {
+        let edge = EdgeId::from_index(index);
+        if !mesh.topology().contains_edge(edge) {
+            continue;
+        }
+        let mut faces = mesh.topology().edge_faces(edge).into_iter().flatten();
+        let helps = match faces.any(|face| is_new[face.index()]) {
+            true => {
+                !constraints.is_feature(edge) && flip_is_closer(mesh, paired, &sums, power, edge)
             }
-            let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
-            if found.as_ref().is_some_and(|found| flip_crosses(mesh, found, &legal)) {
-                continue;
-            }
-            mesh.flip(legal);
-            if let Some(found) = &mut found {
-                found.update(mesh, [left, right]);
-            }
-            flipped.push([left, right]);
+            false => helped,
+        };
+        if !helps {
+            continue;
+        }
+        let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
+        if found.as_ref().is_some_and(|found| flip_crosses(mesh, found, &legal)) {
+            continue;
+        }
+        mesh.flip(legal);
+        flips += 1;
+        if let Some(found) = &mut found {
+            found.update(mesh, mesh.topology().edge_faces(edge).into_iter().flatten());
+        }
+        if let [Some(left), Some(right)] = mesh.topology().edge_faces(edge) {
+            paired.redistribute(mesh, [left, right], &mut scratch);
             for face in [left, right] {
                 is_new[face.index()] = true;
+                sums[face.index()] = paired.sum_of(face, power);
             }
         }
-        flips += flipped.len();
-        paired.redistribute(mesh, &flipped);
-        for face in flipped.into_iter().flatten() {
-            is_new[face.index()] = false;
-            sums[face.index()] = paired.sum_of(face, power);
-            again.extend(mesh.topology().face_half_edges(face).map(HalfEdgeId::edge));
-        }
-        again.sort_unstable();
-        again.dedup();
-        edges = again;
     }
     flips
 }

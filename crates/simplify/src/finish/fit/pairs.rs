@@ -4,7 +4,7 @@ use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
 use mesh_metric::{Surface, closest_on_triangle};
 
-use crate::finish::blocks::{for_blocks_in_turn, values_in_turn};
+use crate::finish::blocks::for_blocks_in_turn;
 use crate::finish::face_lists::FaceLists;
 use crate::finish::fit::targets::{Ground, Target, Targets};
 use crate::finish::fit::walk::{End, walk_to};
@@ -32,10 +32,6 @@ enum Near<'f> {
 
 /// Points whose closest ones are looked for by one thread at a time.
 const BLOCK: usize = 1024;
-/// Flipped edges whose points are given to their new faces by one thread at a time, and all together, so that
-/// these take little memory.
-const TWOS: usize = 64;
-const TWOS_AT_ONCE: usize = 4096;
 
 impl<'a> Pairs<'a> {
     /// Pairs the targets with the closest faces.
@@ -235,28 +231,25 @@ impl<'a> Pairs<'a> {
         );
     }
 
-    /// Gives the points of each two faces to the one that is closer, the faces being as they are now. No face is
-    /// there twice.
-    pub(super) fn redistribute(&mut self, mesh: &TriMesh, twos: &[[FaceId; 2]]) {
-        for twos in twos.chunks(TWOS_AT_ONCE) {
-            let given = values_in_turn(twos.len(), TWOS, |range| {
-                let mut given = Vec::new();
-                for &faces in &twos[range] {
-                    let [first, second] = faces.map(|face| mesh.triangle(face));
-                    for index in faces.into_iter().flat_map(|face| self.lists.of_face(face)) {
-                        let point = self.point(index as usize);
-                        let d0 = closest_on_triangle(point, &first).length_squared();
-                        let d1 = closest_on_triangle(point, &second).length_squared();
-                        given.push((index, faces[usize::from(d1 < d0)], d0.min(d1)));
-                    }
-                }
-                given
-            });
-            twos.iter().flatten().for_each(|&face| self.lists.clear(face));
-            for (index, face, squared) in given {
-                self.lists.push(face, index);
-                self.squares[index as usize] = squared;
-            }
+    /// Gives the points of two faces to the one that is closer, the faces being as they are now.
+    pub(super) fn redistribute(
+        &mut self,
+        mesh: &TriMesh,
+        faces: [FaceId; 2],
+        scratch: &mut Vec<u32>,
+    ) {
+        scratch.clear();
+        for face in faces {
+            scratch.extend(self.lists.of_face(face));
+            self.lists.clear(face);
+        }
+        let triangles = faces.map(|face| mesh.triangle(face));
+        for &index in scratch.iter() {
+            let point = self.point(index as usize);
+            let [d0, d1] = [&triangles[0], &triangles[1]]
+                .map(|triangle| closest_on_triangle(point, triangle).length_squared());
+            self.lists.push(faces[usize::from(d1 < d0)], index);
+            self.squares[index as usize] = d0.min(d1);
         }
     }
 }
