@@ -45,7 +45,7 @@ use crate::finish::fit::equations::Equations;
 use crate::finish::fit::flips::flip_edges;
 use crate::finish::fit::freedom::{Freedom, freedoms};
 use crate::finish::fit::lines::Lines;
-use crate::finish::fit::moves::Moves;
+use crate::finish::fit::moves::move_vertices;
 use crate::finish::fit::pairs::Pairs;
 use crate::finish::fit::system::System;
 use crate::finish::fit::targets::{Count, Targets};
@@ -244,8 +244,7 @@ pub(crate) fn fit_observed(
         if part < 1.0 {
             moved.iter_mut().for_each(|(_, displacement)| *displacement *= part);
         }
-        let moves = Moves { displacements: &moved, freedoms: &freedoms, constraints };
-        moves.carry_out(mesh, found.as_mut());
+        move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
         report.rounds += 1;
     }
     Ok(report)
@@ -298,8 +297,7 @@ impl<'a> LocalFit<'a> {
         equations.add_to(&mut system, weighting, targets_of);
         let moved = system.solve(mesh, &freedoms, constraints, CLOSELY);
         let mut found = options.forbid_intersections.then(|| Intersections::new(mesh));
-        let moves = Moves { displacements: &moved, freedoms: &freedoms, constraints };
-        moves.carry_out(mesh, found.as_mut());
+        move_vertices(mesh, &moved, &freedoms, constraints, found.as_mut());
     }
 }
 
