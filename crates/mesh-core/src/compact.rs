@@ -49,16 +49,11 @@ impl Topology {
     /// handles, so that caller-owned data can follow
     /// (`AttributeMap::compact`).
     pub fn compact(&mut self) -> Remap {
-        let ((vertices, faces), edges) = parallel::both(
-            || (self.vertices().collect::<Vec<_>>(), self.faces().collect::<Vec<_>>()),
-            || self.edges().collect::<Vec<_>>(),
-        );
-        let of_vertices = || new_handles(&vertices, self.vertex_capacity());
-        let of_faces = || new_handles(&faces, self.face_capacity());
-        let ((vertices_to, faces_to), edges_to) = parallel::both(
-            || (of_vertices(), of_faces()),
-            || new_handles(&edges, self.edge_capacity()),
-        );
+        let of_vertices = || numbered(self.vertices(), self.vertex_capacity());
+        let of_faces = || numbered(self.faces(), self.face_capacity());
+        let of_edges = || numbered(self.edges(), self.edge_capacity());
+        let (((vertices, vertices_to), (faces, faces_to)), (edges, edges_to)) =
+            parallel::both(|| (of_vertices(), of_faces()), of_edges);
         let remap = Remap { vertices: vertices_to, edges: edges_to, faces: faces_to };
         // Whatever a live element refers to is live, so the fallbacks are never taken.
         let half_edge = |h: HalfEdgeId| remap.new_handle(h).unwrap_or(h);
@@ -83,11 +78,15 @@ impl Topology {
     }
 }
 
-/// By index: the new handles of the elements that are there, and of no others.
-fn new_handles<H: Handle>(there: &[H], capacity: usize) -> Vec<Option<H>> {
+/// The elements that are there, in order, and by old index the new handles of these.
+fn numbered<H: Handle>(
+    there: impl Iterator<Item = H>,
+    capacity: usize,
+) -> (Vec<H>, Vec<Option<H>>) {
+    let there: Vec<H> = there.collect();
     let mut new = vec![None; capacity];
     for (index, old) in there.iter().enumerate() {
         new[old.index()] = Some(H::from_index(index));
     }
-    new
+    (there, new)
 }

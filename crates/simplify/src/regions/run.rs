@@ -251,8 +251,7 @@ impl Passes<'_, '_> {
             of_id[id.index()] = Some(VertexId::new(new as u32));
         }
         let became = parallel::collect(merged_into.len(), |v| of_id[merged_into[v] as usize]);
-        // There are none, or there is one of each.
-        let count = order.len().min(sheet.quadrics.len());
+        let count = if sheet.quadrics.is_empty() { 0 } else { order.len() };
         let quadrics = parallel::collect(count, |v| sheet.quadrics[order[v] as usize]);
         let run = Run {
             stop: self.stop.unwrap_or(StopReason::Faces),

@@ -9,8 +9,8 @@ use mesh_core::{FaceId, Remap, RemapOf, TriMesh, VertexId};
 use mesh_metric::{Surface, SurfaceError};
 
 use crate::finish::blocks::{for_blocks_in_turn, values_in_turn};
-use crate::finish::peaks::elements::{BLOCK, Elements, is_unknown};
-use crate::finish::peaks::points::{Closest, Heights, Peaks};
+use crate::finish::peaks::elements::{Elements, is_unknown};
+use crate::finish::peaks::points::{BLOCK, Closest, Heights, Peaks};
 
 /// What became of the elements of a mesh.
 #[derive(Clone, Copy)]

@@ -23,9 +23,6 @@ enum Element {
     Face(FaceId),
 }
 
-/// Points that one thread asks for at a time.
-pub(super) const BLOCK: usize = 1024;
-
 /// A distance that was not asked for yet.
 const UNKNOWN: f64 = -1.0;
 

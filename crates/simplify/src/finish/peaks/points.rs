@@ -8,7 +8,7 @@ use mesh_metric::{Surface, SurfaceError, edge_points};
 
 use crate::finish::blocks::{for_blocks_in_turn, values_in_turn};
 use crate::finish::fit::spread::{Spread, area};
-use crate::finish::peaks::elements::{BLOCK, Elements};
+use crate::finish::peaks::elements::Elements;
 
 /// Points of the original, to be asked how far they are from the mesh; by their numbers, in which neighbours
 /// are mostly close to each other.
@@ -84,6 +84,9 @@ fn vertices_in_space(surface: &Surface) -> Vec<u32> {
     }
     vertices
 }
+
+/// Points that one thread asks for at a time.
+pub(super) const BLOCK: usize = 1024;
 
 const SAMPLES_PER_FACE: usize = 10;
 /// So many samples may there be however few triangles the original has.
