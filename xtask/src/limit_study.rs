@@ -70,10 +70,10 @@ fn parse_norm(text: &str) -> Result<FitNorm, String> {
 
 /// The same with other random numbers.
 fn seeded(mut options: Options, seed: u64) -> Options {
-    let Options { finish, .. } = &mut options;
+    let Options { refine: finish, .. } = &mut options;
     let fits = finish.fit.iter_mut();
     let anneals = finish.anneal.iter_mut().map(|anneal| &mut anneal.fit);
-    let peaks = finish.peaks.iter_mut().map(|peaks| &mut peaks.fit);
+    let peaks = finish.max_error.iter_mut().map(|peaks| &mut peaks.fit);
     fits.chain(anneals).chain(peaks).for_each(|fit| fit.seed = seed);
     options
 }
@@ -224,7 +224,7 @@ impl LimitStudy {
     fn programs(&self) -> Vec<Program> {
         let with = |preset: Preset| {
             let options = Options::preset(preset);
-            let norms = match options.finish.fit {
+            let norms = match options.refine.fit {
                 Some(_) => &self.norms[..],
                 None => &[FitNorm::L2],
             };
@@ -233,8 +233,8 @@ impl LimitStudy {
                     FitNorm::L2 => preset.name().to_owned(),
                     other => format!("{preset} {}", other.name()),
                 };
-                let finish = options.finish.clone().minimising(norm);
-                (name, Options { finish, ..options.clone() })
+                let refine = options.refine.clone().minimising(norm);
+                (name, Options { refine, ..options.clone() })
             })
         };
         let presets = self.presets.iter().flat_map(|&preset| with(preset));

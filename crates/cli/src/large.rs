@@ -8,7 +8,7 @@ use mesh_core::build::Weld;
 use mesh_io::{Format, Model, Staged};
 use out_of_core::{Input, Left, Outcome, Repairs, Settings, Sizes, Step, Work};
 use serde::Serialize;
-use simplify::{Limits, Options};
+use simplify::{Options, Target};
 
 use crate::args::{RepairOptions, is_standard};
 use crate::console::Console;
@@ -238,9 +238,9 @@ impl Passes {
 }
 
 /// Levels of detail with these parts of the faces, or so many of them.
-pub(crate) fn levels(ratios: &[f64], faces: &[usize]) -> Vec<Limits> {
-    let of_ratios = ratios.iter().map(|&ratio| Limits { ratio: Some(ratio), ..Limits::default() });
-    let of_faces = faces.iter().map(|&faces| Limits { faces: Some(faces), ..Limits::default() });
+pub(crate) fn levels(ratios: &[f64], faces: &[usize]) -> Vec<Target> {
+    let of_ratios = ratios.iter().map(|&ratio| Target { ratio: Some(ratio), ..Target::default() });
+    let of_faces = faces.iter().map(|&faces| Target { faces: Some(faces), ..Target::default() });
     of_ratios.chain(of_faces).collect()
 }
 
@@ -327,7 +327,7 @@ pub(crate) fn save_levels(
 /// What a run in so many bytes is to do.
 pub(crate) fn settings(
     options: Options,
-    finer: Vec<Limits>,
+    finer: Vec<Target>,
     memory: u64,
     repair: &RepairOptions,
     prove: Option<f64>,

@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use mesh_core::TriMesh;
 use mesh_work::{Choices, Length, parse_length};
 use simplify::{
-    ErrorCheck, FitNorm, Limits, Options, Phase, PlacementRule, Preset, Progress, Refusals,
+    ErrorCheck, FitNorm, Options, Phase, PlacementRule, Preset, Progress, Rejections, Target,
 };
 
 use crate::args::{parse_angle, parse_not_negative, parse_seconds};
@@ -56,7 +56,7 @@ impl Targets {
     }
 
     /// The targets for a mesh that is larger than memory.
-    pub(crate) fn regional_limits(&self) -> Result<Limits, Failure> {
+    pub(crate) fn regional_limits(&self) -> Result<Target, Failure> {
         let Self { faces, vertices, ratio, max_error, max_cost, time_limit } = self;
         let others = [
             (vertices.is_some(), "--vertices"),
@@ -66,13 +66,13 @@ impl Targets {
         ];
         match others.into_iter().find(|(is_given, _)| *is_given) {
             Some((_, name)) => Err(beyond_regions(name)),
-            None => Ok(Limits { faces: *faces, ratio: *ratio, ..Limits::default() }),
+            None => Ok(Target { faces: *faces, ratio: *ratio, ..Target::default() }),
         }
     }
 
     /// The targets for a mesh, lengths in its units.
     pub(crate) fn goals(&self, mesh: &TriMesh, relative: bool) -> Result<Goals, Failure> {
-        let limits = Limits {
+        let limits = Target {
             faces: self.faces,
             vertices: self.vertices,
             ratio: self.ratio,
@@ -92,7 +92,7 @@ impl Targets {
 /// When to stop, in the units of the mesh.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Goals {
-    pub(crate) limits: Limits,
+    pub(crate) limits: Target,
     pub(crate) max_error: Option<f64>,
 }
 
@@ -224,12 +224,12 @@ impl Policy {
     }
 
     /// The options of the library, without a largest error.
-    pub(crate) fn options(&self, mesh: &TriMesh, limits: Limits) -> Options {
+    pub(crate) fn options(&self, mesh: &TriMesh, limits: Target) -> Options {
         self.choices().options(mesh, limits)
     }
 
     /// The options of the library for a mesh that is larger than memory.
-    pub(crate) fn regional_options(&self, limits: Limits) -> Result<Options, Failure> {
+    pub(crate) fn regional_options(&self, limits: Target) -> Result<Options, Failure> {
         if self.feature_angle.is_some() {
             return Err(beyond_regions("--feature-angle"));
         }
@@ -299,7 +299,7 @@ pub(crate) fn show(bar: &ProgressBar, now: &Progress) -> ControlFlow<()> {
 }
 
 /// Refused edges by reason.
-pub(crate) fn rejected(refusals: &Refusals) -> BTreeMap<&'static str, usize> {
+pub(crate) fn rejected(refusals: &Rejections) -> BTreeMap<&'static str, usize> {
     refusals.iter().map(|(reason, count)| (reason.name(), count)).collect()
 }
 

@@ -99,7 +99,7 @@ impl Attributes {
     pub fn constrain(&self, mesh: &TriMesh, options: &mut Options) {
         let topology = mesh.topology();
         if self.seams.count() > 0 {
-            let constraints = &mut options.collapse.constraints;
+            let constraints = &mut options.collapse.protect;
             let features = constraints.features.get_or_insert_with(|| topology.edge_map(false));
             for edge in topology.edges() {
                 features[edge] |= self.seams.edges[edge];
@@ -232,7 +232,7 @@ fn corner_attributes(
         let [r, g, b, a] = [r, g, b, a].map(|c| f64::from(c) * color);
         [u, v, x, y, z, r, g, b, a]
     };
-    CornerAttributes::new(mesh, uvs.is_some(), of_corner).map(Some)
+    CornerAttributes::new(mesh, uvs.is_some(), of_corner).map(Some).map_err(SimplifyError::from)
 }
 
 /// Model units per unit of texture: the root of the ratio of the areas.

@@ -3,7 +3,7 @@
 use mesh_core::TriMesh;
 use mesh_io::{Model, ModelError};
 use mesh_metric::{CompareOptions, Comparison, Surface, SurfaceError, compare};
-use simplify::{CollapseLog, ErrorCheck, Limits, ReplayError, SimplifyError, collapses_within};
+use simplify::{CollapseLog, ErrorCheck, ReplayError, SimplifyError, Target, collapses_within};
 
 use crate::attributes::Attributes;
 use crate::loaded::Source;
@@ -56,11 +56,11 @@ const SAMPLES: usize = 200_000;
 impl LevelSteps {
     /// How far the run has to go, but for a largest error.
     #[must_use]
-    pub fn limits(&self) -> Limits {
-        Limits {
+    pub fn limits(&self) -> Target {
+        Target {
             ratio: self.ratios.iter().copied().reduce(f64::min),
             faces: self.faces.iter().copied().min(),
-            ..Limits::default()
+            ..Target::default()
         }
     }
 

@@ -5,8 +5,8 @@ use core::time::Duration;
 use dtri_flip::feature_edges;
 use mesh_core::TriMesh;
 use simplify::{
-    Boundary, Constraints, ErrorCheck, FinishOptions, FitNorm, FitOptions, Limits, Options,
-    PlacementRule, Preset,
+    Boundary, ErrorCheck, FitNorm, FitOptions, Options, PlacementRule, Preset, Protect,
+    RefineOptions, Target,
 };
 
 /// What of a preset is changed; the default changes nothing.
@@ -64,7 +64,7 @@ impl Choices {
     pub fn fits(&self) -> bool {
         let mut options = Options::preset(self.preset);
         self.adjust_fit(&mut options);
-        options.finish.fit.is_some()
+        options.refine.fit.is_some()
     }
 
     /// Whether the result is annealed.
@@ -72,7 +72,7 @@ impl Choices {
     pub fn anneals(&self) -> bool {
         let mut options = Options::preset(self.preset);
         self.adjust_fit(&mut options);
-        options.finish.anneal.is_some()
+        options.refine.anneal.is_some()
     }
 
     /// How distances from the input are found.
@@ -83,21 +83,21 @@ impl Choices {
 
     /// The options for a mesh, without a largest error.
     #[must_use]
-    pub fn options(&self, mesh: &TriMesh, limits: Limits) -> Options {
+    pub fn options(&self, mesh: &TriMesh, limits: Target) -> Options {
         let mut options = self.options_without_features(limits);
         let features = self.feature_angle.map(|angle| feature_edges(mesh, angle));
-        options.collapse.constraints.features = features;
+        options.collapse.protect.features = features;
         options
     }
 
     /// The same for a mesh that is not there as a whole, so that nobody knows its feature lines.
     #[must_use]
-    pub fn options_without_features(&self, limits: Limits) -> Options {
+    pub fn options_without_features(&self, limits: Target) -> Options {
         let mut options = Options::preset(self.preset);
         options.limit.check = self.verify.then_some(ErrorCheck::Certified);
         let collapse = &mut options.collapse;
         collapse.limits = limits;
-        collapse.constraints = Constraints {
+        collapse.protect = Protect {
             boundary: if self.lock_boundary { Boundary::Lock } else { Boundary::Quadrics },
             locked: None,
             features: None,
@@ -116,20 +116,20 @@ impl Choices {
 
     fn adjust_fit(&self, options: &mut Options) {
         match self.fit_rounds {
-            Some(0) => options.finish = FinishOptions::default(),
+            Some(0) => options.refine = RefineOptions::default(),
             Some(rounds) => {
-                let fit = options.finish.fit.unwrap_or_default();
-                options.finish.fit = Some(FitOptions { rounds, ..fit });
+                let fit = options.refine.fit.unwrap_or_default();
+                options.refine.fit = Some(FitOptions { rounds, ..fit });
             }
             None => {}
         }
         if let Some(norm) = self.norm {
-            options.finish = core::mem::take(&mut options.finish).minimising(norm);
+            options.refine = core::mem::take(&mut options.refine).minimising(norm);
         }
-        if let Some(fit) = &mut options.finish.fit {
+        if let Some(fit) = &mut options.refine.fit {
             fit.seed = self.seed;
         }
-        if let Some(anneal) = &mut options.finish.anneal {
+        if let Some(anneal) = &mut options.refine.anneal {
             anneal.fit.seed = self.seed;
             anneal.time_limit = self.anneal_time;
         }

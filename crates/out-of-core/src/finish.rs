@@ -13,7 +13,10 @@ use mesh_core::{
     FaceId, FaceMap, Handle, PolygonSoup, Repair, TriMesh, VertexId, VertexMap, build,
 };
 use mesh_metric::Surface;
-use simplify::{FinishOptions, FitConstraints, FitOptions, PeakOptions, anneal, cut_peaks, fit};
+use simplify::{
+    FitConstraints, FitOptions, MaxErrorOptions, RefineOptions, SimplifyError, anneal, fit,
+    reduce_max_error,
+};
 
 use crate::cells::Cells;
 use crate::error::Error;
@@ -40,7 +43,7 @@ pub(crate) struct Finishing<'f> {
     pub(crate) cells: Range<u32>,
     /// Where files go in the meantime; made, and removed again.
     pub(crate) folder: PathBuf,
-    pub(crate) options: &'f FinishOptions,
+    pub(crate) options: &'f RefineOptions,
 }
 
 /// A mesh that was finished, and the number in it of each vertex that was there before and has not been
@@ -51,8 +54,8 @@ pub(crate) struct Finished {
 }
 
 /// Whether the options say that anything comes after the collapses.
-pub(crate) fn is_anything(options: &FinishOptions) -> bool {
-    options.fit.is_some() || options.anneal.is_some() || options.peaks.is_some()
+pub(crate) fn is_anything(options: &RefineOptions) -> bool {
+    options.fit.is_some() || options.anneal.is_some() || options.max_error.is_some()
 }
 
 impl Finishing<'_> {
@@ -124,7 +127,7 @@ impl Finishing<'_> {
             deal(&self.work.region(0, cell)?, &surface, of_face, folder)?;
         }
         drop(surface);
-        let mut finished = |options: &FinishOptions| {
+        let mut finished = |options: &RefineOptions| {
             let mut all = Vec::new();
             for piece in pieces.clone() {
                 goes_on("fitting", piece - pieces.start)?;
@@ -150,9 +153,9 @@ impl Finishing<'_> {
 }
 
 /// The options without what changes the edges.
-pub(crate) fn only_moves(options: &FinishOptions) -> FinishOptions {
+pub(crate) fn only_moves(options: &RefineOptions) -> RefineOptions {
     let fit = options.fit.map(|fit| FitOptions { flips: false, ..fit });
-    FinishOptions { fit, anneal: None, peaks: None }
+    RefineOptions { fit, anneal: None, max_error: None }
 }
 
 /// The piece of each face: the cell of its middle, in other directions.
@@ -312,22 +315,24 @@ impl Piece {
     }
 
     /// The same, closer to the original.
-    fn finished(mut self, original: &Surface, options: &FinishOptions) -> Result<Self, Error> {
+    fn finished(mut self, original: &Surface, options: &RefineOptions) -> Result<Self, Error> {
         // Without a curve to slide along, what is on the boundary stays.
         let mut constraints = FitConstraints::default();
         if let Some(options) = &options.fit {
-            fit(&mut self.mesh, original, &constraints, options)?;
+            fit(&mut self.mesh, original, &constraints, options).map_err(SimplifyError::from)?;
         }
         if let Some(options) = &options.anneal
             && options.has_work(&self.mesh, original)
         {
-            let report = anneal(&mut self.mesh, original, &mut constraints, options)?;
+            let report = anneal(&mut self.mesh, original, &mut constraints, options)
+                .map_err(SimplifyError::from)?;
             self.follow(&report.vertex_map);
         }
-        if let Some(options) = &options.peaks {
+        if let Some(options) = &options.max_error {
             let faces = self.mesh.topology().face_count();
-            let options = PeakOptions { min_faces: faces, ..*options };
-            let report = cut_peaks(&mut self.mesh, original, &mut constraints, &options)?;
+            let options = MaxErrorOptions { min_faces: faces, ..*options };
+            let report = reduce_max_error(&mut self.mesh, original, &mut constraints, &options)
+                .map_err(SimplifyError::from)?;
             self.follow(&report.vertex_map);
         }
         Ok(self)

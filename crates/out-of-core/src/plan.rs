@@ -1,7 +1,7 @@
 //! What is done with a level: from the number of its faces and what its regions tell, and from nothing else.
 
 use serde::{Deserialize, Serialize};
-use simplify::regions::{Ceiling, Forecast};
+use simplify::blocks::{CostThreshold, Forecast};
 
 use crate::sizes::Sizes;
 
@@ -27,7 +27,7 @@ pub enum Next {
     /// Every cell is collapsed up to a common cost, and neighbours are joined.
     Pass {
         /// The cost.
-        ceiling: Ceiling,
+        ceiling: CostThreshold,
         /// How many faces that leaves, about.
         aim: u64,
         /// How many binary digits the numbers of cells lose.
@@ -36,7 +36,7 @@ pub enum Next {
     /// The rims of the cells, which have stayed as they were so far, are collapsed up to a cost; the cells stay.
     Strips {
         /// The cost.
-        ceiling: Ceiling,
+        ceiling: CostThreshold,
     },
     /// Everything fits into memory: the rest is done in one piece.
     InOnePiece,
@@ -119,7 +119,7 @@ impl Situation<'_> {
         let aim = if rest < self.faces / PASS { self.faces / PASS } else { rest - rest / 10 };
         // Neighbours are joined whatever their size where nothing else helps.
         let bits = self.bits(aim).max(u32::from(is_stuck));
-        Next::Pass { ceiling: Ceiling::leaving(self.share(aim), &self.told()), aim, bits }
+        Next::Pass { ceiling: CostThreshold::leaving(self.share(aim), &self.told()), aim, bits }
     }
 
     /// From above, ever closer: what regions do not tell exactly is a share of what goes. Before the last steps,
@@ -129,7 +129,9 @@ impl Situation<'_> {
         let near = target + target / 16;
         let wants_strips = !has_strips && self.before.is_some() && !is_stuck;
         if wants_strips && self.bits(near) == 0 {
-            return Next::Strips { ceiling: Ceiling::closest(self.share(target), &self.told()) };
+            return Next::Strips {
+                ceiling: CostThreshold::closest(self.share(target), &self.told()),
+            };
         }
         let mut aim = if 24 * over <= target { target } else { target + over / 8 };
         if !has_strips && over > target / 8 {
@@ -138,7 +140,7 @@ impl Situation<'_> {
         let aim = aim.max(self.faces / PASS);
         let must = is_stuck && (self.can_be_joined() || target <= self.sizes.rest_faces);
         let bits = self.bits(aim).max(u32::from(must));
-        Next::Pass { ceiling: Ceiling::closest(self.share(aim), &self.told()), aim, bits }
+        Next::Pass { ceiling: CostThreshold::closest(self.share(aim), &self.told()), aim, bits }
     }
 
     fn share(&self, aim: u64) -> f64 {

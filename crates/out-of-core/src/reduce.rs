@@ -1,7 +1,7 @@
 //! One region by itself: collapsed up to a cost, and how far that has taken it.
 
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
-use simplify::regions::{Ceiling, Fragment, Rules, Sheet};
+use simplify::blocks::{CostThreshold, FlatMesh, Fragment, Rules};
 
 use crate::error::Error;
 use crate::region::Region;
@@ -9,11 +9,11 @@ use crate::region::Region;
 /// Collapses the edges of a region that cost less than a ceiling. What belongs to other cells stays as it
 /// is, with everything next to it. The bits depend on nothing but what is given here.
 #[must_use]
-pub fn reduce(region: Region, rules: &Rules, ceiling: Ceiling) -> Region {
+pub fn reduce(region: Region, rules: &Rules, ceiling: CostThreshold) -> Region {
     let pass = region.level as usize;
     let ceiling = ceiling.for_sheet(region.cell);
     let (fragment, places, rest) = region.into_fragment();
-    let reduced = Sheet::from_fragment(fragment).reduce(pass, rules, ceiling).into_fragment();
+    let reduced = FlatMesh::from_fragment(fragment).reduce(pass, rules, ceiling).into_fragment();
     rest.followed_by(reduced, &places)
 }
 

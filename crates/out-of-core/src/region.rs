@@ -22,7 +22,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use sha2::{Digest, Sha256};
-use simplify::regions::Fragment;
+use simplify::blocks::Fragment;
 use simplify::{Quadric, Symmetric3};
 
 use crate::error::Error;

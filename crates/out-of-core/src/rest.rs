@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use mesh_core::{PolygonSoup, Repair, TriMesh, build};
-use simplify::regions::Fragment;
+use simplify::blocks::Fragment;
 use simplify::{Options, Progress, Run, StopReason, finish_collapses};
 
 use crate::error::Error;

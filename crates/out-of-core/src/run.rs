@@ -219,7 +219,7 @@ fn finish_rest(
     options.collapse.record = false;
     let (mesh, run) = collapse_rest(rest_of(region)?, &options, summary, level, see)?;
     let folder = work.folder().join("finish");
-    let finishing = Finishing { work, cells: 0..cells.count(), folder, options: &options.finish };
+    let finishing = Finishing { work, cells: 0..cells.count(), folder, options: &options.refine };
     let mesh = finishing.finish(mesh, see)?.mesh;
     let error = match (prove, before, work.moved(level)?) {
         (Some(tolerance), Some(before), Some(moved)) => {
@@ -247,7 +247,7 @@ pub fn finish_cell(
         return Ok(done);
     }
     let region = work.region_to_finish(level, cell)?;
-    let options = &work.manifest().settings.options.finish;
+    let options = &work.manifest().settings.options.refine;
     let before = work.tolerance().map(|tolerance| (region.clone(), tolerance));
     let folder = work.folder().join(format!("finish-{level}-{cell}"));
     let finished = finish_region(work, region, options, &folder, see)?;

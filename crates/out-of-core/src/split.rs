@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use simplify::regions::{Forecast, Rules, Sheet};
+use simplify::blocks::{FlatMesh, Forecast, Rules};
 
 use crate::cells::Cells;
 use crate::error::Error;
@@ -240,7 +240,7 @@ const FORECAST: usize = 16;
 pub(crate) fn forecast(region: Region, rules: &Rules) -> Forecast {
     let pass = region.level as usize;
     let (fragment, ..) = region.into_fragment();
-    Sheet::from_fragment(fragment).forecast(pass, rules, DEEPEST, FORECAST)
+    FlatMesh::from_fragment(fragment).forecast(pass, rules, DEEPEST, FORECAST)
 }
 
 /// The share of its faces down to which a region is collapsed to see what that costs.

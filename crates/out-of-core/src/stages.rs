@@ -47,7 +47,7 @@ pub(crate) fn finish_stages(
             work,
             cells: 0..work.manifest().cells.count(),
             folder: work.folder().join("finish"),
-            options: &work.manifest().settings.options.finish,
+            options: &work.manifest().settings.options.refine,
         };
         let mesh = finishing.finish(mesh, see)?.mesh;
         let moved = match (&before, work.tolerance()) {

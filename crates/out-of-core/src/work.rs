@@ -21,8 +21,8 @@ use mesh_core::TriMesh;
 use mesh_io::ReadOptions;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use simplify::regions::{Ceiling, Forecast, Rules};
-use simplify::{Limits, Options, rules};
+use simplify::blocks::{CostThreshold, Forecast, Rules};
+use simplify::{Options, Target, rules};
 
 use crate::cells::Cells;
 use crate::claim::{MARK, SCRATCH, claim};
@@ -44,7 +44,7 @@ pub struct Settings {
     /// Finer levels of detail, which are results too: each names a number of faces or a ratio. All results are
     /// sorted, so that these may be the coarser ones as well.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub finer: Vec<Limits>,
+    pub finer: Vec<Target>,
     /// What becomes of faces and vertices that no mesh can have.
     pub repairs: Repairs,
     /// How much is held at a time.
@@ -154,8 +154,8 @@ impl Work {
                 "take a preset with quadrics, without constraints and limits other than a number of faces",
             ));
         }
-        let is_count = |limits: &Limits| {
-            let Limits { faces, ratio, time: None, vertices: None, cost: None, collapses: None } =
+        let is_count = |limits: &Target| {
+            let Target { faces, ratio, time: None, vertices: None, cost: None, collapses: None } =
                 limits
             else {
                 return false;
@@ -480,7 +480,7 @@ impl Work {
     }
 
     /// Collapses the rims of the cells of a level, and writes those of the next one.
-    fn collapse_rims(&self, level: u32, cells: u32, ceiling: Ceiling) -> Result<(), Error> {
+    fn collapse_rims(&self, level: u32, cells: u32, ceiling: CostThreshold) -> Result<(), Error> {
         let read = |cell| {
             if level > 0 {
                 self.join(level, cell)?;

@@ -10,14 +10,14 @@ use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bo
 use out_of_core::{
     Error, Left, Next, Outcome, Settings, Step, Work, assemble, finish_cell, run, write_tiles,
 };
-use simplify::{FinishOptions, Limits, Options, Preset};
+use simplify::{Options, Preset, RefineOptions, Target};
 
-fn faces(count: usize) -> Limits {
-    Limits { faces: Some(count), ..Limits::default() }
+fn faces(count: usize) -> Target {
+    Target { faces: Some(count), ..Target::default() }
 }
 
-fn ratio(share: f64) -> Limits {
-    Limits { ratio: Some(share), ..Limits::default() }
+fn ratio(share: f64) -> Target {
+    Target { ratio: Some(share), ..Target::default() }
 }
 
 /// All results of a run as meshes, from the finest, with their bounds.
@@ -209,7 +209,7 @@ fn levels_of_what_fits_are_those_of_one_run() {
     for preset in [Preset::Draft, Preset::Fast] {
         let mut given = settings(preset, 500, 100_000, 100_000);
         given.finer = vec![ratio(0.4), faces(1500)];
-        given.options.finish = FinishOptions::default();
+        given.options.refine = RefineOptions::default();
         let work = split(&folder.path().join(preset.name()), &input, &given).unwrap();
         let outcome = run(&work, &mut |_| true).unwrap();
         let mut options = given.options.clone();
@@ -263,9 +263,9 @@ fn a_level_is_a_number_of_faces() {
     let input = write(&mesh, &folder.path().join("in.ply"));
     let work = folder.path().join("work");
     for bad in [
-        Limits::default(),
-        Limits { cost: Some(1.0), ..faces(500) },
-        Limits { vertices: Some(20), ..Limits::default() },
+        Target::default(),
+        Target { cost: Some(1.0), ..faces(500) },
+        Target { vertices: Some(20), ..Target::default() },
     ] {
         let given = Settings { finer: vec![bad], ..settings(Preset::Fast, 100, 700, 800) };
         assert!(matches!(split(&work, &input, &given), Err(Error::Unsupported(..))));

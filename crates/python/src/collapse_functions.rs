@@ -1,4 +1,4 @@
-//! Costs, surcharges and guards of collapses that are Python functions of arrays.
+//! Costs, surcharges and constraints of collapses that are Python functions of arrays.
 //!
 //! A function is called with many edges at a time: with all of them before the first collapse, and
 //! after each collapse with those whose neighbourhood has changed. What it says of an edge is kept until
@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use ::simplify::{
-    Collapse, Cost, CurvatureFactor, EdgePatch, FinishOptions, Guard, Memoryless, Options,
-    Placement, Policies, Policy, Quadric, Reach, Refusal, Scratch, Surcharge,
+    Collapse, Cost, CurvatureFactor, EdgePatch, RefineOptions, Constraint, Memoryless, Options,
+    Placement, Policies, Policy, Quadric, Reach, Rejection, Scratch, CostModifier,
 };
 use mesh_core::glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Remap, TriMesh, VertexId, VertexMap};
@@ -45,8 +45,8 @@ impl CollapseFunctions {
         watch: &Arc<Watch>,
     ) -> (ChosenPolicies, Options) {
         let mut options = options.clone();
-        options.finish = FinishOptions::default();
-        options.limit.squeeze = false;
+        options.refine = RefineOptions::default();
+        options.limit.decimate = false;
         let collapse = &options.collapse;
         let told = |function| Told::new(function, watch);
         let is_own = self.cost.is_some();
@@ -55,16 +55,16 @@ impl CollapseFunctions {
             None => collapse.metric.cost(),
         };
         let mut policies = Policies::new(cost, collapse.placement.placement());
-        policies.update = collapse.update;
-        policies.guards = collapse.guards();
+        policies.schedule = collapse.schedule;
+        policies.constraints = collapse.constraints();
         if collapse.curvature_weight > 0.0 && !is_own {
-            policies.surcharges.push(Box::new(CurvatureFactor::new(collapse.curvature_weight)));
+            policies.modifiers.push(Box::new(CurvatureFactor::new(collapse.curvature_weight)));
         }
         if let Some(function) = self.weight {
-            policies.surcharges.push(Box::new(FunctionSurcharge(told(function))));
+            policies.modifiers.push(Box::new(FunctionModifier(told(function))));
         }
         if let Some(function) = self.guard {
-            policies.guards.push(FunctionGuard(told(function)));
+            policies.constraints.push(FunctionConstraint(told(function)));
         }
         (policies, options)
     }
@@ -161,9 +161,9 @@ impl Told {
 struct FunctionCost(Told);
 
 #[derive(Clone)]
-struct FunctionGuard(Told);
+struct FunctionConstraint(Told);
 
-struct FunctionSurcharge(Told);
+struct FunctionModifier(Told);
 
 macro_rules! follows {
     ($($policy:ty),+) => {
@@ -183,7 +183,7 @@ macro_rules! follows {
     };
 }
 
-follows!(FunctionCost, FunctionGuard, FunctionSurcharge);
+follows!(FunctionCost, FunctionConstraint, FunctionModifier);
 
 impl Cost for FunctionCost {
     /// For the place of the vertex.
@@ -200,7 +200,7 @@ impl Cost for FunctionCost {
     }
 }
 
-impl Surcharge for FunctionSurcharge {
+impl CostModifier for FunctionModifier {
     fn raise(&self, cost: f64, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> f64 {
         cost * (1.0 + self.0.of(patch).max(0.0))
     }
@@ -210,8 +210,8 @@ impl Surcharge for FunctionSurcharge {
     }
 }
 
-impl Guard for FunctionGuard {
-    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
-        if self.0.of(patch) > 0.0 { Ok(()) } else { Err(Refusal::Other) }
+impl Constraint for FunctionConstraint {
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Rejection> {
+        if self.0.of(patch) > 0.0 { Ok(()) } else { Err(Rejection::Other) }
     }
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use ::simplify::{
-    CollapseLog, FitNorm, Limits, LogEntry, Options, Phase, PlacementRule, Preset, Progress,
+    CollapseLog, FitNorm, Target, LogEntry, Options, Phase, PlacementRule, Preset, Progress,
     Simplified, simplify_observed, simplify_with,
 };
 use mesh_work::{AttributeRules, Attributes, Choices};
@@ -161,7 +161,7 @@ pub(crate) fn state(now: &Progress) -> State {
         Phase::Collapse => 0.5 * collapsed,
         Phase::Search | Phase::Fit => 0.6,
         Phase::Anneal => 0.7,
-        Phase::Peaks | Phase::Squeeze => 0.8,
+        Phase::MaxError | Phase::DecimateToTolerance => 0.8,
         _ => 0.9,
     };
     State { phase: phase.name(), fraction, faces: Some(faces), steps: collapses as u64, cost: None }
@@ -189,7 +189,7 @@ pub(crate) fn simplify<'py>(
 ) -> PyResult<(MeshData, Bound<'py, PyDict>)> {
     let settings = || -> Result<_, Failure> {
         let max_error = length("max_error", targets.max_error)?;
-        let limits = Limits {
+        let limits = Target {
             faces: targets.faces,
             vertices: targets.vertices,
             ratio: targets.ratio,
@@ -253,7 +253,7 @@ fn report<'py>(
     found.set_item("error", result.error.map(|e| (e.lower, e.upper)))?;
     found.set_item("boundary_shift", result.boundary_shift)?;
     let refused = PyDict::new(py);
-    for (reason, count) in result.refusals.iter() {
+    for (reason, count) in result.rejections.iter() {
         refused.set_item(reason.name(), count)?;
     }
     found.set_item("refused", refused)?;

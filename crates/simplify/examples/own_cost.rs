@@ -9,7 +9,7 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::Wave;
 use simplify::{
-    EdgePatch, Hybrid, NormalGuard, Optimal, Options, Policies, Policy, Scratch, Surcharge,
+    CostModifier, EdgePatch, Hybrid, NormalConstraint, Optimal, Options, Policies, Policy, Scratch,
     simplify_with,
 };
 
@@ -22,7 +22,7 @@ struct Along {
 
 impl Policy for Along {}
 
-impl Surcharge for Along {
+impl CostModifier for Along {
     fn raise(&self, cost: f64, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> f64 {
         let [a, b] = patch.ends();
         let along = (b - a).normalize_or_zero().dot(self.direction);
@@ -36,8 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = Options::default().to_faces(1000);
     for weight in [0.0, 100.0] {
         let mut policies = Policies::new(Hybrid::default(), Optimal::default());
-        policies.surcharges.push(Box::new(Along { direction: DVec3::X, weight }));
-        policies.guards.push(NormalGuard::default());
+        policies.modifiers.push(Box::new(Along { direction: DVec3::X, weight }));
+        policies.constraints.push(NormalConstraint::default());
         let result = simplify_with(&mesh, policies, &options, &mut |_| ControlFlow::Continue(()))?;
         let mesh = &result.mesh;
         let edges = mesh.topology().edges().map(|e| mesh.topology().edge_vertices(e));

@@ -9,8 +9,8 @@ use glam::DVec3;
 use mesh_core::shapes::Sphere;
 use mesh_core::{Remap, TriMesh, VertexMap};
 use simplify::{
-    CurvatureFactor, EdgePatch, Guard, Hybrid, NormalGuard, Optimal, Options, Policies, Policy,
-    Refusal, Scratch, simplify_with,
+    Constraint, CurvatureFactor, EdgePatch, Hybrid, NormalConstraint, Optimal, Options, Policies,
+    Policy, Rejection, Scratch, simplify_with,
 };
 
 /// Vertices that are painted are not collapsed, nor is anything collapsed into them.
@@ -23,11 +23,11 @@ impl Policy for Painted {
     }
 }
 
-impl Guard for Painted {
-    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
+impl Constraint for Painted {
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Rejection> {
         let is_painted = |v| self.0.get(v).is_some_and(|&painted| painted);
         let any = is_painted(patch.removed()) || is_painted(patch.kept());
-        if any { Err(Refusal::Other) } else { Ok(()) }
+        if any { Err(Rejection::Other) } else { Ok(()) }
     }
 }
 
@@ -39,9 +39,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let before = painted.iter().filter(|(_, painted)| **painted).count();
 
     let mut policies = Policies::new(Hybrid::default(), Optimal::default());
-    policies.surcharges.push(Box::new(CurvatureFactor::new(0.1)));
-    policies.guards.push(NormalGuard::default());
-    policies.guards.push(Painted(painted));
+    policies.modifiers.push(Box::new(CurvatureFactor::new(0.1)));
+    policies.constraints.push(NormalConstraint::default());
+    policies.constraints.push(Painted(painted));
     let options = Options::default().to_faces(1500);
     let result = simplify_with(&mesh, policies, &options, &mut |_| ControlFlow::Continue(()))?;
 

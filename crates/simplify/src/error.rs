@@ -1,10 +1,10 @@
 //! Why a mesh cannot be simplified.
 
 use glam::DVec3;
+use mesh_collapse::ReplayError;
 use mesh_core::VertexId;
 use mesh_metric::SurfaceError;
-
-use crate::collapse::log::ReplayError;
+use mesh_refine::RefineError;
 
 /// Why a mesh cannot be simplified as asked.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -56,16 +56,21 @@ pub enum SimplifyError {
     /// A log of collapses cannot be replayed.
     #[error(transparent)]
     OtherMesh(#[from] ReplayError),
-    /// There are more numbers at each corner than can be followed.
-    #[error(
-        "there are {channels} numbers at each corner, but at most {most} can be followed; leave some out"
-    )]
-    Channels {
-        /// The numbers at each corner.
-        channels: usize,
-        /// How many there may be.
-        most: usize,
-    },
+    /// Refinement cannot be carried out as asked.
+    #[error(transparent)]
+    Refine(RefineError),
+}
+
+impl From<RefineError> for SimplifyError {
+    fn from(error: RefineError) -> Self {
+        match error {
+            RefineError::Option { option, value, expected } => {
+                Self::Option { option, value, expected }
+            }
+            RefineError::Surface(error) => Self::Surface(error),
+            other => Self::Refine(other),
+        }
+    }
 }
 
 impl SimplifyError {

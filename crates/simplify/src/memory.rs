@@ -2,8 +2,8 @@
 
 use mesh_core::TriMesh;
 
+use crate::dispatch::{Regional, regional};
 use crate::error::SimplifyError;
-use crate::named::{Regional, regional};
 use crate::options::Options;
 
 /// About how many bytes the collapses take at most beside the mesh that they are given, with the result.

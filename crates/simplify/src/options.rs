@@ -1,21 +1,17 @@
 //! What to simplify by, as data: the policies of this crate by name.
 
-use crate::attributes::wedges::CornerAttributes;
-use crate::collapse::constraint::Constraints;
-use crate::collapse::guard::{ComponentGuard, Guards, IntersectionGuard, NormalGuard, ShapeGuard};
-use crate::collapse::policies::Update;
-use crate::collapse::stop::Limits;
 use crate::error::SimplifyError;
-use crate::finish::anneal::AnnealOptions;
-use crate::finish::fit::FitOptions;
-use crate::finish::norm::FitNorm;
-use crate::finish::peaks::PeakOptions;
-use crate::limit::measure::ErrorCheck;
+use crate::tolerance::measure::ErrorCheck;
+use mesh_collapse::{
+    ComponentConstraint, Constraints, IntersectionConstraint, NormalConstraint, Protect, Schedule,
+    ShapeConstraint, Target,
+};
+use mesh_refine::{AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions};
 
 /// How a mesh is simplified; see [`crate::simplify`].
 ///
 /// In the order of what is done: edges collapse, as [`CollapseOptions`] say and with an eye on the
-/// [`AttributeOptions`]; [`FinishOptions`] bring the result closer to the original; and
+/// [`AttributeOptions`]; [`RefineOptions`] bring the result closer to the original; and
 /// [`LimitOptions`] hold it to a distance. No option changes the meaning of another one; those that
 /// exclude each other are an error.
 #[derive(Clone, Debug)]
@@ -24,7 +20,7 @@ pub struct Options {
     /// Which edges collapse, and when that ends.
     pub collapse: CollapseOptions,
     /// What is done with the mesh that is left.
-    pub finish: FinishOptions,
+    pub refine: RefineOptions,
     /// How far the result may be from the original.
     pub limit: LimitOptions,
     /// What should stay at the corners of the faces, besides the shape.
@@ -43,49 +39,49 @@ pub struct CollapseOptions {
     /// Where the remaining vertex goes.
     pub placement: PlacementRule,
     /// When costs are brought up to date.
-    pub update: Update,
-    /// With [`Update::Regions`] and [`Metric::Hybrid`]: at how many times the wanted faces this metric
+    pub schedule: Schedule,
+    /// With [`Schedule::Parallel`] and [`Metric::Hybrid`]: at how many times the wanted faces this metric
     /// takes over from accumulated quadrics, which are several times as quick. Where that is more than 60 % of
     /// all faces, it takes over at these, or from the beginning if they are less than 1.9 times the wanted faces.
     /// `None` for the metric from the beginning, on one core; at least 1 otherwise. Where only a largest error ends
     /// the collapses, and the level that it leaves is squeezed ([`LimitOptions::squeeze`]), it is that which takes
     /// over, with a metric of its own, unless the curvature weight is above 0.1.
-    pub takeover: Option<f64>,
+    pub switch_ratio: Option<f64>,
     /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60
     /// bytes for each.
     pub record: bool,
     /// When to stop.
-    pub limits: Limits,
+    pub limits: Target,
     /// What must stay.
-    pub constraints: Constraints,
+    pub protect: Protect,
     /// The smallest cosine between the normals of a face before and after a collapse; `None`
-    /// allows all. See [`NormalGuard`].
+    /// allows all. See [`NormalConstraint`].
     pub min_cosine: Option<f64>,
-    /// The shape below which faces must not get worse; `None` allows all. See [`ShapeGuard`].
+    /// The shape below which faces must not get worse; `None` allows all. See [`ShapeConstraint`].
     pub min_shape: Option<f64>,
     /// How many vertices every component keeps, here and when the mesh is finished; `None` for as few
-    /// as possible. See [`ComponentGuard`].
+    /// as possible. See [`ComponentConstraint`].
     pub min_component_vertices: Option<usize>,
     /// Whether faces must not come to cross that did not before, here and when the mesh is finished.
-    /// See [`IntersectionGuard`].
+    /// See [`IntersectionConstraint`].
     pub forbid_intersections: bool,
 }
 
 /// What is done with the mesh that the collapses leave.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct FinishOptions {
+pub struct RefineOptions {
     /// Whether and how the result is fitted to the original. See [`fit`](crate::fit()).
     pub fit: Option<FitOptions>,
     /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()). Not without
     /// `fit`.
     pub anneal: Option<AnnealOptions>,
     /// Whether and how the largest errors are taken down in the end. See
-    /// [`cut_peaks`](crate::cut_peaks()).
-    pub peaks: Option<PeakOptions>,
+    /// [`reduce_max_error`](crate::reduce_max_error()).
+    pub max_error: Option<MaxErrorOptions>,
 }
 
-impl FinishOptions {
+impl RefineOptions {
     /// The same, for another norm: fits and annealing make that small. The largest errors are taken down
     /// only as far as the root mean square does not rise with [`FitNorm::L1`], and whatever happens to the
     /// mean, in more rounds, with [`FitNorm::Max`].
@@ -93,14 +89,14 @@ impl FinishOptions {
     pub fn minimising(mut self, norm: FitNorm) -> Self {
         let fits = self.fit.iter_mut().chain(self.anneal.iter_mut().map(|anneal| &mut anneal.fit));
         fits.for_each(|fit| fit.norm = norm);
-        if let Some(peaks) = &mut self.peaks {
+        if let Some(max_error) = &mut self.max_error {
             match norm {
-                FitNorm::L1 => peaks.max_rise = 1.0,
-                FitNorm::L2 => {}
+                FitNorm::L1 => max_error.max_rise = 1.0,
                 FitNorm::Max => {
-                    peaks.max_rise = peaks.max_rise.max(MAX_RISE);
-                    peaks.fit.rounds = peaks.fit.rounds.max(ROUNDS_FOR_MAX);
+                    max_error.max_rise = max_error.max_rise.max(MAX_RISE);
+                    max_error.fit.rounds = max_error.fit.rounds.max(ROUNDS_FOR_MAX);
                 }
+                _ => {}
             }
         }
         self
@@ -127,7 +123,7 @@ pub struct LimitOptions {
     /// level, most of them nearly as far from the original as they may be, and is not finished. Needs
     /// `distance`; not with attributes that count, nor with limits of vertices, cost, collapses or
     /// time.
-    pub squeeze: bool,
+    pub decimate: bool,
 }
 
 /// What should stay at the corners of the faces, besides the shape.
@@ -161,9 +157,9 @@ impl AttributeOptions {
 #[non_exhaustive]
 pub enum Metric {
     /// [`GarlandHeckbert`](crate::GarlandHeckbert) as published.
-    Classic,
+    Quadric,
     /// [`GarlandHeckbert`](crate::GarlandHeckbert), less the errors already made.
-    Marginal,
+    IncrementalQuadric,
     /// [`Memoryless`](crate::Memoryless).
     Memoryless,
     /// [`Hybrid`](crate::Hybrid).
@@ -202,22 +198,22 @@ impl Metric {
 impl CollapseOptions {
     /// The guards that the options name.
     #[must_use]
-    pub fn guards(&self) -> Guards {
-        let mut guards = Guards::default();
+    pub fn constraints(&self) -> Constraints {
+        let mut constraints = Constraints::default();
         if let Some(min_vertices) = self.min_component_vertices {
-            guards.push(ComponentGuard::new(min_vertices));
+            constraints.push(ComponentConstraint::new(min_vertices));
         }
         if let Some(min_cosine) = self.min_cosine {
-            guards.push(NormalGuard { min_cosine });
+            constraints.push(NormalConstraint { min_cosine });
         }
         if let Some(min_shape) = self.min_shape {
-            guards.push(ShapeGuard { min_shape });
+            constraints.push(ShapeConstraint { min_shape });
         }
         // The most expensive check comes last.
         if self.forbid_intersections {
-            guards.push(IntersectionGuard::default());
+            constraints.push(IntersectionConstraint::default());
         }
-        guards
+        constraints
     }
 }
 
@@ -227,8 +223,8 @@ impl Options {
     #[must_use]
     pub fn for_levels(mut self) -> Self {
         self.collapse.record = true;
-        self.finish = FinishOptions::default();
-        self.collapse.takeover = None;
+        self.refine = RefineOptions::default();
+        self.collapse.switch_ratio = None;
         self
     }
 
@@ -241,22 +237,23 @@ impl Options {
 
     /// The same with a largest distance from the original, in model units, and how that is found. To be
     /// called last: where vertices may be placed freely, or the options take care of the largest errors
-    /// ([`FinishOptions::peaks`]), and nothing in them speaks against it, as few faces are left as can be
+    /// ([`RefineOptions::peaks`]), and nothing in them speaks against it, as few faces are left as can be
     /// ([`LimitOptions::squeeze`]).
     #[must_use]
     pub fn within(mut self, distance: f64, check: ErrorCheck) -> Self {
         let CollapseOptions { metric, placement, .. } = self.collapse;
         let is_free = matches!(placement, PlacementRule::Optimal | PlacementRule::OptimalVolume)
             && !metric.is_norm();
-        let squeeze = (is_free || self.finish.peaks.is_some()) && self.squeeze_conflict().is_none();
-        self.limit = LimitOptions { distance: Some(distance), check: Some(check), squeeze };
+        let decimate =
+            (is_free || self.refine.max_error.is_some()) && self.squeeze_conflict().is_none();
+        self.limit = LimitOptions { distance: Some(distance), check: Some(check), decimate };
         self
     }
 
     /// What a mesh cannot be squeezed with: what is left of other limits would not be known, and
     /// attributes would be passed over.
     fn squeeze_conflict(&self) -> Option<&'static str> {
-        let Limits { vertices, cost, collapses, time, .. } = self.collapse.limits;
+        let Target { vertices, cost, collapses, time, .. } = self.collapse.limits;
         let conflicts = [
             (vertices.is_some(), "collapse.limits.vertices"),
             (cost.is_some(), "collapse.limits.cost"),
@@ -269,7 +266,7 @@ impl Options {
 
     /// Whether the options make sense, each by itself and all together.
     pub(crate) fn check(&self) -> Result<(), SimplifyError> {
-        let Self { collapse, finish, limit, attributes } = self;
+        let Self { collapse, refine, limit, attributes } = self;
         let check = |option, value: Option<f64>, fits: fn(f64) -> bool, expected| match value {
             Some(value) if !fits(value) => Err(SimplifyError::Option { option, value, expected }),
             _ => Ok(()),
@@ -286,15 +283,15 @@ impl Options {
         check("collapse.min_cosine", collapse.min_cosine, cosine, "between -1 and 1")?;
         check("collapse.min_shape", collapse.min_shape, share, "between 0 and 1")?;
         let factor = |x: f64| x >= 1.0 && x.is_finite();
-        check("collapse.takeover", collapse.takeover, factor, "at least 1 and finite")?;
+        check("collapse.switch_ratio", collapse.switch_ratio, factor, "at least 1 and finite")?;
         check("limit.distance", limit.distance, positive, "positive and finite")?;
         weight("attributes.weight", attributes.weight)?;
-        finish.fit.as_ref().map_or(Ok(()), FitOptions::check)?;
-        finish.anneal.as_ref().map_or(Ok(()), AnnealOptions::check)?;
-        finish.peaks.as_ref().map_or(Ok(()), PeakOptions::check)?;
+        refine.fit.as_ref().map_or(Ok(()), FitOptions::check)?;
+        refine.anneal.as_ref().map_or(Ok(()), AnnealOptions::check)?;
+        refine.max_error.as_ref().map_or(Ok(()), MaxErrorOptions::check)?;
 
         let norm = collapse.metric.is_norm().then_some("collapse.metric, a curvature norm");
-        let squeeze = limit.squeeze.then_some("limit.squeeze");
+        let decimate = limit.decimate.then_some("limit.decimate");
         let conflict =
             |option: Option<&'static str>, with: Option<&'static str>, cure| match (option, with) {
                 (Some(option), Some(with)) => Err(SimplifyError::Conflict { option, with, cure }),
@@ -304,13 +301,13 @@ impl Options {
         conflict(factor, norm, "set it to 0")?;
         let corners = attributes.counting().map(|_| "attributes.corners");
         conflict(corners, norm, "take another metric, or none of the attributes")?;
-        let no_fit = finish.fit.is_none().then_some("finish.fit = None");
-        conflict(finish.anneal.map(|_| "finish.anneal"), no_fit, "fit as well, or do not anneal")?;
+        let no_fit = refine.fit.is_none().then_some("refine.fit = None");
+        conflict(refine.anneal.map(|_| "refine.anneal"), no_fit, "fit as well, or do not anneal")?;
         let unchecked = limit.check.is_none().then_some("limit.check = None");
         let cure = "say how the distance is found: sampled or certified";
         conflict(limit.distance.map(|_| "limit.distance"), unchecked, cure)?;
         let unlimited = limit.distance.is_none().then_some("limit.distance = None");
-        conflict(squeeze, unlimited, "set a distance")?;
-        conflict(squeeze, self.squeeze_conflict(), "do without one of them")
+        conflict(decimate, unlimited, "set a distance")?;
+        conflict(decimate, self.squeeze_conflict(), "do without one of them")
     }
 }

@@ -2,16 +2,11 @@
 
 use core::fmt;
 use core::str::FromStr;
+use mesh_collapse::{NormalConstraint, Protect, Schedule, ShapeConstraint, Target};
+use mesh_refine::{AnnealOptions, FitOptions, MaxErrorOptions};
 
-use crate::collapse::constraint::Constraints;
-use crate::collapse::guard::{NormalGuard, ShapeGuard};
-use crate::collapse::policies::Update;
-use crate::collapse::stop::Limits;
-use crate::finish::anneal::AnnealOptions;
-use crate::finish::fit::FitOptions;
-use crate::finish::peaks::PeakOptions;
 use crate::options::{
-    AttributeOptions, CollapseOptions, FinishOptions, LimitOptions, Metric, Options, PlacementRule,
+    AttributeOptions, CollapseOptions, LimitOptions, Metric, Options, PlacementRule, RefineOptions,
 };
 
 /// A named set of options.
@@ -101,12 +96,12 @@ impl Options {
     /// The options of a preset. No preset has a limit.
     #[must_use]
     pub fn preset(preset: Preset) -> Self {
-        let peaks = PeakOptions::default();
-        let low_peaks = PeakOptions {
+        let max_error = MaxErrorOptions::default();
+        let low_peaks = MaxErrorOptions {
             spacing: 2.0,
             max_rise: 1.01,
-            fit: FitOptions { rounds: 24, ..peaks.fit },
-            ..peaks
+            fit: FitOptions { rounds: 24, ..max_error.fit },
+            ..max_error
         };
         let long_fit = FitOptions {
             rounds: 9,
@@ -122,51 +117,54 @@ impl Options {
             samples_per_face: 40,
             ..AnnealOptions::default()
         };
-        let quality =
-            FinishOptions { fit: Some(long_fit), anneal: Some(few_trades), peaks: Some(low_peaks) };
+        let quality = RefineOptions {
+            fit: Some(long_fit),
+            anneal: Some(few_trades),
+            max_error: Some(low_peaks),
+        };
         // Earlier than by default, which is worth .3 % of the mean error to a tenth of the faces. Still earlier or
         // later, means are the same within half a percent; the largest error on a small mesh is a matter of single
         // edges.
-        let careful = CollapseOptions { takeover: Some(12.0), ..CollapseOptions::default() };
+        let careful = CollapseOptions { switch_ratio: Some(12.0), ..CollapseOptions::default() };
         let (collapse, finish) = match preset {
             Preset::Draft => (
                 CollapseOptions {
-                    metric: Metric::Marginal,
+                    metric: Metric::IncrementalQuadric,
                     curvature_weight: 0.0,
                     placement: PlacementRule::Optimal,
                     record: false,
                     ..CollapseOptions::default()
                 },
-                FinishOptions::default(),
+                RefineOptions::default(),
             ),
             Preset::Fast => (
                 CollapseOptions {
-                    metric: Metric::Marginal,
+                    metric: Metric::IncrementalQuadric,
                     curvature_weight: 0.0,
                     ..CollapseOptions::default()
                 },
-                FinishOptions::default(),
+                RefineOptions::default(),
             ),
-            Preset::Default => (CollapseOptions::default(), FinishOptions::short()),
+            Preset::Default => (CollapseOptions::default(), RefineOptions::short()),
             Preset::Quality => (careful, quality),
             Preset::Extreme => {
                 let anneal = Some(AnnealOptions::default());
-                let collapse = CollapseOptions { takeover: None, ..careful };
-                (collapse, FinishOptions { anneal, ..quality })
+                let collapse = CollapseOptions { switch_ratio: None, ..careful };
+                (collapse, RefineOptions { anneal, ..quality })
             }
             Preset::ThinFeatures => {
                 let curvature_weight = 1.0;
-                (CollapseOptions { curvature_weight, ..careful }, FinishOptions::short())
+                (CollapseOptions { curvature_weight, ..careful }, RefineOptions::short())
             }
             Preset::PaperL1 => {
-                (CollapseOptions::published(Metric::CurvatureL1), FinishOptions::default())
+                (CollapseOptions::published(Metric::CurvatureL1), RefineOptions::default())
             }
             Preset::PaperL2 => {
-                (CollapseOptions::published(Metric::CurvatureL2), FinishOptions::default())
+                (CollapseOptions::published(Metric::CurvatureL2), RefineOptions::default())
             }
         };
         let (limit, attributes) = (LimitOptions::default(), AttributeOptions::default());
-        Self { collapse, finish, limit, attributes }
+        Self { collapse, refine: finish, limit, attributes }
     }
 }
 
@@ -177,13 +175,13 @@ impl Default for CollapseOptions {
             metric: Metric::Hybrid,
             curvature_weight: 0.1,
             placement: PlacementRule::OptimalVolume,
-            update: Update::Regions,
-            takeover: Some(3.0),
+            schedule: Schedule::Parallel,
+            switch_ratio: Some(3.0),
             record: true,
-            limits: Limits::default(),
-            constraints: Constraints::default(),
-            min_cosine: Some(NormalGuard::default().min_cosine),
-            min_shape: Some(ShapeGuard::default().min_shape),
+            limits: Target::default(),
+            protect: Protect::default(),
+            min_cosine: Some(NormalConstraint::default().min_cosine),
+            min_shape: Some(ShapeConstraint::default().min_shape),
             min_component_vertices: None,
             forbid_intersections: false,
         }
@@ -197,16 +195,16 @@ impl CollapseOptions {
             metric,
             curvature_weight: 0.0,
             placement: PlacementRule::Butterfly,
-            update: Update::Eager,
+            schedule: Schedule::Exact,
             ..Self::default()
         }
     }
 }
 
-impl FinishOptions {
+impl RefineOptions {
     /// Those of [`Preset::Default`]: a short fit, and the largest errors taken down.
     fn short() -> Self {
-        let (fit, peaks) = (Some(FitOptions::default()), Some(PeakOptions::default()));
-        Self { fit, anneal: None, peaks }
+        let (fit, max_error) = (Some(FitOptions::default()), Some(MaxErrorOptions::default()));
+        Self { fit, anneal: None, max_error }
     }
 }

@@ -6,34 +6,21 @@ use glam::DVec3;
 use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
-use crate::collapse::constraint::Marks;
-use crate::collapse::cost::Cost;
-use crate::collapse::guard::Guards;
-use crate::collapse::level::Level;
-use crate::collapse::log::CollapseLog;
-use crate::collapse::placement::Placement;
-use crate::collapse::policies::Policies;
-use crate::collapse::policy::Policy;
-use crate::collapse::refusal::Refusals;
-use crate::collapse::run::{Progress, Run};
-use crate::collapse::start::Start;
-use crate::collapse::stop::StopReason;
-use crate::course::collapse_to_level;
+use crate::dispatch::collapse_with;
 use crate::error::SimplifyError;
-use crate::finish::anneal::{AnnealOptions, AnnealReport};
-use crate::finish::collapse_back::CollapseBack;
-use crate::finish::curve::Curve;
-use crate::finish::finishing::{Finished, Finishing, Steps};
-use crate::finish::fit::constraints::FitConstraints;
-use crate::finish::fit::{FitOptions, FitReport};
-use crate::finish::observer::Observer;
-use crate::finish::peaks::{PeakOptions, PeakReport};
-use crate::finish::texture_fit::Texture;
-use crate::limit::measure::{AchievedError, Measuring};
-use crate::limit::search::Search;
 use crate::memory::check_memory;
-use crate::named::collapse_with;
 use crate::options::Options;
+use crate::plan::collapse_to_level;
+use crate::tolerance::level_search::LevelSearch;
+use crate::tolerance::measure::{AchievedError, Measuring};
+use mesh_collapse::{
+    CollapseLog, Constraints, Cost, Level, Placement, Policies, Policy, Progress, Protected,
+    Rejections, Run, Start, StopReason,
+};
+use mesh_refine::{
+    AnnealOptions, AnnealReport, CollapseBack, Curve, FitConstraints, FitOptions, FitReport,
+    MaxErrorOptions, MaxErrorReport, Observer, Pipeline, Refined, Steps, Texture,
+};
 
 /// A simplified mesh and how it came about.
 #[derive(Clone, Debug)]
@@ -52,7 +39,7 @@ pub struct Simplified {
     /// Why it stopped.
     pub stop: StopReason,
     /// How often edges were refused, by reason; in regions also by collapses that a largest error has taken back.
-    pub refusals: Refusals,
+    pub rejections: Rejections,
     /// The largest cost of a collapse, in the unit of the cost.
     pub max_cost: f64,
     /// The distance from the original, if it was asked for.
@@ -66,7 +53,7 @@ pub struct Simplified {
     /// [`AnnealOptions::has_work`], or when it was undone because it folded the texture.
     pub anneal: Option<AnnealReport>,
     /// What was done about the largest errors; `None` when not asked for or undone as well.
-    pub peaks: Option<PeakReport>,
+    pub max_error: Option<MaxErrorReport>,
 }
 
 /// Simplifies a mesh.
@@ -108,7 +95,7 @@ pub fn simplify_observed(
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
     let (level, run) = collapse_to_level(mesh, options, see);
-    finish(mesh, level, run, &Guards::default(), options, observer)
+    finish(mesh, level, run, &Constraints::default(), options, observer)
 }
 
 /// Simplifies a mesh with a cost, a placement, surcharges and guards of one's own: these, not those
@@ -124,14 +111,14 @@ pub fn simplify_with(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
     check(mesh, options)?;
-    let guards = core::mem::take(&mut policies.guards);
-    let mut followers = guards.clone();
+    let constraints = core::mem::take(&mut policies.constraints);
+    let mut followers = constraints.clone();
     followers.prepare(mesh);
     let mut working = mesh.clone();
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
     let run = collapse_with(&mut working, policies, Start::followed_by(followers), options, see);
-    finish(mesh, Level::at_end(working, &run), run, &guards, options, observer)
+    finish(mesh, Level::at_end(working, &run), run, &constraints, options, observer)
 }
 
 fn observer<'a>(
@@ -148,40 +135,41 @@ fn finish(
     mesh: &TriMesh,
     level: Level,
     mut run: Run,
-    guards: &Guards,
+    constraints: &Constraints,
     options: &Options,
     mut observer: Observer<'_>,
 ) -> Result<Simplified, SimplifyError> {
-    let Options { collapse, finish, limit, .. } = options;
+    let Options { collapse, refine, limit, .. } = options;
     let is_changed = !observer.is_stopped() && run.collapses > 0;
-    let wants_finish = is_changed && (finish.fit.is_some() || finish.peaks.is_some());
+    let wants_finish = is_changed && (refine.fit.is_some() || refine.max_error.is_some());
     let has_faces = mesh.topology().face_count() > 0;
     let target = collapse.limits.face_target(mesh.topology().face_count());
     let mut error = None;
-    let untouched =
-        |level: Level| (Finished::untouched(level.mesh, FitConstraints::default()), level.became);
-    let (finished, became) = if has_faces && (wants_finish || limit.check.is_some()) {
+    let untouched = |level: Level| {
+        (Refined::untouched(level.mesh, FitConstraints::default()), level.vertex_map)
+    };
+    let (finished, vertex_map) = if has_faces && (wants_finish || limit.check.is_some()) {
         let original = Surface::new(mesh)?;
         let steps = if wants_finish { steps(options, target) } else { Steps::default() };
         let texture = texture(mesh, options);
-        let finishing = Finishing::new(mesh, &original, &collapse.constraints, steps, texture);
+        let finishing = Pipeline::new(mesh, &original, &collapse.protect, steps, texture);
         let measuring = limit.check.map(|check| Measuring {
             original: &original,
             check,
             limit: limit.distance,
         });
         if let (Some(limit), Some(measuring)) = (limit.distance, measuring) {
-            let mut guards = guards.clone();
-            guards.prepare(mesh);
+            let mut constraints = constraints.clone();
+            constraints.prepare(mesh);
             let snapshots = core::mem::take(&mut run.snapshots);
-            let search = Search {
+            let search = LevelSearch {
                 mesh,
-                marks: Marks::new(mesh, &collapse.constraints, guards),
+                protected: Protected::new(mesh, &collapse.protect, constraints),
                 log: &run.log,
                 finishing: &finishing,
                 measuring,
                 limit,
-                squeeze: squeeze(options, target),
+                decimate: decimate(options, target),
             };
             // The search makes levels of its own.
             drop(level);
@@ -194,18 +182,18 @@ fn finish(
                     run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
                 }
                 error = Some(found.error);
-                (found.finished, found.became)
+                (found.finished, found.vertex_map)
             } else {
                 run.truncate(0);
-                let marks = Marks::new(mesh, &collapse.constraints, Guards::default());
-                untouched(Level::new(mesh, &marks, &run.log, 0)?)
+                let protected = Protected::new(mesh, &collapse.protect, Constraints::default());
+                untouched(Level::new(mesh, &protected, &run.log, 0)?)
             }
         } else {
-            let (finished, became) = finishing.finish(level, &mut observer)?;
+            let (finished, vertex_map) = finishing.finish(level, &mut observer)?;
             if let Some(measuring) = measuring {
                 error = measuring.measure(&finished.mesh, &mut observer)?;
             }
-            (finished, became)
+            (finished, vertex_map)
         }
     } else {
         untouched(level)
@@ -218,18 +206,18 @@ fn finish(
         None => v,
     };
     Ok(Simplified {
-        vertex_map: VertexMap::from_vec(became.as_slice().iter().map(follow).collect()),
+        vertex_map: VertexMap::from_vec(vertex_map.as_slice().iter().map(follow).collect()),
         boundary_shift: boundary_shift(mesh, &finished.mesh),
         mesh: finished.mesh,
         collapses: run.collapses,
         log: if collapse.record { run.log } else { CollapseLog::default() },
         stop: run.stop,
-        refusals: run.refusals,
+        rejections: run.rejections,
         max_cost: run.max_cost,
         error,
         fit: finished.fit,
         anneal: finished.anneal,
-        peaks: finished.peaks,
+        max_error: finished.max_error,
     })
 }
 
@@ -244,21 +232,21 @@ fn check(mesh: &TriMesh, options: &Options) -> Result<(), SimplifyError> {
 
 /// What the options do with a level; at least `target` faces are left, or one fewer.
 fn steps(options: &Options, target: usize) -> Steps {
-    let Options { collapse, finish, .. } = options;
+    let Options { collapse, refine, .. } = options;
     let forbids = collapse.forbid_intersections;
     let guarded = |fit: FitOptions| FitOptions {
         forbid_intersections: fit.forbid_intersections || forbids,
         ..fit
     };
     Steps {
-        fit: finish.fit.map(guarded),
-        anneal: finish.anneal.map(|anneal| AnnealOptions { fit: guarded(anneal.fit), ..anneal }),
-        peaks: finish.peaks.map(|peaks| PeakOptions {
-            min_faces: peaks.min_faces.max(target.saturating_sub(1)),
-            forbid_intersections: peaks.forbid_intersections || forbids,
+        fit: refine.fit.map(guarded),
+        anneal: refine.anneal.map(|anneal| AnnealOptions { fit: guarded(anneal.fit), ..anneal }),
+        max_error: refine.max_error.map(|max_error| MaxErrorOptions {
+            min_faces: max_error.min_faces.max(target.saturating_sub(1)),
+            forbid_intersections: max_error.forbid_intersections || forbids,
             min_component_vertices: collapse.min_component_vertices,
-            fit: guarded(peaks.fit),
-            ..peaks
+            fit: guarded(max_error.fit),
+            ..max_error
         }),
     }
 }
@@ -266,17 +254,17 @@ fn steps(options: &Options, target: usize) -> Steps {
 /// The texture that must not fold over, if there is one that counts.
 fn texture<'a>(mesh: &'a TriMesh, options: &'a Options) -> Option<Texture<'a>> {
     let attributes = options.attributes.counting().filter(|corners| corners.has_texture())?;
-    let seams = options.collapse.constraints.features.as_ref()?;
+    let seams = options.collapse.protect.features.as_ref()?;
     Some(Texture { original: mesh, attributes, seams })
 }
 
 /// Whether and how a mesh within the limit is collapsed further.
-fn squeeze(options: &Options, target: usize) -> Option<CollapseBack<'static>> {
+fn decimate(options: &Options, target: usize) -> Option<CollapseBack<'static>> {
     let Options { collapse, limit, .. } = options;
-    limit.squeeze.then_some(CollapseBack {
+    limit.decimate.then_some(CollapseBack {
         faces: target,
         locked: &[],
-        boundary: collapse.constraints.boundary,
+        boundary: collapse.protect.boundary,
         forbid_intersections: collapse.forbid_intersections,
         min_component_vertices: collapse.min_component_vertices,
         first: None,

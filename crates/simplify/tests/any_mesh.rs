@@ -46,7 +46,7 @@ proptest! {
         let mesh = mesh.unwrap();
         let mut options = Options::preset(Preset::ALL[preset]).to_faces(floor);
         options.collapse.record = true;
-        options.collapse.constraints.boundary =
+        options.collapse.protect.boundary =
             [Boundary::Quadrics, Boundary::Lock, Boundary::Free][boundary];
         let result = simplify(&mesh, &options).unwrap();
         let topology = result.mesh.topology();
@@ -56,7 +56,7 @@ proptest! {
         let before = mesh.topology().face_count();
         prop_assert!(faces + 1 >= floor.min(before));
         // Cutting peaks may exchange vertices of the boundary for others, and end one face lower.
-        let cut = result.peaks.is_some_and(|peaks| peaks.kept > 0);
+        let cut = result.max_error.is_some_and(|peaks| peaks.kept > 0);
         match result.stop {
             StopReason::Faces => prop_assert!(faces <= floor),
             _ => prop_assert!(faces > floor || cut),

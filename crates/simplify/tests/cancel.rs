@@ -25,12 +25,12 @@ fn assert_consistent(original: &TriMesh, result: &Simplified) {
     for new in result.vertex_map.as_slice().iter().flatten() {
         is_met[*new] = true;
     }
-    let (level, became) = result.log.level(original, result.log.len()).unwrap();
+    let (level, vertex_map) = result.log.level(original, result.log.len()).unwrap();
     let is_squeezed = result.mesh.topology().face_count() < level.topology().face_count();
-    let is_finished = result.anneal.is_some() || result.peaks.is_some() || is_squeezed;
+    let is_finished = result.anneal.is_some() || result.max_error.is_some() || is_squeezed;
     if !is_finished {
         assert!(is_met.as_slice().iter().all(|met| *met));
-        assert_eq!(result.vertex_map, became);
+        assert_eq!(result.vertex_map, vertex_map);
         assert_eq!(result.mesh.topology().face_count(), level.topology().face_count());
         if result.fit.is_none() {
             assert_eq!(result.mesh.positions(), level.positions());
@@ -59,10 +59,12 @@ fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
     for squeeze in [false, true] {
         let limit = 0.01;
         let mut options = Options::preset(Preset::Default).within(limit, ErrorCheck::Certified);
-        options.limit.squeeze = squeeze;
+        options.limit.decimate = squeeze;
         let whole = simplify(&mesh, &options).unwrap();
         let (mut coarser, mut squeezed) = (0, 0);
-        for phase in [Phase::Collapse, Phase::Search, Phase::Fit, Phase::Measure, Phase::Squeeze] {
+        for phase in
+            [Phase::Collapse, Phase::Search, Phase::Fit, Phase::Measure, Phase::DecimateToTolerance]
+        {
             // A proof is interrupted within as well.
             for after in [1, 2, 4, 8, 16, 32, 64] {
                 let Some(result) = stopped_in(&mesh, &options, phase, after) else { continue };
@@ -89,11 +91,11 @@ fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
 fn fit_annealing_and_peaks_can_be_cancelled_between_rounds() {
     let mesh = wave();
     let mut options = Options::preset(Preset::Quality).to_faces(400);
-    options.finish.anneal = Some(AnnealOptions { rounds: 3, ..AnnealOptions::default() });
+    options.refine.anneal = Some(AnnealOptions { rounds: 3, ..AnnealOptions::default() });
     options.limit.check = Some(ErrorCheck::Sampled);
     let whole = simplify(&mesh, &options).unwrap();
     assert!(whole.error.is_some());
-    for phase in [Phase::Collapse, Phase::Fit, Phase::Anneal, Phase::Peaks, Phase::Measure] {
+    for phase in [Phase::Collapse, Phase::Fit, Phase::Anneal, Phase::MaxError, Phase::Measure] {
         let result = stopped_in(&mesh, &options, phase, 1).unwrap();
         assert_eq!(result.stop, StopReason::Cancelled, "{phase:?}");
         assert_eq!(result.error, None, "{phase:?}");
@@ -104,7 +106,7 @@ fn fit_annealing_and_peaks_can_be_cancelled_between_rounds() {
             Phase::Collapse => assert!(result.mesh.topology().face_count() > 400),
             Phase::Fit => assert_eq!(rounds, 0),
             Phase::Anneal => assert_eq!((rounds, annealed), (9, 0)),
-            Phase::Peaks => assert_eq!((rounds, annealed), (9, 3)),
+            Phase::MaxError => assert_eq!((rounds, annealed), (9, 3)),
             _ => assert_eq!(result.mesh.positions(), whole.mesh.positions()),
         }
     }

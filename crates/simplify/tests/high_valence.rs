@@ -10,8 +10,8 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3, EulerRot};
 use mesh_core::{Extent, FaceTree, TriMesh, VertexId};
 use simplify::{
-    Cost, EdgePatch, FinishOptions, Limits, Memoryless, Optimal, Options, Policies, Policy, Preset,
-    Quadric, Scratch, StopReason, Update, collapse_edges, simplify,
+    Cost, EdgePatch, Memoryless, Optimal, Options, Policies, Policy, Preset, Quadric,
+    RefineOptions, Schedule, Scratch, StopReason, Target, collapse_edges, simplify,
 };
 
 /// A cone of so many faces, without or with a second one below.
@@ -56,23 +56,23 @@ impl Cost for Counted {
 
 #[test]
 fn the_work_on_a_cone_does_not_grow_with_the_square_of_its_faces() {
-    let faces_seen = |faces: u32, update: Update| {
+    let faces_seen = |faces: u32, schedule: Schedule| {
         let mut mesh = cone(faces, true);
         let seen = Arc::new(AtomicU64::new(0));
         let cost = Counted(Memoryless, Arc::clone(&seen));
         let mut policies = Policies::new(cost, Optimal::default());
-        policies.update = update;
-        let limits = Limits { faces: Some(100), ..Limits::default() };
+        policies.schedule = schedule;
+        let limits = Target { faces: Some(100), ..Target::default() };
         let go_on = &mut |_: &_| ControlFlow::Continue(());
         let run = collapse_edges(&mut mesh, policies, &Default::default(), &limits, go_on);
         assert_eq!(run.stop, StopReason::Faces);
         mesh.topology().validate().unwrap();
         seen.load(Ordering::Relaxed)
     };
-    for update in [Update::Lazy, Update::Eager] {
-        let [small, large] = [2000, 16_000].map(|faces| faces_seen(faces, update));
+    for schedule in [Schedule::Lazy, Schedule::Exact] {
+        let [small, large] = [2000, 16_000].map(|faces| faces_seen(faces, schedule));
         // Sixty-four times as much if every edge at the apex looks at all of its faces.
-        assert!(large < 16 * small, "{update:?}: {small} {large}");
+        assert!(large < 16 * small, "{schedule:?}: {small} {large}");
     }
 }
 
@@ -81,13 +81,13 @@ fn cones_of_sixty_thousand_faces_are_collapsed() {
     for preset in [Preset::Fast, Preset::Default] {
         let mut options = Options::preset(preset).to_faces(2000);
         // The distances that a fit asks for are another matter.
-        options.finish = FinishOptions::default();
+        options.refine = RefineOptions::default();
         for is_closed in [false, true] {
             let result = simplify(&cone(60_000, is_closed), &options).unwrap();
             let topology = result.mesh.topology();
             topology.validate().unwrap();
             let faces = topology.face_count();
-            assert!((1999..=2000).contains(&faces), "{preset}: {faces} {:?}", result.refusals);
+            assert!((1999..=2000).contains(&faces), "{preset}: {faces} {:?}", result.rejections);
         }
     }
 }

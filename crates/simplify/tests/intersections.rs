@@ -4,7 +4,7 @@
 use crate::common::model;
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, TriMesh};
-use simplify::{AnnealOptions, Options, Preset, Refusal, simplify};
+use simplify::{AnnealOptions, Options, Preset, Rejection, simplify};
 
 /// Every edge that passes through the inside of a face, found by looking at all pairs with
 /// floating-point geometry of its own.
@@ -62,17 +62,17 @@ fn forbidden_intersections_do_not_arise() {
         let guarded = simplify(&mesh, &options).unwrap();
         assert_eq!(guarded.mesh.topology().face_count(), faces, "{name} {preset}");
         assert_eq!(piercings(&guarded.mesh), [], "{name} {preset}");
-        refused += guarded.refusals.of(Refusal::Intersection);
+        refused += guarded.rejections.of(Rejection::Intersection);
     }
-    eprintln!("{free_count} crossings without the guard, {refused} collapses refused with it");
-    assert!(free_count > 0 && refused > 0, "the meshes do not need the guard");
+    eprintln!("{free_count} crossings without the constraint, {refused} collapses refused with it");
+    assert!(free_count > 0 && refused > 0, "the meshes do not need the constraint");
 }
 
 #[test]
 fn annealing_keeps_faces_apart_too() {
     let Some(mesh) = model("rocker-arm.obj") else { return };
     let mut options = Options::default().to_faces(602);
-    options.finish.anneal = Some(AnnealOptions { rounds: 2, ..AnnealOptions::default() });
+    options.refine.anneal = Some(AnnealOptions { rounds: 2, ..AnnealOptions::default() });
     options.collapse.forbid_intersections = true;
     let result = simplify(&mesh, &options).unwrap();
     assert!(result.anneal.unwrap().kept > 0);

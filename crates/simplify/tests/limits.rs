@@ -76,7 +76,7 @@ fn threads_do_not_change_a_bit() {
             let other = run(threads);
             assert_eq!(one.mesh.positions(), other.mesh.positions(), "{threads}");
             assert!(one.mesh.topology().triangles().eq(other.mesh.topology().triangles()));
-            assert_eq!((one.error, one.refusals), (other.error, other.refusals));
+            assert_eq!((one.error, one.rejections), (other.error, other.rejections));
             assert_eq!(one.vertex_map, other.vertex_map);
         }
     }

@@ -2,20 +2,20 @@
 
 mod anneal;
 mod any_mesh;
+mod blocks;
 mod cancel;
 mod common;
 mod fit;
 mod high_valence;
 mod intersections;
 mod limits;
+mod max_error;
 mod norm;
 mod options;
 mod own_policies;
-mod peaks;
 mod published;
-mod regions;
+mod regressions;
 mod stop;
 mod touching;
 mod transfer;
-mod traps;
 mod unused_vertices;

@@ -4,7 +4,7 @@
 use mesh_core::TriMesh;
 use mesh_core::shapes::Torus;
 use peak_alloc::PeakAlloc;
-use simplify::{FinishOptions, Options, Preset, memory_needed, simplify};
+use simplify::{Options, Preset, RefineOptions, memory_needed, simplify};
 
 #[global_allocator]
 static ALLOCATOR: PeakAlloc = PeakAlloc;
@@ -22,7 +22,7 @@ fn collapses_take_no_more_than_is_said() {
         for ratio in [0.01, 0.1, 0.3] {
             let mut options = Options::preset(preset).to_faces((ratio * faces as f64) as usize);
             options.collapse.record = record;
-            options.finish = FinishOptions::default();
+            options.refine = RefineOptions::default();
             let before = ALLOCATOR.current_usage();
             ALLOCATOR.reset_peak_usage();
             let result = simplify(&mesh, &options).unwrap();

@@ -1,6 +1,5 @@
 //! What a fit makes small.
 #![allow(clippy::unwrap_used)]
-#![cfg(feature = "finish")]
 
 use mesh_core::TriMesh;
 use mesh_core::shapes::{Irregular, SignedDistance, Sphere, Torus};
@@ -21,7 +20,7 @@ fn distances(mesh: &TriMesh, surface: &impl SignedDistance) -> [f64; 3] {
 fn each_norm_makes_its_own_distance_least(mesh: &TriMesh, surface: &impl SignedDistance) {
     let found = [FitNorm::L1, FitNorm::L2, FitNorm::Max].map(|norm| {
         let mut options = Options::preset(Preset::Quality).to_faces(400);
-        options.finish = options.finish.minimising(norm);
+        options.refine = options.refine.minimising(norm);
         let result = simplify(mesh, &options).unwrap();
         assert_eq!(result.fit.unwrap().norm, norm);
         distances(&result.mesh, surface)

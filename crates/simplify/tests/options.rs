@@ -6,8 +6,8 @@ use mesh_core::shapes::Sphere;
 use mesh_metric::Surface;
 use simplify::{
     AnnealOptions, CollapseLog, CornerAttributes, ErrorCheck, FitConstraints, FitOptions,
-    MAX_CHANNELS, Options, PeakOptions, Preset, RecordError, SimplifyError, anneal,
-    collapses_within, cut_peaks, fit, simplify,
+    MAX_CHANNELS, MaxErrorOptions, Options, Preset, RecordError, RefineError, SimplifyError,
+    anneal, collapses_within, fit, reduce_max_error, simplify,
 };
 
 fn sphere(cuts: u32) -> TriMesh {
@@ -23,9 +23,9 @@ fn named<T>(result: Result<T, SimplifyError>) -> &'static str {
 }
 
 #[test]
-fn options_of_fit_peaks_and_annealing_are_checked() {
+fn options_of_fit_max_error_and_annealing_are_checked() {
     let (fit_ok, peaks_ok, anneal_ok) =
-        (FitOptions::default(), PeakOptions::default(), AnnealOptions::default());
+        (FitOptions::default(), MaxErrorOptions::default(), AnnealOptions::default());
     let (mut mesh, surface) = (sphere(1), Surface::new(&sphere(2)).unwrap());
     let free = &mut FitConstraints::default();
     let bad_fits = [
@@ -35,11 +35,11 @@ fn options_of_fit_peaks_and_annealing_are_checked() {
         ("fit samples_per_face", FitOptions { samples_per_face: usize::MAX, ..fit_ok }),
     ];
     let bad_peaks = [
-        ("peaks above", PeakOptions { above: 1.5, ..peaks_ok }),
-        ("peaks share", PeakOptions { share: f64::NAN, ..peaks_ok }),
-        ("peaks spacing", PeakOptions { spacing: 0.0, ..peaks_ok }),
-        ("peaks max_rise", PeakOptions { max_rise: f64::INFINITY, ..peaks_ok }),
-        ("fit pull", PeakOptions { fit: FitOptions { pull: -1.0, ..fit_ok }, ..peaks_ok }),
+        ("max_error above", MaxErrorOptions { above: 1.5, ..peaks_ok }),
+        ("max_error share", MaxErrorOptions { share: f64::NAN, ..peaks_ok }),
+        ("max_error spacing", MaxErrorOptions { spacing: 0.0, ..peaks_ok }),
+        ("max_error max_rise", MaxErrorOptions { max_rise: f64::INFINITY, ..peaks_ok }),
+        ("fit pull", MaxErrorOptions { fit: FitOptions { pull: -1.0, ..fit_ok }, ..peaks_ok }),
     ];
     let bad_anneals = [
         ("anneal jump", AnnealOptions { jump: f64::NAN, ..anneal_ok }),
@@ -55,16 +55,27 @@ fn options_of_fit_peaks_and_annealing_are_checked() {
         named(simplify(&sphere(1), &options))
     };
     for (name, options) in bad_fits {
-        assert_eq!(named(fit(&mut mesh, &surface, free, &options)), name);
-        assert_eq!(whole(&|all| all.finish.fit = Some(options)), name);
+        assert_eq!(
+            named(fit(&mut mesh, &surface, free, &options).map_err(SimplifyError::from)),
+            name
+        );
+        assert_eq!(whole(&|all| all.refine.fit = Some(options)), name);
     }
     for (name, options) in bad_peaks {
-        assert_eq!(named(cut_peaks(&mut mesh, &surface, free, &options)), name);
-        assert_eq!(whole(&|all| all.finish.peaks = Some(options)), name);
+        assert_eq!(
+            named(
+                reduce_max_error(&mut mesh, &surface, free, &options).map_err(SimplifyError::from)
+            ),
+            name
+        );
+        assert_eq!(whole(&|all| all.refine.max_error = Some(options)), name);
     }
     for (name, options) in bad_anneals {
-        assert_eq!(named(anneal(&mut mesh, &surface, free, &options)), name);
-        assert_eq!(whole(&|all| all.finish.anneal = Some(options)), name);
+        assert_eq!(
+            named(anneal(&mut mesh, &surface, free, &options).map_err(SimplifyError::from)),
+            name
+        );
+        assert_eq!(whole(&|all| all.refine.anneal = Some(options)), name);
     }
     // Seeds are numbers as any other.
     let options = FitOptions { seed: u64::MAX, ..fit_ok };
@@ -84,7 +95,7 @@ fn attributes_with_too_many_numbers_are_refused() {
     let mesh = sphere(1);
     assert!(CornerAttributes::new(&mesh, false, |_| [1.0; MAX_CHANNELS]).is_ok());
     let error = CornerAttributes::new(&mesh, false, |_| [1.0; MAX_CHANNELS + 1]).unwrap_err();
-    assert_eq!(error, SimplifyError::Channels { channels: MAX_CHANNELS + 1, most: MAX_CHANNELS });
+    assert_eq!(error, RefineError::Channels { channels: MAX_CHANNELS + 1, most: MAX_CHANNELS });
 }
 
 #[test]

@@ -5,10 +5,10 @@ use glam::DVec3;
 use mesh_core::shapes::{Irregular, Sphere};
 use mesh_core::{Remap, TriMesh, VertexMap};
 use simplify::{
-    AnnealOptions, Collapse, Constraints, Cost, EdgePatch, ErrorCheck, Guard, Hybrid, Limits,
-    Memoryless, Metric, NormalGuard, Optimal, Options, Place, Placement, PlacementRule, Policies,
-    Policy, Preset, Quadric, Refusal, Scratch, ShapeGuard, Simplified, SimplifyError, Update,
-    collapse_edges, simplify, simplify_with,
+    AnnealOptions, Collapse, Constraint, Cost, EdgePatch, ErrorCheck, Hybrid, Memoryless, Metric,
+    NormalConstraint, Optimal, Options, Place, Placement, PlacementRule, Policies, Policy, Preset,
+    Protect, Quadric, Rejection, Schedule, Scratch, ShapeConstraint, Simplified, SimplifyError,
+    Target, collapse_edges, simplify, simplify_with,
 };
 use std::collections::HashSet;
 use std::ops::ControlFlow;
@@ -28,11 +28,11 @@ impl Policy for Painted {
     }
 }
 
-impl Guard for Painted {
-    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
+impl Constraint for Painted {
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Rejection> {
         let is_painted = |v| self.0.get(v).is_some_and(|&painted| painted);
         let any = is_painted(patch.removed()) || is_painted(patch.kept());
-        if any { Err(Refusal::Other) } else { Ok(()) }
+        if any { Err(Rejection::Other) } else { Ok(()) }
     }
 }
 
@@ -53,9 +53,9 @@ fn guarded<C: Cost, P: Placement>(
     mut policies: Policies<C, P>,
     options: &Options,
 ) -> Result<Simplified, SimplifyError> {
-    policies.guards.push(NormalGuard::default());
-    policies.guards.push(ShapeGuard::default());
-    policies.guards.push(Painted(painted(mesh)));
+    policies.constraints.push(NormalConstraint::default());
+    policies.constraints.push(ShapeConstraint::default());
+    policies.constraints.push(Painted(painted(mesh)));
     simplify_with(mesh, policies, options, &mut |_| ControlFlow::Continue(()))
 }
 
@@ -65,31 +65,31 @@ fn a_guard_from_outside_holds_in_all_steps() {
     let mesh = ball();
     let painted = painted(&mesh);
     let mut extreme = Options::preset(Preset::Extreme).to_faces(500);
-    extreme.finish.anneal = Some(AnnealOptions { rounds: 4, ..AnnealOptions::default() });
+    extreme.refine.anneal = Some(AnnealOptions { rounds: 4, ..AnnealOptions::default() });
     let peaks_only = {
         let mut options = Options::preset(Preset::Quality).to_faces(500);
-        options.finish.fit = None;
-        options.finish.anneal = None;
+        options.refine.fit = None;
+        options.refine.anneal = None;
         options
     };
     let within = Options::default().within(0.05, ErrorCheck::Sampled);
-    assert!(within.limit.squeeze);
+    assert!(within.limit.decimate);
     let mut levels = Options::preset(Preset::Fast);
     levels.collapse.limits.time = Some(Duration::from_secs(3600));
     let levels = levels.within(0.05, ErrorCheck::Certified);
-    assert!(!levels.limit.squeeze);
+    assert!(!levels.limit.decimate);
     for options in [extreme, peaks_only, within, levels] {
         let policies = Policies::new(Hybrid::default(), Optimal::default());
         let result = guarded(&mesh, policies, &options).unwrap();
         assert!(result.mesh.topology().face_count() < mesh.topology().face_count() / 2);
-        let became: HashSet<_> = painted
+        let vertex_map: HashSet<_> = painted
             .iter()
             .filter(|(_, painted)| **painted)
             .map(|(v, _)| result.vertex_map[v].unwrap())
             .collect();
         let count = painted.iter().filter(|(_, painted)| **painted).count();
-        assert_eq!(became.len(), count, "{options:?}");
-        assert!(result.refusals.of(Refusal::Other) > 0);
+        assert_eq!(vertex_map.len(), count, "{options:?}");
+        assert!(result.rejections.of(Rejection::Other) > 0);
     }
 }
 
@@ -101,7 +101,7 @@ fn policies_by_hand_are_those_by_name() {
     options.collapse.metric = Metric::Memoryless;
     let named = simplify(&mesh, &options).unwrap();
     let mut policies = Policies::new(Memoryless, Optimal::default());
-    policies.guards = options.collapse.guards();
+    policies.constraints = options.collapse.constraints();
     let go_on = &mut |_: &_| ControlFlow::Continue(());
     let by_hand = simplify_with(&mesh, policies, &options, go_on).unwrap();
     assert_eq!(named.log, by_hand.log);
@@ -120,14 +120,14 @@ fn options_that_exclude_each_other_are_errors() {
         }
     };
     let time = |o: &mut Options| o.collapse.limits.time = Some(Duration::from_secs(1));
-    assert_eq!(conflict(time), ("limit.squeeze", "collapse.limits.time"));
+    assert_eq!(conflict(time), ("limit.decimate", "collapse.limits.time"));
     assert_eq!(conflict(|o| o.limit.check = None), ("limit.distance", "limit.check = None"));
-    assert_eq!(conflict(|o| o.limit.distance = None), ("limit.squeeze", "limit.distance = None"));
+    assert_eq!(conflict(|o| o.limit.distance = None), ("limit.decimate", "limit.distance = None"));
     let anneal = |o: &mut Options| {
-        o.finish.anneal = Some(AnnealOptions::default());
-        o.finish.fit = None;
+        o.refine.anneal = Some(AnnealOptions::default());
+        o.refine.fit = None;
     };
-    assert_eq!(conflict(anneal), ("finish.anneal", "finish.fit = None"));
+    assert_eq!(conflict(anneal), ("refine.anneal", "refine.fit = None"));
     let norm = |o: &mut Options| o.collapse.metric = Metric::CurvatureL1;
     assert_eq!(conflict(norm).0, "collapse.curvature_weight");
 }
@@ -137,8 +137,8 @@ fn options_that_exclude_each_other_are_errors() {
 fn policies_in_boxes_do_the_same() {
     let mesh = ball();
     let metrics = [
-        Metric::Classic,
-        Metric::Marginal,
+        Metric::Quadric,
+        Metric::IncrementalQuadric,
         Metric::Memoryless,
         Metric::Hybrid,
         Metric::CurvatureL1,
@@ -157,10 +157,10 @@ fn policies_in_boxes_do_the_same() {
             options.collapse.metric = metric;
             options.collapse.placement = placement;
             options.collapse.curvature_weight = 0.0;
-            options.collapse.update = Update::Lazy;
+            options.collapse.schedule = Schedule::Lazy;
             let named = simplify(&mesh, &options).unwrap();
             let mut policies = Policies::new(metric.cost(), placement.placement());
-            policies.guards = options.collapse.guards();
+            policies.constraints = options.collapse.constraints();
             let go_on = &mut |_: &_| ControlFlow::Continue(());
             let boxed = simplify_with(&mesh, policies, &options, go_on).unwrap();
             assert_eq!(named.mesh.positions(), boxed.mesh.positions(), "{metric:?} {placement:?}");
@@ -184,8 +184,8 @@ impl Placement for NotAtEnds {
         Place::Kept
     }
 
-    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
-        if patch.ends().contains(&x) { Err(Refusal::Other) } else { Ok(()) }
+    fn check(&self, patch: &EdgePatch<'_>, x: DVec3, _: &mut Scratch) -> Result<(), Rejection> {
+        if patch.ends().contains(&x) { Err(Rejection::Other) } else { Ok(()) }
     }
 
     fn instead(&self, refused: usize) -> Option<Place> {
@@ -198,14 +198,14 @@ impl Placement for NotAtEnds {
 fn locked_vertices_do_not_go_to_another_place_instead() {
     let original = ball();
     let locked = painted(&original);
-    for update in [Update::Lazy, Update::Eager] {
+    for schedule in [Schedule::Lazy, Schedule::Exact] {
         let mut mesh = original.clone();
-        let policies = Policies { update, ..Policies::new(Memoryless, NotAtEnds) };
-        let constraints = Constraints { locked: Some(locked.clone()), ..Constraints::default() };
-        let limits = Limits { faces: Some(500), ..Limits::default() };
+        let policies = Policies { schedule, ..Policies::new(Memoryless, NotAtEnds) };
+        let protect = Protect { locked: Some(locked.clone()), ..Protect::default() };
+        let limits = Target { faces: Some(500), ..Target::default() };
         let go_on = &mut |_: &_| ControlFlow::Continue(());
-        let run = collapse_edges(&mut mesh, policies, &constraints, &limits, go_on);
-        assert!(run.log.len() > 100 && run.refusals.of(Refusal::Other) > 0);
+        let run = collapse_edges(&mut mesh, policies, &protect, &limits, go_on);
+        assert!(run.log.len() > 100 && run.rejections.of(Rejection::Other) > 0);
         for (v, _) in locked.iter().filter(|(_, locked)| **locked) {
             assert!(mesh.topology().contains_vertex(v), "{v:?}");
             assert_eq!(mesh.position(v), original.position(v), "{v:?}");

@@ -86,7 +86,7 @@ fn the_largest_error_is_not_above_that_of_plain_quadrics() {
         default.collapse.min_component_vertices = min_component_vertices;
         let mut plain = Options::preset(Preset::Fast).to_faces(3280);
         plain.collapse.min_component_vertices = min_component_vertices;
-        plain.collapse.metric = Metric::Classic;
+        plain.collapse.metric = Metric::Quadric;
         plain.collapse.placement = PlacementRule::Optimal;
         let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
         let [ours, theirs] = [default, plain].map(|options| {

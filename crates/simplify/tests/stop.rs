@@ -8,8 +8,8 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::Sphere;
 use simplify::{
-    BestEndpoint, Collapse, Cost, EdgePatch, Limits, Policies, Policy, Quadric, Scratch,
-    StopReason, Update, collapse_edges,
+    BestEndpoint, Collapse, Cost, EdgePatch, Policies, Policy, Quadric, Schedule, Scratch,
+    StopReason, Target, collapse_edges,
 };
 
 /// One edge costs nothing, and as long as it is there all others cost too much; then those of the second of two
@@ -43,13 +43,13 @@ fn a_limit_of_the_cost_ends_a_run_only_when_every_edge_costs_more_by_then() {
     let triangles: Vec<[u32; 3]> = first.topology().triangles().collect();
     let places = [0.0, 3.0].map(|x| first.positions().iter().map(|&p| p + x * DVec3::X).collect());
     let spheres = joined(&places.map(|points| (points, triangles.clone())));
-    for update in [Update::Lazy, Update::Eager] {
+    for schedule in [Schedule::Lazy, Schedule::Exact] {
         let mut mesh = spheres.clone();
-        let policies = Policies { update, ..Policies::new(Unlocking(false), BestEndpoint) };
-        let limits = Limits { cost: Some(1.0), ..Limits::default() };
+        let policies = Policies { schedule, ..Policies::new(Unlocking(false), BestEndpoint) };
+        let limits = Target { cost: Some(1.0), ..Target::default() };
         let go_on = &mut |_: &_| ControlFlow::Continue(());
         let run = collapse_edges(&mut mesh, policies, &Default::default(), &limits, go_on);
-        assert_eq!(run.stop, StopReason::Cost, "{} collapses, {:?}", run.log.len(), run.refusals);
+        assert_eq!(run.stop, StopReason::Cost, "{} collapses, {:?}", run.log.len(), run.rejections);
         assert!(run.log.len() > 100, "{} collapses", run.log.len());
         assert!(run.max_cost <= 1.0);
         let topology = mesh.topology();
@@ -72,12 +72,12 @@ impl Cost for Same {
 #[test]
 fn an_edge_may_cost_as_much_as_the_limit() {
     let sphere = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(2).unwrap()).unwrap();
-    for update in [Update::Lazy, Update::Eager] {
+    for schedule in [Schedule::Lazy, Schedule::Exact] {
         let mut mesh = sphere.clone();
-        let policies = Policies { update, ..Policies::new(Same, BestEndpoint) };
-        let limits = Limits { cost: Some(1.0), faces: Some(100), ..Limits::default() };
+        let policies = Policies { schedule, ..Policies::new(Same, BestEndpoint) };
+        let limits = Target { cost: Some(1.0), faces: Some(100), ..Target::default() };
         let go_on = &mut |_: &_| ControlFlow::Continue(());
         let run = collapse_edges(&mut mesh, policies, &Default::default(), &limits, go_on);
-        assert_eq!(run.stop, StopReason::Faces, "{update:?}");
+        assert_eq!(run.stop, StopReason::Faces, "{schedule:?}");
     }
 }

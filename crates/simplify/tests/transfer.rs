@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use mesh_core::shapes::SplitMix64;
 use mesh_core::{HalfEdgeId, TriMesh, VertexId};
 use simplify::{
-    AttributeOptions, CornerAttributes, Options, Preset, Refusal, corner_sources, seam_nodes,
+    AttributeOptions, CornerAttributes, Options, Preset, Rejection, corner_sources, seam_nodes,
     simplify,
 };
 
@@ -52,8 +52,8 @@ fn linear_data_is_reproduced() {
     let place = |h: HalfEdgeId| mesh.position(topology.origin(h)).to_array();
     for preset in [Preset::Fast, Preset::Default, Preset::Extreme] {
         let mut options = Options::preset(preset).to_faces(60);
-        options.collapse.constraints.features = Some(seams.clone());
-        options.collapse.constraints.locked = Some(seam_nodes(topology, &seams));
+        options.collapse.protect.features = Some(seams.clone());
+        options.collapse.protect.locked = Some(seam_nodes(topology, &seams));
         options.attributes.corners = Some(CornerAttributes::new(&mesh, true, place).unwrap());
         let result = simplify(&mesh, &options).unwrap();
         let sources = corner_sources(&mesh, &seams, &result.mesh, &result.vertex_map);
@@ -99,7 +99,7 @@ fn faces_do_not_turn_over_in_the_texture() {
             (b - a).perp_dot(c - a) < 0.0
         };
         let turned = result.mesh.topology().faces().filter(|&face| turns(face)).count();
-        (turned, result.refusals.of(Refusal::TextureFold))
+        (turned, result.rejections.of(Rejection::TextureFold))
     };
     assert_eq!(turned_and_refused(true, 1.0).0, 0);
     let ((some, refused), (more, never)) =
@@ -124,5 +124,5 @@ fn corners_at_a_seam_move_with_their_own_side() {
     options.attributes = AttributeOptions { corners: Some(corners), weight: 1.0 };
     let result = simplify(&mesh, &options).unwrap();
     assert!(result.mesh.topology().face_count() <= 60);
-    assert_eq!(result.refusals.of(Refusal::TextureFold), 0);
+    assert_eq!(result.rejections.of(Rejection::TextureFold), 0);
 }

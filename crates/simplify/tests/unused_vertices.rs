@@ -30,9 +30,9 @@ fn an_unused_vertex_far_away_is_no_peak() {
     let [mesh, stray] = wave_and_stray();
     let options = Options::preset(Preset::Quality).to_faces(150);
     let [expected, got] = [&mesh, &stray].map(|mesh| simplify(mesh, &options).unwrap());
-    let peaks = expected.peaks.as_ref().unwrap();
+    let peaks = expected.max_error.as_ref().unwrap();
     assert!(peaks.rounds > 0 && peaks.largest_before < 0.1);
-    assert_eq!(got.peaks.as_ref().unwrap().largest_before, peaks.largest_before);
+    assert_eq!(got.max_error.as_ref().unwrap().largest_before, peaks.largest_before);
     assert_same_surface(&expected, &got);
 }
 
@@ -41,7 +41,7 @@ fn an_unused_vertex_far_away_does_not_spoil_the_search_for_an_error_limit() {
     let [mesh, stray] = wave_and_stray();
     for squeeze in [false, true] {
         let mut options = Options::preset(Preset::Default).within(0.02, ErrorCheck::Sampled);
-        options.limit.squeeze = squeeze;
+        options.limit.decimate = squeeze;
         let [expected, got] = [&mesh, &stray].map(|mesh| simplify(mesh, &options).unwrap());
         assert!(2 * expected.mesh.topology().face_count() < mesh.topology().face_count());
         assert_eq!(expected.log.len(), got.log.len());

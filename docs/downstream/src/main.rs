@@ -1,6 +1,6 @@
 //! Reads a mesh, flips edges, simplifies it with a guard of its own, and saves it.
 use mesh_core::{Repair, TriMesh, build, glam::DVec3};
-use simplify::{EdgePatch, Guard, Policies, Policy, Refusal, Scratch};
+use simplify::{EdgePatch, Constraint, Policies, Policy, Rejection, Scratch};
 use std::ops::ControlFlow;
 
 /// What lies above a height stays as it is.
@@ -9,10 +9,10 @@ struct Above(f64);
 
 impl Policy for Above {}
 
-impl Guard for Above {
-    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Refusal> {
+impl Constraint for Above {
+    fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Rejection> {
         let ends = patch.ends().map(|end| (patch.origin() + end).z);
-        if ends.iter().any(|&z| z > self.0) { Err(Refusal::Other) } else { Ok(()) }
+        if ends.iter().any(|&z| z > self.0) { Err(Rejection::Other) } else { Ok(()) }
     }
 }
 

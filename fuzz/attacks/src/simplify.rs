@@ -37,14 +37,14 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
 fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
     let mut options = Options::preset(*u.choose(Preset::ALL)?);
     // The presets, but on a small scale.
-    if let Some(fit) = &mut options.finish.fit {
+    if let Some(fit) = &mut options.refine.fit {
         *fit = FitOptions { rounds: fit.rounds.min(2), samples_per_face: 4, ..*fit };
     }
-    if let Some(anneal) = &mut options.finish.anneal {
+    if let Some(anneal) = &mut options.refine.anneal {
         *anneal = AnnealOptions { starts: 3, rounds: 2, samples_per_face: 4, ..*anneal };
         anneal.fit.samples_per_face = 4;
     }
-    if let Some(peaks) = &mut options.finish.peaks {
+    if let Some(peaks) = &mut options.refine.max_error {
         peaks.fit =
             FitOptions { rounds: peaks.fit.rounds.min(2), samples_per_face: 4, ..peaks.fit };
         peaks.share = 0.5;
@@ -74,11 +74,11 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
         check = Some(ErrorCheck::Certified);
     }
     options.limit.check = check;
-    options.collapse.constraints.boundary =
+    options.collapse.protect.boundary =
         *u.choose(&[Boundary::Quadrics, Boundary::Lock, Boundary::Free])?;
     if u.ratio(1, 4)? {
         let angle = f64::from(u.int_in_range(0..=30)?) / 10.0;
-        options.collapse.constraints.features = Some(feature_edges(mesh, angle));
+        options.collapse.protect.features = Some(feature_edges(mesh, angle));
     }
     options.collapse.forbid_intersections = u.ratio(1, 3)?;
     if u.ratio(1, 4)? {
@@ -100,7 +100,7 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
         // Now and then what does not go together.
         if u.ratio(1, 8)? {
             options.limit.distance = Some(distance);
-            options.limit.squeeze = u.arbitrary()?;
+            options.limit.decimate = u.arbitrary()?;
         } else {
             options = options.within(distance, check.unwrap_or_default());
         }
@@ -130,7 +130,7 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     // The log belongs to the mesh, whatever became of it afterwards.
     let replayed = result.log.replay(mesh, result.log.len()).expect("the log fits the mesh");
     replayed.topology().validate().expect("a replay keeps the invariants");
-    if options.collapse.constraints.boundary == Boundary::Lock {
+    if options.collapse.protect.boundary == Boundary::Lock {
         for vertex in old.vertices().filter(|&v| old.is_boundary_vertex(v)) {
             let became = result.vertex_map[vertex].expect("locked vertices stay");
             assert_eq!(result.mesh.position(became), mesh.position(vertex), "{vertex:?} is locked");

@@ -26,7 +26,7 @@ fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
          nothing.",
     );
     item.how(
-        &["simplify::simplify", "simplify::FinishOptions::minimising"],
+        &["simplify::simplify", "simplify::RefineOptions::minimising"],
         &["cargo xtask limit-study", "curvmesh simplify IN -o OUT --faces 2000 --preset extreme"],
     );
     let rows = Row::all_of(STUDY);

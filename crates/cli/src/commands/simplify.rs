@@ -234,7 +234,7 @@ impl Results {
             stop: result.stop.name(),
             max_cost: Some(result.max_cost),
             collapses: Some(result.collapses),
-            rejected: Some(rejected(&result.refusals)),
+            rejected: Some(rejected(&result.rejections)),
             error: result.error.map(|e| Achieved { lower: e.lower, upper: e.upper }),
             boundary_shift: result.boundary_shift,
             fit: result.fit.as_ref().map(Fit::from),

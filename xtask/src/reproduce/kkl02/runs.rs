@@ -2,7 +2,7 @@
 
 use mesh_core::TriMesh;
 use simplify::{
-    CollapseOptions, FinishOptions, Metric, Options, PlacementRule, Simplified, Update, simplify,
+    CollapseOptions, Metric, Options, PlacementRule, RefineOptions, Schedule, Simplified, simplify,
 };
 
 use crate::failure::Failure;
@@ -16,14 +16,14 @@ pub(super) const CHAINS: f64 = 0.02;
 /// Distance only: the quadrics of the paper's first reference, as published.
 pub(super) fn distance_only() -> Options {
     let collapse = CollapseOptions {
-        metric: Metric::Classic,
+        metric: Metric::Quadric,
         curvature_weight: 0.0,
         placement: PlacementRule::Optimal,
         // One edge after the other over the whole mesh, as the paper has it.
-        update: Update::Lazy,
+        schedule: Schedule::Lazy,
         ..CollapseOptions::default()
     };
-    Options { collapse, finish: FinishOptions::default(), ..Options::default() }
+    Options { collapse, refine: RefineOptions::default(), ..Options::default() }
 }
 
 /// The same, raised where a collapse changes the curvature.

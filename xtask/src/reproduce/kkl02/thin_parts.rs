@@ -86,7 +86,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         &[
             "simplify::simplify",
             "simplify::CurvatureFactor",
-            "simplify::ComponentGuard",
+            "simplify::ComponentConstraint",
             "mesh_metric::compare",
         ],
         &["curvmesh simplify IN -o OUT --faces 986 --preset thin-features"],
@@ -159,7 +159,7 @@ fn outcomes(
 ) -> Result<Outcomes, Failure> {
     let options = (way.options)();
     // Fitting is done for one face count; without, all come from the same run.
-    let mut levels = match options.finish.fit {
+    let mut levels = match options.refine.fit {
         Some(_) => vec![simplified(mesh, options, FACES)?.mesh],
         None => levels(mesh, options, &CURVE)?,
     };

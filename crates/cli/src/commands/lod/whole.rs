@@ -142,13 +142,13 @@ fn collapses(
     if let Some(error) = steps.max_error() {
         settings = settings.within(error, options.policy.check());
         // What is squeezed is no stage of the run any more.
-        settings.limit.squeeze = false;
+        settings.limit.decimate = false;
     }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));
     bar.finish_and_clear();
     let result = result.map_err(Failure::simplify)?;
-    Ok((result.log, rejected(&result.refusals)))
+    Ok((result.log, rejected(&result.rejections)))
 }
 
 fn failed(error: LevelError) -> Failure {

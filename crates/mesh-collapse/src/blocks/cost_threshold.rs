@@ -1,0 +1,171 @@
+//! The cost up to which regions are collapsed, so that together they leave as many faces as wanted.
+
+use crate::blocks::bucket_queue::{BUCKETS, bucket};
+use crate::blocks::rules::Rules;
+
+/// A cost up to which all regions of a pass are collapsed, to a ninth part of it; some of them, evenly spread, may
+/// go one such part higher, so that the number of faces can be met more closely than by a cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CostThreshold {
+    bucket: usize,
+    /// So many of 65,536 regions go up to the next bucket.
+    higher: u32,
+    /// The place of the first region among those.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    first: u32,
+}
+
+/// The shares of regions that go higher are counted in these parts.
+const WHOLE: u32 = 1 << 16;
+
+/// How many faces a region has, and how many of them go at which costs.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Forecast {
+    faces: u64,
+    /// By bucket, from the cheapest up.
+    gone: Vec<(usize, u32)>,
+}
+
+impl Forecast {
+    pub(super) fn of(faces: usize) -> Self {
+        Self { faces: faces as u64, gone: Vec::new() }
+    }
+
+    /// Those of some regions as that of a whole with so many faces.
+    pub(super) fn of_all(blocks: &[Self], faces: u64) -> Self {
+        let mut gone = std::collections::BTreeMap::<usize, u64>::new();
+        for &(bucket, count) in blocks.iter().flat_map(|block| &block.gone) {
+            *gone.entry(bucket).or_default() += u64::from(count);
+        }
+        let seen: u64 = blocks.iter().map(|block| block.faces).sum();
+        let scale = faces as f64 / seen.max(1) as f64;
+        let scaled = |(bucket, count)| (bucket, (scale * count as f64) as u32);
+        Self { faces, gone: gone.into_iter().map(scaled).collect() }
+    }
+
+    /// The number of faces.
+    #[must_use]
+    pub fn face_count(&self) -> u64 {
+        self.faces
+    }
+
+    pub(super) fn add(&mut self, bucket: usize, faces: u32) {
+        match self.gone.last_mut() {
+            Some((last, count)) if *last == bucket => *count += faces,
+            _ => self.gone.push((bucket, faces)),
+        }
+    }
+}
+
+impl CostThreshold {
+    /// Nothing collapses.
+    pub const NONE: Self = Self::of(0);
+    /// Everything collapses that can.
+    pub const ALL: Self = Self::of(BUCKETS);
+
+    const fn of(bucket: usize) -> Self {
+        Self { bucket, higher: 0, first: 0 }
+    }
+
+    /// A cost, in the unit of the quadrics: area times squared distance.
+    #[must_use]
+    pub fn at(cost: f64, rules: &Rules) -> Self {
+        Self::of(bucket(cost * rules.scale))
+    }
+
+    /// The highest one that, as these regions tell, leaves at least this share of all faces; what was
+    /// collapsed to a ceiling itself tells nothing of higher ones.
+    #[must_use]
+    pub fn leaving(share: f64, blocks: &[&Forecast]) -> Self {
+        Self::of(Self::closest(share, blocks).bucket)
+    }
+
+    /// As [`CostThreshold::leaving`], with as many regions one part higher as it takes to leave just this share.
+    #[must_use]
+    pub fn closest(share: f64, blocks: &[&Forecast]) -> Self {
+        let mut gone = vec![0_u64; BUCKETS];
+        for &(bucket, faces) in blocks.iter().flat_map(|of_region| &of_region.gone) {
+            gone[bucket] += u64::from(faces);
+        }
+        let faces: u64 = blocks.iter().map(|of_region| of_region.faces).sum();
+        let allowed = ((1.0 - share) * faces as f64) as u64;
+        let mut left = allowed;
+        for (bucket, &faces) in gone.iter().enumerate() {
+            if faces > left {
+                let higher = (left as f64 / faces as f64 * f64::from(WHOLE)) as u32;
+                return Self { bucket, higher, first: 0 };
+            }
+            left -= faces;
+        }
+        Self::ALL
+    }
+
+    /// The same for one of many sheets: regions that go higher are spread evenly over all of them.
+    #[must_use]
+    pub fn for_sheet(self, number: u32) -> Self {
+        // Steps of the golden section of 65,536; that many more regions are the same again.
+        Self { first: number.wrapping_mul(40_503), ..self }
+    }
+
+    /// The ceiling of one of the regions of a sheet.
+    pub(super) fn of_region(self, block: usize) -> Self {
+        // So that of any number of regions in a row the right share goes higher.
+        let until = |place: u64| place * u64::from(self.higher) / u64::from(WHOLE);
+        let place = u64::from(self.first) + block as u64;
+        Self::of(self.bucket + usize::from(until(place + 1) > until(place)))
+    }
+
+    pub(super) fn bucket(self) -> usize {
+        self.bucket
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of so many faces, as many go at each bucket as are named.
+    fn forecast(faces: usize, gone: &[(usize, u32)]) -> Forecast {
+        let mut forecast = Forecast::of(faces);
+        gone.iter().for_each(|&(bucket, count)| forecast.add(bucket, count));
+        forecast
+    }
+
+    #[test]
+    fn counts_of_a_bucket_are_added_up_and_scaled_to_the_whole() {
+        let one = forecast(100, &[(3, 10), (3, 2), (5, 8)]);
+        assert_eq!(one.gone, [(3, 12), (5, 8)]);
+        let other = forecast(60, &[(2, 6), (5, 4)]);
+        let all = Forecast::of_all(&[one, other], 480);
+        assert_eq!(all.face_count(), 480);
+        assert_eq!(all.gone, [(2, 18), (3, 36), (5, 36)]);
+        assert_eq!(Forecast::of_all(&[], 7).gone, []);
+    }
+
+    #[test]
+    fn a_ceiling_leaves_at_least_the_share_and_the_closest_one_just_that() {
+        let [one, other] = [forecast(100, &[(3, 20), (5, 40)]), forecast(100, &[(2, 10), (5, 40)])];
+        let both = [&one, &other];
+        // 30 of 200 go below 5, and 80 at 5.
+        assert_eq!(CostThreshold::leaving(0.86, &both), CostThreshold::of(3));
+        assert_eq!(CostThreshold::leaving(0.85, &both), CostThreshold::of(5));
+        assert_eq!(CostThreshold::leaving(0.46, &both), CostThreshold::of(5));
+        assert_eq!(CostThreshold::leaving(0.45, &both), CostThreshold::ALL);
+        assert_eq!(CostThreshold::leaving(1.0, &both), CostThreshold::of(2));
+        // A quarter of the regions does what goes at 5, for 20 of the 80.
+        let closest = CostThreshold::closest(0.75, &both);
+        assert_eq!((closest.bucket, closest.higher), (5, WHOLE / 4));
+        for first in [0, 1, 77] {
+            let higher = (0..400).filter(|&i| closest.for_sheet(first).of_region(i).bucket == 6);
+            let places: Vec<usize> = higher.collect();
+            assert_eq!(places.len(), 100);
+            assert!(places.windows(2).all(|pair| pair[1] - pair[0] == 4), "{places:?}");
+        }
+        // Other sheets begin elsewhere, and as many of their first regions go higher.
+        let firsts = (0..400).filter(|&i| closest.for_sheet(i).of_region(0).bucket == 6);
+        assert!((95..=105).contains(&firsts.count()));
+        assert_eq!(CostThreshold::ALL.of_region(3), CostThreshold::ALL);
+    }
+}

@@ -1,0 +1,212 @@
+//! A mesh between two passes, as flat arrays.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use mesh_core::{FaceId, HalfEdgeId, Handle, Topology, TriMesh, VertexId, parallel};
+
+use crate::blocks::rank_order::in_order;
+use crate::geometry::quadric::Quadric;
+
+/// Vertices and triangles without gaps, and where they come from; before the first pass, those of
+/// the mesh itself, which has gaps where it has removed elements.
+#[derive(Clone, Debug)]
+pub struct FlatMesh<'a> {
+    /// The mesh before anything has collapsed; then everything else but the positions is empty.
+    pub(super) whole: Option<&'a TriMesh>,
+    pub(super) positions: Cow<'a, [DVec3]>,
+    /// What each vertex remembers of the faces that it stands for, about its position.
+    pub(super) quadrics: Vec<Quadric>,
+    /// The vertex of the original.
+    pub(super) vertex_ids: Vec<u32>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// The face of the original that is left.
+    pub(super) face_ids: Vec<u32>,
+    /// The half-edges of the original that are left of the sides of each face, if collapses are
+    /// recorded.
+    pub(super) half_edges: Vec<[u32; 3]>,
+    /// So many of the last vertices belong elsewhere: neither they nor those next to them move.
+    pub(super) held: usize,
+}
+
+impl<'a> FlatMesh<'a> {
+    /// A mesh before its first pass.
+    #[must_use]
+    pub fn new(mesh: &'a TriMesh) -> Self {
+        Self {
+            whole: Some(mesh),
+            positions: Cow::Borrowed(mesh.positions()),
+            quadrics: Vec::new(),
+            vertex_ids: Vec::new(),
+            triangles: Vec::new(),
+            face_ids: Vec::new(),
+            half_edges: Vec::new(),
+            held: 0,
+        }
+    }
+
+    /// The number of vertices, counting gaps.
+    pub(super) fn vertex_capacity(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// The number of faces, counting gaps.
+    pub(super) fn face_capacity(&self) -> usize {
+        self.whole.map_or(self.triangles.len(), |mesh| mesh.topology().face_capacity())
+    }
+
+    /// The number of faces.
+    #[must_use]
+    pub fn face_count(&self) -> usize {
+        self.whole.map_or(self.triangles.len(), |mesh| mesh.topology().face_count())
+    }
+
+    /// The vertices.
+    pub(super) fn vertices(&self) -> impl Iterator<Item = u32> + '_ {
+        let is_there = |&v: &u32| {
+            self.whole.is_none_or(|mesh| mesh.topology().contains_vertex(VertexId::new(v)))
+        };
+        (0..self.vertex_capacity() as u32).filter(is_there)
+    }
+
+    /// The corners of a face, if it is there.
+    #[inline]
+    pub(super) fn triangle(&self, face: usize) -> Option<[u32; 3]> {
+        let Some(mesh) = self.whole else { return Some(self.triangles[face]) };
+        let face = FaceId::from_index(face);
+        let is_there = mesh.topology().contains_face(face);
+        is_there.then(|| {
+            let [a, b, c] = mesh.topology().face_vertices(face);
+            [a.get(), b.get(), c.get()]
+        })
+    }
+
+    /// The half-edges of the original that are left of the sides of a face.
+    #[inline]
+    pub(super) fn half_edges(&self, face: usize) -> [u32; 3] {
+        match self.whole {
+            Some(mesh) => {
+                mesh.topology().face_half_edges(FaceId::from_index(face)).map(HalfEdgeId::get)
+            }
+            None => self.half_edges.get(face).copied().unwrap_or_default(),
+        }
+    }
+
+    pub(super) fn vertex_id(&self, v: u32) -> u32 {
+        if self.whole.is_some() { v } else { self.vertex_ids[v as usize] }
+    }
+
+    pub(super) fn face_id(&self, face: usize) -> u32 {
+        if self.whole.is_some() { face as u32 } else { self.face_ids[face] }
+    }
+
+    /// The vertices that may be collapsed: those that are not held.
+    pub(super) fn own_vertices(&self) -> impl Iterator<Item = u32> + '_ {
+        self.vertices().take(self.vertex_capacity() - self.held)
+    }
+
+    /// The mesh that the sheet is: vertices and faces in the order of the original.
+    #[must_use]
+    pub fn to_mesh(&self) -> TriMesh {
+        self.to_ordered_mesh().mesh
+    }
+
+    pub(super) fn to_ordered_mesh(&self) -> Ordered {
+        let (vertices, faces) = parallel::both(
+            || in_order(&Vec::from_iter(self.vertices().map(|v| (self.vertex_id(v), v)))),
+            || {
+                let faces = (0..self.face_capacity()).filter(|&f| self.triangle(f).is_some());
+                in_order(&Vec::from_iter(faces.map(|f| (self.face_id(f), f as u32))))
+            },
+        );
+        let mut number = vec![u32::MAX; self.vertex_capacity()];
+        for (new, &(_, v)) in vertices.iter().enumerate() {
+            number[v as usize] = new as u32;
+        }
+        let positions =
+            parallel::collect(vertices.len(), |v| self.positions[vertices[v].1 as usize]);
+        let triangles = parallel::collect(faces.len(), |f| {
+            self.triangle(faces[f].1 as usize).unwrap_or_default().map(|v| number[v as usize])
+        });
+        #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
+        let mesh = TriMesh::from_triangles(&positions, &triangles).expect("a manifold");
+        Ordered { mesh, vertices, faces }
+    }
+}
+
+/// A part of a mesh that is collapsed by itself, as arrays: what a [`FlatMesh`] is made of, and what is left of it.
+///
+/// It has every face with a corner among its own vertices. The vertices after these belong elsewhere and
+/// are there for the sake of these faces: neither they nor those next to them move, so what is done
+/// with one part is no matter to another.
+#[derive(Clone, Debug, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Fragment {
+    /// Where the vertices are, its own ones first.
+    pub positions: Vec<DVec3>,
+    /// How many of the vertices are its own.
+    pub own: usize,
+    /// What each of its own vertices remembers of the faces that it stands for, about its position;
+    /// nothing before the first pass.
+    pub quadrics: Vec<Quadric>,
+    /// The faces, by vertices.
+    pub triangles: Vec<[u32; 3]>,
+    /// For a part that was made of another one: the number that each vertex had there.
+    pub vertex_ids: Vec<u32>,
+}
+
+impl FlatMesh<'static> {
+    /// A part of a mesh before a pass; its vertex ids are the places in it, whatever it had before.
+    ///
+    /// # Panics
+    /// A triangle has a vertex that is not there, or the number of quadrics is neither zero nor that
+    /// of the own vertices.
+    #[must_use]
+    pub fn from_fragment(fragment: Fragment) -> Self {
+        let Fragment { positions, own, mut quadrics, triangles, vertex_ids: _ } = fragment;
+        let count = positions.len();
+        assert!(quadrics.is_empty() || quadrics.len() == own, "a quadric for each own vertex");
+        let is_there = |&v: &u32| (v as usize) < count;
+        assert!(triangles.as_flattened().iter().all(is_there), "triangles of vertices");
+        if !quadrics.is_empty() {
+            quadrics.resize(count, Quadric::default());
+        }
+        Self {
+            whole: None,
+            positions: Cow::Owned(positions),
+            quadrics,
+            vertex_ids: (0..count as u32).collect(),
+            face_ids: (0..triangles.len() as u32).collect(),
+            triangles,
+            half_edges: Vec::new(),
+            held: count - own,
+        }
+    }
+
+    /// Numbers the sides of the faces as the mesh does that the sheet is, so that collapses can be recorded.
+    pub fn number_half_edges(&mut self) {
+        #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
+        let topology = Topology::from_triangles(self.positions.len(), &self.triangles)
+            .expect("an oriented manifold");
+        let sides = |face| topology.face_half_edges(face).map(HalfEdgeId::get);
+        self.half_edges = topology.faces().map(sides).collect();
+    }
+
+    /// What the sheet is, as arrays; the vertex ids are places in the fragment that the first sheet was
+    /// made from.
+    #[must_use]
+    pub fn into_fragment(self) -> Fragment {
+        let Self { positions, mut quadrics, vertex_ids, triangles, held, .. } = self;
+        let positions = positions.into_owned();
+        let own = positions.len() - held;
+        quadrics.truncate(own);
+        Fragment { positions, own, quadrics, triangles, vertex_ids }
+    }
+}
+
+/// A sheet as a mesh, with the numbers in the original and in the sheet of its vertices and faces.
+pub(super) struct Ordered {
+    pub(super) mesh: TriMesh,
+    pub(super) vertices: Vec<(u32, u32)>,
+    pub(super) faces: Vec<(u32, u32)>,
+}

@@ -1,0 +1,222 @@
+//! What is left of all regions, put together: the mesh, and the order of the collapses.
+
+use std::borrow::Cow;
+
+use mesh_core::{HalfEdgeId, VertexId, parallel};
+
+use crate::blocks::block::{Block, Done, Reduced};
+use crate::blocks::block_mesh::Step;
+use crate::blocks::cost_threshold::{CostThreshold, Forecast};
+use crate::blocks::flat_mesh::FlatMesh;
+use crate::blocks::rules::Rules;
+use crate::record::log::LogEntry;
+
+/// The fewest faces of a mesh that are worth being cut into regions. In one of fewer, rims stand out, and as one
+/// piece it knows what lies across its sides; and it takes longer to look at some of few regions beforehand than
+/// is gained.
+const FEWEST: usize = 75_000;
+/// A pass leaves no fewer than one in so many faces; by then, rims stand out.
+const PASS: usize = 4;
+/// So many times the faces that are wanted are collapsed in one piece.
+const LAST: f64 = 1.25;
+/// Regions of which one is looked at beforehand.
+pub(super) const FORECAST: usize = 16;
+/// The fewest that are.
+pub(super) const LEAST_ASKED: usize = 2;
+
+/// How many faces are for the last piece where `target` are wanted in the end.
+pub(super) fn last_piece(target: usize) -> usize {
+    (LAST * target as f64) as usize
+}
+
+/// How many of the faces that there are a pass is to leave where the last one leaves `end`; `None` when no other
+/// pass is worth it. `fewest_again` are the fewest faces that are cut into regions once more.
+pub(super) fn aim(pass: usize, faces: usize, end: usize, fewest_again: usize) -> Option<usize> {
+    let fewest = if pass == 0 { FEWEST } else { fewest_again };
+    let aim = end.max(faces / PASS);
+    (faces >= fewest && 10 * aim <= 9 * faces).then_some(aim)
+}
+
+impl FlatMesh<'static> {
+    /// Puts all regions of a sheet together again, in the order in which they were cut out.
+    #[must_use]
+    pub fn join(blocks: Vec<Reduced>) -> Self {
+        let largest = blocks.iter().flat_map(|block| &block.vertices).max();
+        let capacity = largest.map_or(0, |&v| v as usize + 1);
+        Self::join_all(blocks, capacity)
+    }
+
+    /// The same, for a sheet with so many vertices.
+    fn join_all(blocks: Vec<Reduced>, capacity: usize) -> Self {
+        let mut number = vec![u32::MAX; capacity];
+        let left = blocks.iter().flat_map(|block| &block.vertices);
+        for (new, &v) in left.enumerate() {
+            number[v as usize] = new as u32;
+        }
+        let lists = blocks.into_iter().map(|block| {
+            let Reduced { positions, quadrics, vertex_ids, .. } = block;
+            let Reduced { triangles, face_ids, half_edges, .. } = block;
+            ((triangles, face_ids, half_edges), (positions, quadrics, vertex_ids))
+        });
+        let (faces, vertices): (Vec<_>, Vec<_>) = lists.unzip();
+        let (triangles, face_ids, half_edges): (Vec<_>, Vec<_>, Vec<_>) =
+            faces.into_iter().collect();
+        let (positions, quadrics, vertex_ids): (Vec<_>, Vec<_>, Vec<_>) =
+            vertices.into_iter().collect();
+        let of_faces = move || {
+            let mut triangles = joined(triangles);
+            parallel::update(&mut triangles, |_, t| *t = t.map(|corner| number[corner as usize]));
+            (triangles, joined(face_ids), joined(half_edges))
+        };
+        let of_vertices = || (joined(positions), joined(quadrics), joined(vertex_ids));
+        let ((triangles, face_ids, half_edges), (positions, quadrics, vertex_ids)) =
+            parallel::both(of_faces, of_vertices);
+        Self {
+            whole: None,
+            held: 0,
+            positions: Cow::Owned(positions),
+            quadrics,
+            vertex_ids,
+            triangles,
+            face_ids,
+            half_edges,
+        }
+    }
+}
+
+/// One list of all. What has been put together is given back, so that nothing is there twice.
+fn joined<T>(lists: Vec<Vec<T>>) -> Vec<T> {
+    let mut all = Vec::with_capacity(lists.iter().map(Vec::len).sum());
+    lists.into_iter().for_each(|mut list| all.append(&mut list));
+    all
+}
+
+impl FlatMesh<'_> {
+    /// What belongs to no region: the held vertices, and the faces that have no other ones.
+    fn idle(&self) -> Reduced {
+        let first = (self.vertex_capacity() - self.held) as u32;
+        let vertices: Vec<u32> = (first..first + self.held as u32).collect();
+        let faces = (0..self.face_capacity() as u32).filter_map(|face| {
+            let triangle = self.triangle(face as usize)?;
+            triangle.iter().all(|&v| v >= first).then_some((self.face_id(face as usize), triangle))
+        });
+        let (face_ids, triangles) = if self.held > 0 { faces.unzip() } else { Default::default() };
+        let quadric = |&v: &u32| self.quadrics.get(v as usize).copied().unwrap_or_default();
+        Reduced {
+            vertex_ids: vertices.iter().map(|&v| self.vertex_id(v)).collect(),
+            positions: vertices.iter().map(|&v| self.positions[v as usize]).collect(),
+            quadrics: vertices.iter().map(quadric).collect(),
+            triangles,
+            face_ids,
+            vertices,
+            ..Reduced::default()
+        }
+    }
+
+    /// A pass over all regions: collapses the edges that cost less than a ceiling. Not for collapses that
+    /// are recorded.
+    ///
+    /// # Panics
+    /// The rules say that collapses are recorded.
+    #[must_use]
+    pub fn reduce(
+        &self,
+        pass: usize,
+        rules: &Rules,
+        threshold: CostThreshold,
+    ) -> FlatMesh<'static> {
+        assert!(!rules.record, "nothing is recorded here");
+        let partition = self.partition(pass);
+        let mut reduced = parallel::collect_each(partition.blocks(), |i| {
+            Block::new(self, &partition, i, rules).reduce(rules, threshold.of_region(i))
+        });
+        reduced.push(self.idle());
+        let joined = FlatMesh::join_all(reduced, self.vertex_capacity());
+        FlatMesh { held: self.held, ..joined }
+    }
+
+    /// What a pass would take away at which costs, as one in so many regions tell, each collapsed until
+    /// this share of its faces is left.
+    #[must_use]
+    pub fn forecast(&self, pass: usize, rules: &Rules, share: f64, one_in: usize) -> Forecast {
+        let partition = self.partition(pass);
+        let asked = partition.some(one_in, 3);
+        let forecasts = parallel::collect_each(asked.len(), |i| {
+            Block::new(self, &partition, asked[i], rules).forecast(rules, share)
+        });
+        Forecast::of_all(&forecasts, self.face_count() as u64)
+    }
+}
+
+/// The order of the collapses of several regions, as region and place in it: by the largest cost so far in the
+/// region, which comes first.
+pub(super) fn by_cost_so_far(
+    blocks: impl Iterator<Item = impl Iterator<Item = f64>>,
+) -> Vec<(f64, u32, u32)> {
+    let mut order = Vec::new();
+    for (block, costs) in blocks.enumerate() {
+        let mut largest = 0.0_f64;
+        for (i, cost) in costs.enumerate() {
+            largest = largest.max(cost);
+            order.push((largest, block as u32, i as u32));
+        }
+    }
+    // Each region is in order, and of equal costs the first regions come first, as they do now.
+    parallel::sort_by(&mut order, |a, b| a.0.total_cmp(&b.0));
+    order
+}
+
+/// Puts the collapses of regions of one pass into one order.
+pub(super) fn merge_steps(blocks: &[Done], log: &mut Vec<LogEntry>, faces_before: &mut u32) {
+    let order = by_cost_so_far(blocks.iter().map(|done| done.steps.iter().map(|step| step.cost)));
+    let mut entries = parallel::collect(order.len(), |place| {
+        let (_, block, i) = order[place];
+        let Step { removed, kept, half_edge, faces, position, cost } =
+            blocks[block as usize].steps[i as usize];
+        LogEntry {
+            half_edge: HalfEdgeId::new(half_edge),
+            removed: VertexId::new(removed),
+            kept: VertexId::new(kept),
+            position,
+            cost,
+            // Those that go with it, for now.
+            faces_before: faces,
+        }
+    });
+    for entry in &mut entries {
+        let gone = core::mem::replace(&mut entry.faces_before, *faces_before);
+        *faces_before -= gone;
+    }
+    if log.is_empty() {
+        *log = entries;
+        return;
+    }
+    // A list that doubles has room for much that never comes.
+    log.reserve_exact(entries.len());
+    log.append(&mut entries);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pass_leaves_a_fourth_or_what_the_last_piece_is_made_of() {
+        assert_eq!(last_piece(400_000), 500_000);
+        assert_eq!(aim(0, 1_000_000, 1_000, 30_000), Some(250_000));
+        assert_eq!(aim(0, 1_000_000, 500_000, 30_000), Some(500_000));
+        // Not worth a pass: nearly there, or too few faces.
+        assert_eq!(aim(0, 1_000_000, 900_000, 30_000), Some(900_000));
+        assert_eq!(aim(0, 1_000_000, 900_001, 30_000), None);
+        assert_eq!([75_000, 74_999].map(|faces| aim(0, faces, 100, 30_000)), [Some(18_750), None]);
+        assert_eq!([30_000, 29_999].map(|faces| aim(1, faces, 100, 30_000)), [Some(7_500), None]);
+    }
+
+    #[test]
+    fn collapses_of_several_regions_come_by_the_largest_cost_so_far() {
+        let costs = [vec![1.0, 5.0, 2.0], vec![], vec![0.5, 1.0, 6.0]];
+        let order = by_cost_so_far(costs.iter().map(|costs| costs.iter().copied()));
+        let order: Vec<(u32, u32)> = order.into_iter().map(|(_, block, i)| (block, i)).collect();
+        assert_eq!(order, [(2, 0), (0, 0), (2, 1), (0, 1), (0, 2), (2, 2)]);
+    }
+}

@@ -1,0 +1,387 @@
+//! A run in regions: pass after pass until few enough faces are left, and then in one piece.
+
+use core::ops::ControlFlow;
+use std::time::Instant;
+
+use mesh_core::{FaceId, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap, parallel};
+
+use crate::blocks::block::{Block, Done, Reduced};
+use crate::blocks::block_mesh::Goal;
+use crate::blocks::bucket_queue::BUCKETS;
+use crate::blocks::cost_threshold::{CostThreshold, Forecast};
+use crate::blocks::flat_mesh::{FlatMesh, Ordered};
+use crate::blocks::partition::Partition;
+use crate::blocks::pass::{FORECAST, LEAST_ASKED, aim, last_piece, merge_steps};
+use crate::blocks::rules::Rules;
+use crate::geometry::quadric::Quadric;
+use crate::record::log::{CollapseLog, LogEntry};
+use crate::record::run::{Phase, Progress, Run};
+use crate::record::snapshot::Snapshot;
+use crate::record::target::{StopReason, Target};
+use crate::rejection::Rejections;
+
+/// The fewest faces that are cut into regions after the first pass, when all has to be found out anyway.
+const FEWEST_AGAIN: usize = 50_000;
+/// Regions that are at work between two questions whether to go on.
+const WAVE: usize = 64;
+
+/// What is left of a mesh, and how it came about.
+pub struct BlockRun {
+    /// The mesh that is left, without gaps.
+    pub left: Snapshot,
+    /// For each vertex of the original, the one that it has become.
+    pub vertex_map: VertexMap<Option<VertexId>>,
+    /// What each vertex remembers; nothing when nothing has collapsed.
+    pub quadrics: Vec<Quadric>,
+    /// What was done; it cannot be cut off.
+    pub run: Run,
+}
+
+/// The state of a run.
+struct Passes<'a, 'o> {
+    rules: Rules,
+    extent: Extent<'a>,
+    target: usize,
+    faces_before: usize,
+    observe: &'o mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    start: Instant,
+    /// By vertex of the original: itself, or the one that it was merged into.
+    merged_into: Vec<u32>,
+    log: Vec<LogEntry>,
+    log_faces: u32,
+    collapses: usize,
+    rejections: Rejections,
+    max_cost: f64,
+    stop: Option<StopReason>,
+    snapshots: Vec<Snapshot>,
+}
+
+/// How far a run goes, and what it keeps on the way.
+#[derive(Clone, Copy)]
+pub struct Extent<'a> {
+    /// When to stop.
+    pub limits: &'a Target,
+    /// Whether the number of faces has to be exact.
+    pub precision: Precision,
+    /// Whether what each pass leaves is kept.
+    pub snapshots: bool,
+}
+
+/// How close a run comes to the wanted number of faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// As close as collapses can.
+    Exact,
+    /// As close as a pass does; for a run that another one goes on with.
+    About,
+}
+
+impl Precision {
+    /// How many faces the last pass is to leave.
+    fn end(self, target: usize) -> usize {
+        match self {
+            Self::Exact => last_piece(target),
+            Self::About => target,
+        }
+    }
+
+    /// Whether so many faces are close enough.
+    fn is_met(self, faces: usize, target: usize) -> bool {
+        match self {
+            Self::Exact => faces <= target,
+            Self::About => 10 * faces <= 11 * target,
+        }
+    }
+}
+
+/// Collapses edges of a mesh in regions.
+pub fn collapse_in_blocks(
+    mesh: &TriMesh,
+    rules: Rules,
+    extent: Extent<'_>,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> BlockRun {
+    let capacity = mesh.topology().vertex_capacity();
+    collapse_flat_mesh(FlatMesh::new(mesh), capacity, rules, extent, observe)
+}
+
+/// The same for a sheet whose vertices have ids below `capacity`.
+pub fn collapse_flat_mesh(
+    mut flat: FlatMesh<'_>,
+    capacity: usize,
+    rules: Rules,
+    extent: Extent<'_>,
+    observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> BlockRun {
+    let faces = flat.face_count();
+    let Extent { limits, precision, snapshots } = extent;
+    let target = limits.face_target(faces);
+    let mut passes = Passes {
+        rules,
+        extent,
+        target,
+        faces_before: faces,
+        observe,
+        start: Instant::now(),
+        merged_into: (0..capacity as u32).collect(),
+        log: Vec::new(),
+        log_faces: faces as u32,
+        collapses: 0,
+        rejections: Rejections::default(),
+        max_cost: 0.0,
+        stop: None,
+        snapshots: Vec::new(),
+    };
+    let mut pass = 0;
+    while passes.goes_on(flat.face_count(), 0) {
+        let faces = flat.face_count();
+        let Some(aim) = aim(pass, faces, precision.end(target), FEWEST_AGAIN) else { break };
+        flat = passes.pass(&flat, pass, aim);
+        pass += 1;
+        if snapshots {
+            passes.snapshots.push(snapshot(&flat, passes.collapses, rules.record).0);
+        }
+        if 20 * flat.face_count() > 19 * faces {
+            break;
+        }
+    }
+    if passes.stop.is_none() && !precision.is_met(flat.face_count(), target) {
+        flat = passes.in_one_piece(flat);
+    }
+    passes.finish(&flat)
+}
+
+impl Passes<'_, '_> {
+    /// Whether neither the clock nor the observer nor the number of faces ends the run.
+    fn goes_on(&mut self, faces: usize, collapses: usize) -> bool {
+        let progress = Progress {
+            phase: Phase::Collapse,
+            faces_before: self.faces_before,
+            faces,
+            face_target: self.target,
+            collapses: self.collapses + collapses,
+        };
+        if faces <= self.target {
+            self.stop = Some(StopReason::Faces);
+        } else if self.extent.limits.time.is_some_and(|time| self.start.elapsed() >= time) {
+            self.stop = Some(StopReason::Time);
+        } else if (self.observe)(&progress).is_break() {
+            self.stop = Some(StopReason::Cancelled);
+        }
+        self.stop.is_none()
+    }
+
+    /// Collapses all regions to the cost at which about `aim` faces are left.
+    fn pass(&mut self, flat: &FlatMesh<'_>, number: usize, aim: usize) -> FlatMesh<'static> {
+        let partition = flat.partition(number);
+        let end = forecast_ceiling(flat, &partition, &self.rules, aim);
+        let mut reduced = self.reduce_all(flat, &partition, end);
+        let left: usize = reduced.iter().map(Reduced::face_count).sum();
+        // The regions that were looked at were not like the others: now it is known what goes where.
+        let is_too_few = left < aim - aim / 5 && left < self.target + self.target / 5;
+        if is_too_few && self.stop.is_none() {
+            let all: Vec<&Forecast> = reduced.iter().map(Reduced::forecast).collect();
+            let lower = CostThreshold::leaving(aim as f64 / flat.face_count() as f64, &all);
+            drop(reduced);
+            reduced = self.reduce_all(flat, &partition, lower.min(end));
+        }
+        let done: Vec<Done> =
+            reduced.iter_mut().map(|block| core::mem::take(&mut block.done)).collect();
+        self.note(&done);
+        drop(done);
+        FlatMesh::join(reduced)
+    }
+
+    fn reduce_all(
+        &mut self,
+        flat: &FlatMesh<'_>,
+        partition: &Partition,
+        end: CostThreshold,
+    ) -> Vec<Reduced> {
+        let rules = self.rules;
+        let blocks = partition.blocks();
+        let (mut reduced, mut collapses) = (Vec::with_capacity(blocks), 0);
+        for first in (0..blocks).step_by(WAVE) {
+            // Once it is to stop, the others are handed on as they are.
+            let end = if self.stop.is_none() { end } else { CostThreshold::NONE };
+            let wave = parallel::collect_each(WAVE.min(blocks - first), |i| {
+                Block::new(flat, partition, first + i, &rules).reduce(&rules, end)
+            });
+            collapses += wave.iter().map(Reduced::collapses).sum::<usize>();
+            reduced.extend(wave);
+            if self.stop.is_none() && first + WAVE < blocks {
+                let left = flat.face_count().saturating_sub(2 * collapses);
+                self.goes_on(left.max(self.target + 1), collapses);
+            }
+        }
+        reduced
+    }
+
+    /// Collapses what is left as one region, to the number of faces.
+    fn in_one_piece(&mut self, flat: FlatMesh<'_>) -> FlatMesh<'static> {
+        let goal = Goal { end: BUCKETS, faces: self.target };
+        let rules = self.rules;
+        let block = Block::whole(flat, &rules);
+        let (mut reduced, is_whole) =
+            block.reduce_to(&rules, goal, &mut |faces, done| self.goes_on(faces, done));
+        if is_whole {
+            let is_there = reduced.face_count() <= self.target;
+            self.stop = Some(if is_there { StopReason::Faces } else { StopReason::NothingLeft });
+        }
+        self.note(&[core::mem::take(&mut reduced.done)]);
+        FlatMesh::join(vec![reduced])
+    }
+
+    /// Takes down what was done.
+    fn note(&mut self, blocks: &[Done]) {
+        for Done { merged, rejections, max_cost, .. } in blocks {
+            merged.iter().for_each(|&[gone, kept]| self.merged_into[gone as usize] = kept);
+            self.collapses += merged.len();
+            self.rejections.add(rejections);
+            self.max_cost = self.max_cost.max(*max_cost);
+        }
+        merge_steps(blocks, &mut self.log, &mut self.log_faces);
+    }
+
+    /// The mesh that is left: vertices and faces in the order of the original.
+    fn finish(mut self, flat: &FlatMesh<'_>) -> BlockRun {
+        let (merged_into, collapses, record) =
+            (&mut self.merged_into, self.collapses, self.rules.record);
+        let ((left, order), ()) =
+            parallel::both(|| snapshot(flat, collapses, record), || follow(merged_into));
+        let mut of_id = vec![None; merged_into.len()];
+        for (new, id) in left.vertices.iter().enumerate() {
+            of_id[id.index()] = Some(VertexId::new(new as u32));
+        }
+        let vertex_map = parallel::collect(merged_into.len(), |v| of_id[merged_into[v] as usize]);
+        let count = if flat.quadrics.is_empty() { 0 } else { order.len() };
+        let quadrics = parallel::collect(count, |v| flat.quadrics[order[v] as usize]);
+        let run = Run {
+            stop: self.stop.unwrap_or(StopReason::Faces),
+            collapses: self.collapses,
+            log: CollapseLog::from_entries(self.log),
+            rejections: self.rejections,
+            max_cost: self.max_cost,
+            snapshots: self.snapshots,
+            ..Run::new()
+        };
+        BlockRun { left, vertex_map: VertexMap::from_vec(vertex_map), quadrics, run }
+    }
+}
+
+/// What a sheet is after so many collapses, and which vertices of the sheet its vertices are.
+fn snapshot(flat: &FlatMesh<'_>, collapses: usize, is_recorded: bool) -> (Snapshot, Vec<u32>) {
+    let Ordered { mesh, vertices, faces } = flat.to_ordered_mesh();
+    let snapshot = Snapshot {
+        vertices: vertices.iter().map(|&(id, _)| VertexId::new(id)).collect(),
+        half_edges: original_half_edges(&mesh, flat, &faces, is_recorded),
+        mesh,
+        collapses,
+    };
+    (snapshot, vertices.into_iter().map(|(_, v)| v).collect())
+}
+
+/// Lets every vertex know where all that it was merged into leads.
+fn follow(merged_into: &mut [u32]) {
+    for v in 0..merged_into.len() {
+        let mut root = v as u32;
+        while merged_into[root as usize] != root {
+            root = merged_into[root as usize];
+        }
+        // Later look-ups then find it at once.
+        let mut on_the_way = v as u32;
+        while on_the_way != root {
+            on_the_way = core::mem::replace(&mut merged_into[on_the_way as usize], root);
+        }
+    }
+}
+
+/// By half-edge: the one of the original that it is; none unless collapses are recorded.
+fn original_half_edges(
+    left: &TriMesh,
+    flat: &FlatMesh<'_>,
+    faces: &[(u32, u32)],
+    is_recorded: bool,
+) -> Vec<HalfEdgeId> {
+    if !is_recorded {
+        return Vec::new();
+    }
+    let topology = left.topology();
+    let mut all = vec![HalfEdgeId::new(0); topology.half_edge_capacity()];
+    for (face, &(_, f)) in faces.iter().enumerate() {
+        let sides = topology.face_half_edges(FaceId::from_index(face));
+        for (side, id) in sides.into_iter().zip(flat.half_edges(f as usize)) {
+            all[side.index()] = HalfEdgeId::new(id);
+            if topology.is_exterior(side.twin()) {
+                all[side.twin().index()] = HalfEdgeId::new(id).twin();
+            }
+        }
+    }
+    all
+}
+
+/// The ceiling at which about `aim` faces are left, as some of the regions tell.
+fn forecast_ceiling(
+    flat: &FlatMesh<'_>,
+    partition: &Partition,
+    rules: &Rules,
+    aim: usize,
+) -> CostThreshold {
+    let share = aim as f64 / flat.face_count() as f64;
+    let asked = partition.some(FORECAST, LEAST_ASKED);
+    let forecasts = parallel::collect_each(asked.len(), |i| {
+        // Some lose more than others.
+        Block::new(flat, partition, asked[i], rules).forecast(rules, 0.4 * share)
+    });
+    CostThreshold::leaving(share, &forecasts.iter().collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::{Irregular, Plane, SplitMix64, Wave};
+
+    /// What another run goes on with is not collapsed in one piece, unless there are no passes.
+    #[test]
+    fn a_run_that_another_goes_on_with_ends_with_a_pass() {
+        let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
+        for (cells, has_passes) in [(220, true), (150, false)] {
+            let soup = wave.irregular_mesh(cells, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+            let mesh = TriMesh::from_soup(&soup).unwrap();
+            let target = 40_000;
+            let limits = Target { faces: Some(target), ..Target::default() };
+            let go_on = &mut |_: &Progress| ControlFlow::Continue(());
+            let rules = Rules::new(&mesh);
+            let extent = Extent { limits: &limits, precision: Precision::About, snapshots: false };
+            let done = collapse_in_blocks(&mesh, rules, extent, go_on);
+            let left = done.left.mesh.topology().face_count();
+            let is_exact = left == target || left + 1 == target;
+            assert_eq!(is_exact, !has_passes, "{left}");
+            assert!((target - target / 5..=target + target / 10).contains(&left), "{left}");
+        }
+    }
+
+    /// A flat mesh that is rough just where a region is looked at beforehand: these tell of a high ceiling, at
+    /// which next to nothing would be left of the others.
+    #[test]
+    fn a_pass_that_went_too_far_is_made_again() {
+        let soup = Plane { half_width: 1.0 }.mesh(260, Default::default()).unwrap();
+        let mut mesh = TriMesh::from_soup(&soup).unwrap();
+        // Heights that are small do not change the partition.
+        let mut random = SplitMix64::new(1);
+        let partition = FlatMesh::new(&mesh).partition(0);
+        let asked = partition.some(FORECAST, LEAST_ASKED);
+        assert!(8 * asked.len() <= partition.blocks());
+        for v in asked.iter().flat_map(|&block| partition.vertices(block)) {
+            mesh.positions_mut()[*v as usize].z = 1e-3 * random.uniform();
+        }
+        let (rules, target) = (Rules::new(&mesh), 60_000);
+        let limits = Target { faces: Some(target), ..Target::default() };
+        let go_on = &mut |_: &Progress| ControlFlow::Continue(());
+        let extent = Extent { limits: &limits, precision: Precision::Exact, snapshots: false };
+        let done = collapse_in_blocks(&mesh, rules, extent, go_on);
+        assert_eq!(done.run.stop, StopReason::Faces);
+        let left = done.left.mesh.topology().face_count();
+        assert!(left == target || left + 1 == target, "{left}");
+    }
+}

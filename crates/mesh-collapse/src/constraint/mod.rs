@@ -1,0 +1,129 @@
+//! Which collapses are refused, however cheap they are.
+//!
+//! The mesh itself refuses those that would not leave a manifold
+//! ([`mesh_core::Topology::check_collapse`]). Constraints refuse those that leave a bad one. An edge
+//! that was refused is tried again once its neighbourhood has changed.
+
+mod component;
+mod intersection;
+mod normal;
+mod shape;
+
+pub use component::ComponentConstraint;
+pub use intersection::IntersectionConstraint;
+pub use normal::NormalConstraint;
+pub use shape::ShapeConstraint;
+
+use core::fmt;
+
+use glam::DVec3;
+use mesh_core::{Remap, TriMesh};
+
+use crate::geometry::edge_patch::{Collapse, EdgePatch};
+use crate::policy::{Policy, Scratch};
+use crate::rejection::Rejection;
+
+/// A rule that collapses must follow.
+///
+/// A guard is `Clone`, since it is asked about meshes that are tried and given up again.
+///
+/// ```
+/// use glam::DVec3;
+/// use mesh_core::{Remap, TriMesh, VertexMap};
+/// use mesh_collapse::{Collapse, EdgePatch, Constraint, Policy, Rejection, Scratch};
+///
+/// /// Vertices that were painted stay apart from each other.
+/// #[derive(Clone)]
+/// struct Painted(VertexMap<bool>);
+///
+/// impl Policy for Painted {
+///     fn collapsed(&mut self, _: &TriMesh, collapse: &Collapse) {
+///         if self.0.get(collapse.removed).is_some_and(|&painted| painted) {
+///             self.0.insert(collapse.kept, true);
+///         }
+///     }
+///
+///     fn compacted(&mut self, _: &TriMesh, remap: &Remap) {
+///         self.0 = self.0.compact(remap);
+///     }
+/// }
+///
+/// impl Constraint for Painted {
+///     fn check(&self, patch: &EdgePatch<'_>, _: DVec3, _: &mut Scratch) -> Result<(), Rejection> {
+///         let is_painted = |v| self.0.get(v).is_some_and(|&painted| painted);
+///         let both = is_painted(patch.removed()) && is_painted(patch.kept());
+///         if both { Err(Rejection::Other) } else { Ok(()) }
+///     }
+/// }
+/// ```
+pub trait Constraint: Policy + CloneConstraint {
+    /// Whether the edge may be collapsed with its vertex going to `x`, relative to the midpoint.
+    ///
+    /// # Errors
+    /// The reason why not.
+    fn check(
+        &self,
+        patch: &EdgePatch<'_>,
+        x: DVec3,
+        scratch: &mut Scratch,
+    ) -> Result<(), Rejection>;
+}
+
+/// Copies guards of any type; every guard that is [`Clone`] has it.
+pub trait CloneConstraint {
+    /// A copy, as it is by now.
+    fn clone_constraint(&self) -> Box<dyn Constraint>;
+}
+
+impl<G: Constraint + Clone + 'static> CloneConstraint for G {
+    fn clone_constraint(&self) -> Box<dyn Constraint> {
+        Box::new(self.clone())
+    }
+}
+
+/// Constraints that follow a mesh, all of which a collapse has to pass.
+#[derive(Default)]
+pub struct Constraints(Vec<Box<dyn Constraint>>);
+
+impl Constraints {
+    /// One more guard, which is asked after those before it.
+    pub fn push(&mut self, constraint: impl Constraint + 'static) {
+        self.0.push(Box::new(constraint));
+    }
+
+    /// Asks one after the other.
+    pub(crate) fn check(
+        &self,
+        patch: &EdgePatch<'_>,
+        x: DVec3,
+        scratch: &mut Scratch,
+    ) -> Result<(), Rejection> {
+        self.0.iter().try_for_each(|constraint| constraint.check(patch, x, scratch))
+    }
+}
+
+impl Policy for Constraints {
+    fn prepare(&mut self, mesh: &TriMesh) {
+        self.0.iter_mut().for_each(|constraint| constraint.prepare(mesh));
+    }
+
+    fn collapsed(&mut self, mesh: &TriMesh, collapse: &Collapse) {
+        self.0.iter_mut().for_each(|constraint| constraint.collapsed(mesh, collapse));
+    }
+
+    fn compacted(&mut self, mesh: &TriMesh, remap: &Remap) {
+        self.0.iter_mut().for_each(|constraint| constraint.compacted(mesh, remap));
+    }
+}
+
+impl Clone for Constraints {
+    fn clone(&self) -> Self {
+        Self(self.0.iter().map(|constraint| constraint.clone_constraint()).collect())
+    }
+}
+
+impl fmt::Debug for Constraints {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} constraints", self.0.len())
+    }
+}

@@ -1,0 +1,46 @@
+//! Numbers that follow from the curvature of a vertex.
+
+use dcurv::{VertexCurvature, VertexIntegrals};
+
+/// The number per vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::cost) enum Measure {
+    /// |k1| + |k2| at the vertex.
+    AbsSum,
+    /// k1² + k2² at the vertex.
+    SquaredSum,
+    /// |k1| + |k2| integrated over the area of the vertex.
+    AbsIntegral,
+}
+
+impl Measure {
+    #[inline(always)]
+    pub(in crate::cost) fn of(self, integrals: VertexIntegrals, boundary: bool) -> f64 {
+        let area = integrals.area;
+        let curvature = VertexCurvature::from_integrals(integrals, boundary);
+        match self {
+            Self::AbsSum => curvature.abs_principal_sum().value(),
+            Self::SquaredSum => curvature.squared_principal_sum().value(),
+            Self::AbsIntegral => (curvature.abs_principal_sum() * area).value(),
+        }
+    }
+}
+
+/// A vertex as it is.
+#[derive(Clone, Copy, Debug, Default)]
+pub(in crate::cost) struct Term {
+    pub(in crate::cost) integrals: VertexIntegrals,
+    pub(in crate::cost) measured: f64,
+    pub(in crate::cost) boundary: bool,
+}
+
+impl Term {
+    #[inline]
+    pub(in crate::cost) fn new(
+        integrals: VertexIntegrals,
+        boundary: bool,
+        measure: Measure,
+    ) -> Self {
+        Self { integrals, measured: measure.of(integrals, boundary), boundary }
+    }
+}

@@ -1,0 +1,162 @@
+//! How much a collapse changes the curvature of the vertices round it.
+//!
+//! What is integrated over a vertex is a sum over the corners and edges at it, so that a collapse
+//! changes only the terms of the faces of its patch. The integrals of the mesh as it is are kept in
+//! tables; what a collapse makes of them is found by [`MergedRing`]. The area of a vertex is a third
+//! of its faces, as in KKL02.
+
+pub(super) mod measure;
+mod merged_ring;
+mod rows;
+mod tables;
+
+use glam::DVec3;
+use mesh_core::{Remap, TriMesh, VertexId};
+
+use crate::cost::curvature_change::measure::Measure;
+use crate::cost::curvature_change::merged_ring::MergedRing;
+use crate::cost::curvature_change::tables::Tables;
+use crate::geometry::edge_patch::EdgePatch;
+use crate::policy::Scratch;
+
+/// A number per vertex that follows from its curvature, kept up to date over collapses, and its
+/// sum over a patch before and after a collapse.
+#[derive(Clone, Debug)]
+pub(super) struct CurvatureChange {
+    measure: Measure,
+    tables: Tables,
+    /// How often the tables have changed.
+    version: u64,
+}
+
+/// The sums over the two ends of an edge and their neighbours.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sums {
+    pub(super) before: f64,
+    pub(super) after: f64,
+}
+
+impl CurvatureChange {
+    pub(super) fn new(measure: Measure) -> Self {
+        Self { measure, tables: Tables::empty(), version: 0 }
+    }
+
+    pub(super) fn prepare(&mut self, mesh: &TriMesh) {
+        self.tables = Tables::new(mesh, self.measure);
+        self.version += 1;
+    }
+
+    pub(super) fn compacted(&mut self, remap: &Remap) {
+        self.tables = self.tables.compact(remap);
+        self.version += 1;
+    }
+
+    /// The sums before and after the collapse with the remaining vertex at `x`.
+    pub(super) fn of(&self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> Sums {
+        let star: &mut MergedRing = scratch.get();
+        star.evaluate(&self.tables, (self.measure, self.version), patch, x);
+        let measured = |v: VertexId| self.tables.vertices[v].measured;
+        let neighbours = star.spokes().iter().map(|spoke| measured(spoke.vertex));
+        Sums {
+            before: measured(patch.removed()) + measured(patch.kept()) + neighbours.sum::<f64>(),
+            after: star.center().measured + star.measured().iter().sum::<f64>(),
+        }
+    }
+
+    /// Takes over what a collapse that is about to be carried out changes.
+    pub(super) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) {
+        let star: &mut MergedRing = scratch.get();
+        star.evaluate(&self.tables, (self.measure, self.version), patch, x);
+        self.version += 1;
+        let Tables { vertices, hinges, corners, thirds } = &mut self.tables;
+        let topology = patch.mesh().topology();
+        vertices[patch.kept()] = *star.center();
+        for (i, spoke) in star.spokes().iter().enumerate() {
+            vertices[spoke.vertex] = star.neighbour(i);
+            hinges[spoke.side.edge()] = star.spoke_hinge(i);
+            let (Some(face), Some(f)) = (star.face(i), topology.face(spoke.side)) else { continue };
+            let link = topology.next(spoke.side);
+            hinges[link.edge()] = face.link_hinge;
+            let sides = [spoke.side, link, topology.next(link)];
+            sides.into_iter().zip(face.angles).for_each(|(side, angle)| corners[side] = angle);
+            thirds[f] = face.third;
+        }
+        // Of the two spokes to the apex of a face that vanishes only one was met, and either may
+        // stay, with one half-edge taking the place of the twin of the other.
+        for side in [patch.half_edge(), patch.half_edge().twin()] {
+            if topology.is_exterior(side) {
+                continue;
+            }
+            let second = topology.next(side);
+            let third = topology.next(second);
+            let apex = topology.target(second);
+            let Some(i) = star.spokes().iter().position(|s| s.vertex == apex) else { continue };
+            for (this, other) in [(second, third), (third, second)] {
+                hinges[this.edge()] = star.spoke_hinge(i);
+                corners[this] = corners[other.twin()];
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use dcurv::{VertexArea, vertex_curvature};
+    use mesh_core::shapes::{Plane, Sphere};
+
+    /// A closed mesh, the hull of so many random points, and one with a boundary, both bent.
+    pub(super) fn bent_meshes(points: usize, seed: u64, cells: usize) -> [TriMesh; 2] {
+        let plane = Plane { half_width: 1.0 }.mesh(cells, Default::default()).unwrap();
+        [Sphere { radius: 1.0 }.random_hull(points, seed).unwrap(), plane].map(|soup| {
+            let mut mesh = TriMesh::from_soup(&soup).unwrap();
+            for (i, p) in mesh.positions_mut().iter_mut().enumerate() {
+                p.z += 0.05 * (i as f64).sin();
+            }
+            mesh
+        })
+    }
+
+    /// What is foretold is what comes about, inside and on the boundary.
+    #[test]
+    fn sums_are_those_of_the_collapsed_mesh() {
+        for mut mesh in bent_meshes(60, 5, 4) {
+            let mut change = CurvatureChange::new(Measure::AbsSum);
+            change.prepare(&mesh);
+            let scratch = &mut Scratch::default();
+            let total = |mesh: &TriMesh| {
+                let all = mesh.topology().vertices();
+                all.map(|v| {
+                    vertex_curvature(mesh, v, VertexArea::Barycentric).abs_principal_sum().value()
+                })
+                .sum()
+            };
+            // The tables follow the mesh: what is foretold stays right from collapse to collapse.
+            for round in 0..10 {
+                let before: f64 = total(&mesh);
+                let mut chosen = None;
+                for (i, h) in mesh.topology().half_edges().enumerate() {
+                    let Ok(legal) = mesh.topology().check_collapse(h) else { continue };
+                    let mut faces = Vec::new();
+                    let patch = EdgePatch::gather(&mesh, h, &mut faces);
+                    let x = DVec3::new(0.01, 0.02, 0.03);
+                    let sums = change.of(&patch, x, scratch);
+                    let position = patch.origin() + x;
+                    let mut collapsed = mesh.clone();
+                    collapsed.collapse(legal, position);
+                    let after: f64 = total(&collapsed);
+                    let error = (after - before) - (sums.after - sums.before);
+                    assert!(error.abs() < 1e-9 * before, "{round} {h:?}: {error}");
+                    if i % 11 == round || chosen.is_none() {
+                        chosen = Some((h, collapsed));
+                    }
+                }
+                let Some((h, collapsed)) = chosen else { break };
+                let mut faces = Vec::new();
+                let patch = EdgePatch::gather(&mesh, h, &mut faces);
+                change.collapsing(&patch, DVec3::new(0.01, 0.02, 0.03), scratch);
+                mesh = collapsed;
+            }
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! The curvature of a mesh in terms, as a collapse changes them.
+
+use dcurv::{
+    CurvatureOptions, Curvatures, VertexArea, VertexCurvature, edge_mean_curvatures,
+    triangle_angles,
+};
+use mesh_core::{
+    EdgeMap, FaceId, FaceMap, HalfEdgeMap, Handle, Remap, TriMesh, VertexMap, parallel,
+};
+
+use crate::cost::curvature_change::measure::{Measure, Term};
+
+/// What is known of the mesh as it is.
+#[derive(Clone, Debug)]
+pub(super) struct Tables {
+    pub(super) vertices: VertexMap<Term>,
+    /// The integral of mean curvature over each edge that belongs to each of its ends.
+    pub(super) hinges: EdgeMap<f64>,
+    /// The interior angle of each face at the origin of each of its half-edges.
+    pub(super) corners: HalfEdgeMap<f64>,
+    /// A third of the area of each face.
+    pub(super) thirds: FaceMap<f64>,
+}
+
+/// From the length of a vector area, doubled, to a third of the area.
+pub(super) const DOUBLED_TO_THIRD: f64 = 1.0 / 6.0;
+
+impl Tables {
+    /// Of no mesh.
+    pub(super) fn empty() -> Self {
+        Self {
+            vertices: VertexMap::from_vec(Vec::new()),
+            hinges: EdgeMap::from_vec(Vec::new()),
+            corners: HalfEdgeMap::from_vec(Vec::new()),
+            thirds: FaceMap::from_vec(Vec::new()),
+        }
+    }
+
+    /// Those of the mesh without gaps.
+    pub(super) fn compact(&self, remap: &Remap) -> Self {
+        Self {
+            vertices: self.vertices.compact(remap),
+            hinges: self.hinges.compact(remap),
+            corners: self.corners.compact(remap),
+            thirds: self.thirds.compact(remap),
+        }
+    }
+
+    pub(super) fn new(mesh: &TriMesh, measure: Measure) -> Self {
+        let topology = mesh.topology();
+        let options = CurvatureOptions { area: VertexArea::Barycentric };
+        let term = |c: &VertexCurvature| Term::new(*c.integrals(), c.is_boundary(), measure);
+        let mean = edge_mean_curvatures(mesh);
+        // Each end of an edge has half of its mean curvature.
+        let hinges = mean.map(|mean| mean.map_or(0.0, |mean| 0.5 * mean.value()));
+        let per_face = parallel::collect(topology.face_capacity(), |i| {
+            let f = FaceId::from_index(i);
+            if topology.contains_face(f) { measure_face(mesh, f) } else { ([0.0; 3], 0.0) }
+        });
+        let mut corners = HalfEdgeMap::from_vec(vec![0.0; 2 * topology.edge_capacity()]);
+        for f in topology.faces() {
+            let angles = per_face[f.index()].0;
+            let sides = topology.face_half_edges(f).into_iter();
+            sides.zip(angles).for_each(|(side, angle)| corners[side] = angle);
+        }
+        Self {
+            vertices: Curvatures::of(mesh, &options).map(term),
+            hinges,
+            corners,
+            // From references: what is collected from a vector itself keeps all of its room.
+            thirds: FaceMap::from_vec(per_face.iter().map(|&(_, third)| third).collect()),
+        }
+    }
+}
+
+/// The interior angles of a face, and a third of its area.
+fn measure_face(mesh: &TriMesh, f: FaceId) -> ([f64; 3], f64) {
+    let [a, b, c] = mesh.triangle(f);
+    let cross = mesh.face_cross(f).length();
+    (triangle_angles(b - a, c - a, cross), DOUBLED_TO_THIRD * cross)
+}

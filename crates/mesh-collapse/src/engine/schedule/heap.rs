@@ -1,0 +1,74 @@
+//! Edges that wait in the strict order of their costs, all of which are up to date.
+
+use mesh_core::{EdgeId, Topology};
+
+use crate::engine::schedule::EdgeQueue;
+use crate::engine::schedule::queue::{Entry, Queue};
+
+/// A queue, and the key with which each edge waits in it.
+#[derive(Clone, Debug)]
+pub(crate) struct Heap {
+    queue: Queue,
+    /// By edge; not a number for those that do not wait. Entries with another key are out of date.
+    keys: Vec<f64>,
+}
+
+impl Heap {
+    /// The edges of a mesh that has so many, counting gaps.
+    pub(crate) fn new(edges: usize, entries: Vec<Entry>) -> Self {
+        let mut keys = vec![f64::NAN; edges];
+        entries.iter().for_each(|entry| keys[entry.edge.index()] = entry.cost);
+        Self { queue: Queue::new(entries), keys }
+    }
+
+    /// Gives an edge this key.
+    pub(crate) fn push(&mut self, edge: EdgeId, cost: f64) {
+        // What waits with this key already stays where it is.
+        if self.keys[edge.index()] != cost {
+            self.keys[edge.index()] = cost;
+            self.queue.push(Entry { cost, edge });
+        }
+    }
+
+    /// Forgets the key of an edge that waits no more.
+    pub(crate) fn refuse(&mut self, edge: EdgeId) {
+        self.keys[edge.index()] = f64::NAN;
+    }
+
+    /// Takes the cheapest edge.
+    pub(crate) fn pop(&mut self, topology: &Topology) -> Option<Entry> {
+        loop {
+            let entry = self.queue.pop()?;
+            let key = &mut self.keys[entry.edge.index()];
+            if *key == entry.cost && topology.contains_edge(entry.edge) {
+                *key = f64::NAN;
+                return Some(entry);
+            }
+        }
+    }
+
+    /// A cost that no edge which waits is below; infinite when none waits.
+    pub(crate) fn least(&self) -> f64 {
+        self.queue.head().map_or(f64::INFINITY, |entry| entry.cost)
+    }
+
+    /// Throws out what is out of date once that is most of the queue.
+    pub(crate) fn tidy(&mut self, topology: &Topology) {
+        let Self { queue, keys } = self;
+        if queue.len() > 4 * topology.edge_count() + 1000 {
+            queue.retain(|&Entry { cost, edge }| {
+                keys[edge.index()] == cost && topology.contains_edge(edge)
+            });
+        }
+    }
+}
+
+impl EdgeQueue for Heap {
+    fn push_unknown(&mut self, _: &Topology, edge: EdgeId) {
+        self.push(edge, f64::NEG_INFINITY);
+    }
+
+    fn refused(&mut self, edge: EdgeId) {
+        self.refuse(edge);
+    }
+}

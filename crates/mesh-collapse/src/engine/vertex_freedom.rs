@@ -1,0 +1,158 @@
+//! Where the constraints of a run let a vertex go.
+
+use mesh_core::{EdgeId, Topology, TriMesh, VertexId};
+
+use crate::constraint::Constraints;
+use crate::geometry::edge_patch::{Collapse, EdgePatch, Place};
+use crate::geometry::quadric::Quadric;
+use crate::protect::{Boundary, Protect, Protected};
+use crate::rejection::Rejection;
+
+/// The constraints during a run, kept up to date.
+#[derive(Clone, Debug)]
+pub(crate) struct VertexFreedom {
+    protected: Protected,
+    /// The quadrics of border edges at each vertex, about its position. Empty when nothing has
+    /// one.
+    borders: Vec<Quadric>,
+}
+
+impl VertexFreedom {
+    /// The guards follow the mesh already. The quadrics of border edges are those of the mesh as it is unless
+    /// others are given.
+    pub(crate) fn new(
+        mesh: &TriMesh,
+        protect: &Protect,
+        constraints: Constraints,
+        borders: Option<Vec<Quadric>>,
+    ) -> Self {
+        let protected = Protected::new(mesh, protect, constraints);
+        let mut fixed = Self { protected, borders: Vec::new() };
+        let with_boundary = protect.boundary != Boundary::Free;
+        fixed.borders = borders.unwrap_or_else(|| fixed.border_quadrics(mesh, with_boundary));
+        fixed
+    }
+
+    /// By vertex: the quadrics of the border edges that it has been merged with, about its position; nothing
+    /// where no vertex has any.
+    pub(crate) fn borders(&self) -> &[Quadric] {
+        &self.borders
+    }
+
+    /// The guards that followed the mesh before the run.
+    pub(crate) fn constraints(&self) -> &Constraints {
+        &self.protected.constraints
+    }
+
+    /// The locked vertices, the feature edges and the guards, as they are by now.
+    pub(crate) fn into_marks(self) -> Protected {
+        self.protected
+    }
+
+    fn border_quadrics(&self, mesh: &TriMesh, with_boundary: bool) -> Vec<Quadric> {
+        let topology = mesh.topology();
+        let mut quadrics = Vec::new();
+        let is_border = |&e: &EdgeId| {
+            self.protected.is_feature(e) || (with_boundary && topology.is_boundary_edge(e))
+        };
+        for e in topology.edges().filter(is_border) {
+            if quadrics.is_empty() {
+                quadrics = vec![Quadric::default(); topology.vertex_capacity()];
+            }
+            let [from, to] = topology.edge_vertices(e);
+            let along = mesh.position(to) - mesh.position(from);
+            for face in topology.edge_faces(e).into_iter().flatten() {
+                // Unit length times the length of the edge, so that the weight is one half.
+                let across = along.cross(mesh.face_normal(face));
+                for v in [from, to] {
+                    quadrics[v.index()] += Quadric::plane(across, 0.0, 0.5);
+                }
+            }
+        }
+        quadrics
+    }
+
+    /// The quadric of the border edges at both ends, about the midpoint of the edge.
+    #[inline]
+    pub(crate) fn border(&self, patch: &EdgePatch<'_>) -> Quadric {
+        if self.borders.is_empty() {
+            return Quadric::default();
+        }
+        let [a, b] = patch.ends();
+        self.borders[patch.removed().index()].moved_by(-a)
+            + self.borders[patch.kept().index()].moved_by(-b)
+    }
+
+    /// Where the vertex has to go: `None` when it is free, or why the edge must stay.
+    #[inline]
+    pub(crate) fn place(&self, patch: &EdgePatch<'_>) -> Result<Option<Place>, Rejection> {
+        if self.protected.locked.is_none() && self.protected.features.is_none() {
+            return Ok(None);
+        }
+        let ends = [patch.removed(), patch.kept()];
+        let locked = match ends.map(|v| self.protected.is_locked(v)) {
+            [true, true] => return Err(Rejection::Locked),
+            [true, false] => Some(Place::Removed),
+            [false, true] => Some(Place::Kept),
+            [false, false] => None,
+        };
+        let on_line = self.place_on_line(patch, ends)?;
+        match (locked, on_line) {
+            (Some(a), Some(b)) if a != b => Err(Rejection::Feature),
+            (locked, on_line) => Ok(locked.or(on_line)),
+        }
+    }
+
+    fn place_on_line(
+        &self,
+        patch: &EdgePatch<'_>,
+        ends: [VertexId; 2],
+    ) -> Result<Option<Place>, Rejection> {
+        if self.protected.features.is_none() {
+            return Ok(None);
+        }
+        let topology = patch.mesh().topology();
+        let [removed, kept] = ends.map(|v| self.line_edges(topology, v));
+        let along = self.protected.is_feature(patch.half_edge().edge());
+        if self.merges_lines(topology, patch) {
+            return Err(Rejection::Feature);
+        }
+        match (along, removed, kept) {
+            (false, 0, 0) | (true, 2, 2) => Ok(None),
+            (false, 0, _) | (true, 2, _) => Ok(Some(Place::Kept)),
+            (false, _, 0) | (true, _, 2) => Ok(Some(Place::Removed)),
+            _ => Err(Rejection::Feature),
+        }
+    }
+
+    /// The number of feature edges at a vertex.
+    fn line_edges(&self, topology: &Topology, v: VertexId) -> usize {
+        topology.edges_of_vertex(v).filter(|&e| self.protected.is_feature(e)).count()
+    }
+
+    /// Whether a face that vanishes has feature lines on both of its other sides.
+    fn merges_lines(&self, topology: &Topology, patch: &EdgePatch<'_>) -> bool {
+        [patch.half_edge(), patch.half_edge().twin()].into_iter().any(|side| {
+            let second = topology.next(side);
+            let third = topology.next(second);
+            let both =
+                self.protected.is_feature(second.edge()) && self.protected.is_feature(third.edge());
+            both && !topology.is_exterior(side)
+        })
+    }
+
+    /// Follows a collapse; the mesh is as it is after it.
+    pub(crate) fn collapsed(
+        &mut self,
+        mesh: &TriMesh,
+        collapse: &Collapse,
+        merged: [Option<(EdgeId, EdgeId)>; 2],
+    ) {
+        let Collapse { removed, kept, removed_from, kept_from, position } = *collapse;
+        if !self.borders.is_empty() {
+            self.borders[kept.index()] = self.borders[kept.index()].moved_by(position - kept_from)
+                + self.borders[removed.index()].moved_by(position - removed_from);
+        }
+        self.protected.collapsed(mesh, collapse, merged);
+    }
+}

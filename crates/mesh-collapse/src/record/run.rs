@@ -1,0 +1,130 @@
+//! What a run of collapses did.
+
+use mesh_core::{EdgeMap, VertexMap};
+
+use crate::constraint::Constraints;
+use crate::record::log::{CollapseLog, LogEntry};
+use crate::record::snapshot::Snapshot;
+use crate::record::target::StopReason;
+use crate::rejection::{Rejection, Rejections};
+
+/// What is being done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum Phase {
+    /// Edges are collapsed.
+    Collapse,
+    /// The coarsest level within the largest allowed error is looked for.
+    Search,
+    /// A level is fitted.
+    Fit,
+    /// It is annealed.
+    Anneal,
+    /// The largest errors are taken down.
+    MaxError,
+    /// A level within the largest allowed error is collapsed further.
+    DecimateToTolerance,
+    /// The distance from the original is measured.
+    Measure,
+}
+
+impl Phase {
+    /// A short name in lower case, for reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Collapse => "collapse",
+            Self::Search => "search",
+            Self::Fit => "fit",
+            Self::Anneal => "anneal",
+            Self::MaxError => "max_error",
+            Self::DecimateToTolerance => "decimate_to_tolerance",
+            Self::Measure => "measure",
+        }
+    }
+}
+
+/// How far a run has come; given to the observer now and then.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Progress {
+    /// What is being done.
+    pub phase: Phase,
+    /// The number of faces at the start.
+    pub faces_before: usize,
+    /// The number of faces now.
+    pub faces: usize,
+    /// The number of faces at which the run ends if nothing ends it earlier.
+    pub face_target: usize,
+    /// The number of collapses so far.
+    pub collapses: usize,
+}
+
+/// What a run of [`collapse_edges`](crate::collapse_edges) did.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Why it stopped.
+    pub stop: StopReason,
+    /// The number of collapses.
+    pub collapses: usize,
+    /// Every collapse, if they are recorded.
+    pub log: CollapseLog,
+    /// How often edges were refused, by reason.
+    pub rejections: Rejections,
+    /// The largest cost of a collapse.
+    pub max_cost: f64,
+    /// The locked vertices of the mesh as it is now, if there are any.
+    pub locked: Option<VertexMap<bool>>,
+    /// The feature edges of the mesh as it is now, if they were given.
+    pub features: Option<EdgeMap<bool>>,
+    /// The guards that followed the mesh before the run, and still do.
+    pub followers: Constraints,
+    /// Every refusal, in order, with the number of collapses that a run must be allowed to come to
+    /// it.
+    pub refused: Vec<(u32, Rejection)>,
+    /// Meshes on the way, if they were to be kept.
+    pub snapshots: Vec<Snapshot>,
+}
+
+impl Run {
+    /// A run that has not begun.
+    pub(crate) fn new() -> Self {
+        Self {
+            stop: StopReason::NothingLeft,
+            collapses: 0,
+            log: CollapseLog::default(),
+            rejections: Rejections::default(),
+            max_cost: 0.0,
+            locked: None,
+            features: None,
+            followers: Constraints::default(),
+            refused: Vec::new(),
+            snapshots: Vec::new(),
+        }
+    }
+
+    /// Appends a collapse that was carried out.
+    pub fn push(&mut self, entry: LogEntry) {
+        self.collapses += 1;
+        self.log.push(entry);
+        self.max_cost = self.max_cost.max(entry.cost);
+    }
+
+    /// Counts a refusal that takes a run of so many `collapses`.
+    pub fn refuse(&mut self, rejection: Rejection, collapses: usize) {
+        self.rejections.count(rejection);
+        self.refused.push((collapses as u32, rejection));
+    }
+
+    /// Forgets all but the first collapses, as though no more had been allowed. Why it stopped is
+    /// then for the caller to say, and `locked` and `features` are still those of the end. Rejections in
+    /// regions stay, of which it is not known when they came.
+    pub fn truncate(&mut self, collapses: usize) {
+        self.log.truncate(collapses);
+        self.collapses = self.log.len();
+        self.max_cost = self.log.entries().iter().map(|entry| entry.cost).fold(0.0, f64::max);
+        let kept = self.refused.partition_point(|&(needed, _)| needed as usize <= collapses);
+        self.refused.drain(kept..).for_each(|(_, rejection)| self.rejections.take_back(rejection));
+    }
+}

@@ -1,0 +1,287 @@
+//! Data at the corners of faces, followed through a run of collapses.
+//!
+//! A *wedge* is the run of corners at a vertex that share one value: a vertex inside a texture chart
+//! has one wedge, a vertex on a seam has one on each side. A collapse merges the wedges at the two
+//! ends of the edge that meet in a face of the edge; where the edge itself is a seam, those of its
+//! two sides stay apart.
+
+use glam::DVec3;
+use mesh_collapse::{EdgePatch, PatchFace};
+use mesh_core::{HalfEdgeId, HalfEdgeMap, Remap, TriMesh, VertexId};
+use mesh_metric::{closest_on_triangle, weights_of_closest};
+
+use crate::error::RefineError;
+
+/// The most numbers per corner.
+pub const MAX_CHANNELS: usize = 12;
+
+type Value = [f64; MAX_CHANNELS];
+
+/// Numbers at the corners of faces, whose interpolation over the surface should stay as it is:
+/// texture coordinates, normals, colours.
+///
+/// Scale them so that a difference of one is as bad as a distance of one model unit.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CornerAttributes {
+    /// Per half-edge with a face, the wedge of the corner at its origin.
+    wedge: HalfEdgeMap<u32>,
+    values: Vec<Value>,
+    /// Whether the first two numbers are texture coordinates, which must not fold over.
+    has_texture: bool,
+}
+
+const NO_WEDGE: u32 = u32::MAX;
+
+impl CornerAttributes {
+    /// The values at the corners, of which the first two are texture coordinates if `has_texture`.
+    /// `of_corner` is asked for the values at the origin of each half-edge in its face; neighbouring
+    /// corners with equal values are one wedge.
+    ///
+    /// # Errors
+    /// There are more than [`MAX_CHANNELS`] values at a corner.
+    pub fn new<const N: usize>(
+        mesh: &TriMesh,
+        has_texture: bool,
+        of_corner: impl Fn(HalfEdgeId) -> [f64; N],
+    ) -> Result<Self, RefineError> {
+        if N > MAX_CHANNELS {
+            return Err(RefineError::Channels { channels: N, most: MAX_CHANNELS });
+        }
+        let topology = mesh.topology();
+        let mut all =
+            Self { wedge: topology.half_edge_map(NO_WEDGE), values: Vec::new(), has_texture };
+        let mut corners = Vec::new();
+        for v in topology.vertices() {
+            corners.clear();
+            corners.extend(topology.outgoing(v).filter(|&h| !topology.is_exterior(h)));
+            all.add_vertex(&corners, &of_corner);
+            if let ([first, .., last], false) = (&corners[..], topology.is_boundary_vertex(v)) {
+                all.join_ends(&corners, [*first, *last]);
+            }
+        }
+        Ok(all)
+    }
+
+    /// Cuts the corners of a vertex, in order, into wedges.
+    fn add_vertex<const N: usize>(
+        &mut self,
+        corners: &[HalfEdgeId],
+        of_corner: &impl Fn(HalfEdgeId) -> [f64; N],
+    ) {
+        let mut previous = None;
+        for &h in corners {
+            let mut value = [0.0; MAX_CHANNELS];
+            for (slot, number) in value.iter_mut().zip(of_corner(h)) {
+                *slot = if number.is_finite() { number } else { 0.0 };
+            }
+            if previous != Some(value) {
+                self.values.push(value);
+                previous = Some(value);
+            }
+            self.wedge[h] = self.values.len() as u32 - 1;
+        }
+    }
+
+    /// Makes the first and the last wedge round a vertex one if they have the same value.
+    fn join_ends(&mut self, corners: &[HalfEdgeId], ends: [HalfEdgeId; 2]) {
+        let [first, last] = ends.map(|h| self.wedge[h]);
+        if self.values[first as usize] == self.values[last as usize] {
+            for &h in corners.iter().rev().take_while(|_| first != last) {
+                if self.wedge[h] != last {
+                    break;
+                }
+                self.wedge[h] = first;
+            }
+        }
+    }
+
+    /// Whether the first two values are texture coordinates.
+    pub fn has_texture(&self) -> bool {
+        self.has_texture
+    }
+
+    fn value(&self, h: HalfEdgeId) -> &Value {
+        &self.values[self.wedge[h] as usize]
+    }
+
+    /// The texture coordinates at a corner.
+    pub(crate) fn texture(&self, h: HalfEdgeId) -> [f64; 2] {
+        let [u, v, ..] = *self.value(h);
+        [u, v]
+    }
+
+    /// How a collapse would change the values: over both old ends and each of their wedges, the sum
+    /// of a third of the area of the wedge's faces times the squared difference of its value to the
+    /// one that is then found at the closest point.
+    pub(crate) fn deviation(&self, patch: &EdgePatch<'_>, x: DVec3) -> f64 {
+        let merge = Merge::new(self, patch);
+        let mut sum = 0.0;
+        for (v, end) in [(patch.removed(), patch.ends()[0]), (patch.kept(), patch.ends()[1])] {
+            if end != x {
+                sum += self.deviation_at(patch, &merge, v, end, x);
+            }
+        }
+        sum
+    }
+
+    fn deviation_at(
+        &self,
+        patch: &EdgePatch<'_>,
+        merge: &Merge,
+        v: VertexId,
+        end: DVec3,
+        x: DVec3,
+    ) -> f64 {
+        let topology = patch.mesh().topology();
+        let mut sum = 0.0;
+        // The faces of a patch are grouped by end and go round it, so that each wedge comes once
+        // or, where the walk starts inside it, twice.
+        let mut known: Option<(u32, f64)> = None;
+        for face in patch.faces().iter().filter(|face| topology.origin(face.side) == v) {
+            let wedge = self.wedge[face.side];
+            let squared = match known {
+                Some((same, squared)) if same == wedge => squared,
+                _ => {
+                    let new = self.at(patch, merge, merge.group(wedge), end, Some(x));
+                    let old = &self.values[wedge as usize];
+                    let new = new.unwrap_or(*old);
+                    old.iter().zip(new).map(|(o, n)| (o - n) * (o - n)).sum()
+                }
+            };
+            known = Some((wedge, squared));
+            sum += face.cross.length() / 6.0 * squared;
+        }
+        sum
+    }
+
+    /// The value at the point of a group's faces that is closest to `point`: of the patch as it is,
+    /// or with the ends moved to `moved`.
+    fn at(
+        &self,
+        patch: &EdgePatch<'_>,
+        merge: &Merge,
+        group: u32,
+        point: DVec3,
+        moved: Option<DVec3>,
+    ) -> Option<Value> {
+        let faces = if moved.is_some() { patch.remaining_faces() } else { patch.faces() };
+        let corners_of = |face: &PatchFace| match moved {
+            Some(x) => [x, face.corners[1], face.corners[2]],
+            None => face.corners,
+        };
+        let mut best: Option<(f64, &PatchFace)> = None;
+        for face in faces.iter().filter(|face| merge.group(self.wedge[face.side]) == group) {
+            let distance = closest_on_triangle(point, &corners_of(face)).length_squared();
+            if best.is_none_or(|(least, _)| distance < least) {
+                best = Some((distance, face));
+            }
+        }
+        let (_, face) = best?;
+        let weights = weights_of_closest(point, &corners_of(face)).to_array();
+        let topology = patch.mesh().topology();
+        let second = topology.next(face.side);
+        let first = match moved {
+            Some(x) => self.at(patch, merge, group, x, None)?,
+            None => *self.value(face.side),
+        };
+        let corners = [&first, self.value(second), self.value(topology.next(second))];
+        Some(core::array::from_fn(|i| (0..3).map(|k| weights[k] * corners[k][i]).sum()))
+    }
+
+    /// Whether a face of the patch would turn over in the texture.
+    pub(crate) fn folds(&self, patch: &EdgePatch<'_>, x: DVec3) -> bool {
+        if !self.has_texture {
+            return false;
+        }
+        let topology = patch.mesh().topology();
+        let merge = Merge::new(self, patch);
+        let mut known: Option<(u32, [f64; 2])> = None;
+        for face in patch.remaining_faces() {
+            let group = merge.group(self.wedge[face.side]);
+            let moved = match known {
+                Some((same, moved)) if same == group => moved,
+                _ => {
+                    let Some([u, v, ..]) = self.at(patch, &merge, group, x, None) else { continue };
+                    [u, v]
+                }
+            };
+            known = Some((group, moved));
+            let second = topology.next(face.side);
+            let [a, b, c] = [face.side, second, topology.next(second)].map(|h| self.texture(h));
+            let (before, after) = (doubled_area(a, b, c), doubled_area(moved, b, c));
+            if before * after < 0.0 || (after == 0.0 && before != 0.0) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Moves the wedges to the handles of the mesh without gaps.
+    pub(crate) fn compact(&mut self, remap: &Remap) {
+        self.wedge = self.wedge.compact(remap);
+    }
+
+    /// Brings the wedges up to date with a collapse that is about to happen.
+    pub(crate) fn collapsing(&mut self, patch: &EdgePatch<'_>, x: DVec3) {
+        let merge = Merge::new(self, patch);
+        let topology = patch.mesh().topology();
+        let mut groups: Vec<u32> =
+            patch.faces().iter().map(|face| merge.group(self.wedge[face.side])).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        let values: Vec<_> =
+            groups.iter().map(|&group| self.at(patch, &merge, group, x, None)).collect();
+        for (group, value) in groups.into_iter().zip(values) {
+            if let Some(value) = value {
+                self.values[group as usize] = value;
+            }
+        }
+        for face in patch.faces() {
+            self.wedge[face.side] = merge.group(self.wedge[face.side]);
+        }
+        // Of the faces that vanish, one side takes the place of the other side of another edge.
+        let [h, twin] = [patch.half_edge(), patch.half_edge().twin()];
+        if !topology.is_exterior(h) {
+            let bc = topology.next(h);
+            self.wedge[bc] = self.wedge[topology.next(bc).twin()];
+        }
+        if !topology.is_exterior(twin) {
+            let ad = topology.next(twin);
+            let db = topology.next(ad);
+            self.wedge[db] = self.wedge[ad.twin()];
+        }
+    }
+}
+
+pub(crate) fn doubled_area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Which wedges of the two ends become one: on either side of the edge, that of the vertex that
+/// goes and that of the vertex that stays.
+struct Merge([Option<[u32; 2]>; 2]);
+
+impl Merge {
+    fn new(all: &CornerAttributes, patch: &EdgePatch<'_>) -> Self {
+        let topology = patch.mesh().topology();
+        let [h, twin] = [patch.half_edge(), patch.half_edge().twin()];
+        let left = (!topology.is_exterior(h)).then(|| [h, topology.next(h)]);
+        let right = (!topology.is_exterior(twin)).then(|| [topology.next(twin), twin]);
+        let mut pairs = [left, right].map(|pair| pair.map(|corners| corners.map(|c| all.wedge[c])));
+        // A wedge that goes all round one end joins those that it meets at the other.
+        if let [Some(left), Some(right)] = &mut pairs
+            && left[0] == right[0]
+            && left[1] != right[1]
+        {
+            right[0] = NO_WEDGE;
+        }
+        Self(pairs)
+    }
+
+    /// The wedge that stands for `wedge` after the collapse.
+    fn group(&self, wedge: u32) -> u32 {
+        let joined = self.0.iter().flatten().find(|[removed, _]| *removed == wedge);
+        joined.map_or(wedge, |[_, kept]| *kept)
+    }
+}

@@ -1,0 +1,187 @@
+//! After splits: the cheapest collapses, until there are as many faces as before.
+
+use mesh_collapse::{
+    Boundary, ComponentConstraint, IntersectionConstraint, Memoryless, NormalConstraint, Optimal,
+    Phase, Placement, Policies, Policy, Protect, ShapeConstraint, Start, Target, cheapest_edges,
+    collapse_edges_from,
+};
+use mesh_core::{EdgeId, Remap, RemapOf, TriMesh, VertexId, VertexMap};
+
+use crate::fit::constraints::FitConstraints;
+use crate::observer::Observer;
+
+/// What a mesh is brought back to.
+pub struct CollapseBack<'a> {
+    /// Number of faces to stop at.
+    pub faces: usize,
+    /// Vertices that stay, besides those that are fixed.
+    pub locked: &'a [VertexId],
+    /// How the boundary is treated.
+    pub boundary: Boundary,
+    /// Whether faces must not come to cross that did not before.
+    pub forbid_intersections: bool,
+    /// Number of vertices that every component keeps; `None` for no limit.
+    pub min_component_vertices: Option<usize>,
+    /// Edges that are cheap, to be looked at before others; `None` where that is not known.
+    pub first: Option<&'a [EdgeId]>,
+}
+
+impl CollapseBack<'_> {
+    fn policies<P: Placement>(&self, placement: P) -> Policies<Memoryless, P> {
+        let mut policies = Policies::new(Memoryless, placement);
+        policies.constraints.push(NormalConstraint::default());
+        policies.constraints.push(ShapeConstraint::default());
+        if let Some(min_vertices) = self.min_component_vertices {
+            policies.constraints.push(ComponentConstraint::new(min_vertices));
+        }
+        if self.forbid_intersections {
+            policies.constraints.push(IntersectionConstraint::default());
+        }
+        policies
+    }
+
+    fn fixed(&self, mesh: &TriMesh, constraints: &FitConstraints) -> Protect {
+        let mut locked = mesh.topology().vertex_map(false);
+        let fixed = constraints.fixed.iter().flat_map(VertexMap::iter);
+        fixed.filter(|(_, fixed)| **fixed).for_each(|(v, _)| locked[v] = true);
+        self.locked.iter().for_each(|&v| locked[v] = true);
+        Protect {
+            boundary: self.boundary,
+            locked: Some(locked),
+            features: constraints.features.clone(),
+        }
+    }
+
+    /// So many of the edges that cost least.
+    pub fn cheapest_edges(
+        &self,
+        mesh: &mut TriMesh,
+        constraints: &FitConstraints,
+        count: usize,
+    ) -> Vec<EdgeId> {
+        let (policies, fixed) = (self.policies(Optimal::default()), self.fixed(mesh, constraints));
+        let start = Start::followed_by(constraints.constraints.clone());
+        cheapest_edges(mesh, policies, start, &fixed, count)
+    }
+}
+
+/// What [`collapse_back`] left.
+pub struct Back {
+    /// What holds for the mesh that is left.
+    pub constraints: FitConstraints,
+    /// For each vertex, the one that it has become.
+    pub vertex_map: VertexMap<Option<VertexId>>,
+    /// Where the elements went that are left.
+    pub remap: Remap,
+}
+
+/// Collapses edges by the memoryless metric and closes the gaps. There are more faces left than
+/// wanted when the observer says to stop.
+pub(crate) fn collapse_back(
+    mesh: &mut TriMesh,
+    constraints: &FitConstraints,
+    to: &CollapseBack<'_>,
+    phase: Phase,
+    observer: &mut Observer<'_>,
+) -> Back {
+    collapse_back_placed(mesh, constraints, to, Optimal::default(), (phase, observer))
+}
+
+/// The same with a placement.
+pub fn collapse_back_placed(
+    mesh: &mut TriMesh,
+    constraints: &FitConstraints,
+    to: &CollapseBack<'_>,
+    placement: impl Placement,
+    (phase, observer): (Phase, &mut Observer<'_>),
+) -> Back {
+    let (policies, fixed) = (to.policies(placement), to.fixed(mesh, constraints));
+    let limits = Target { faces: Some(to.faces), ..Target::default() };
+    let observe = &mut |now: &_| observer.observe_in(phase, now);
+    let start = Start {
+        first: to.first.map(<[_]>::to_vec),
+        ..Start::followed_by(constraints.constraints.clone())
+    };
+    let run = collapse_edges_from(mesh, policies, start, &fixed, &limits, observe);
+    let vertex_map = run.log.representatives(mesh, run.log.len());
+    let remap = mesh.compact();
+    let vertex_map = vertex_map.as_slice().iter().map(|&v| remap.new_handle(v)).collect();
+    // What was locked for this run alone is free again.
+    let fixed = constraints.fixed.as_ref().map(|fixed| {
+        let mut new = mesh.topology().vertex_map(false);
+        for (v, _) in fixed.iter().filter(|(_, fixed)| **fixed) {
+            if let Some(v) = remap.new_handle(v) {
+                new[v] = true;
+            }
+        }
+        new
+    });
+    let features = run.features.map(|map| map.compact(&remap));
+    let mut followers = run.followers;
+    followers.compacted(mesh, &remap);
+    let FitConstraints { boundary_curve, feature_curve, .. } = constraints;
+    let (boundary_curve, feature_curve) = (boundary_curve.clone(), feature_curve.clone());
+    Back {
+        constraints: FitConstraints {
+            fixed,
+            features,
+            boundary_curve,
+            feature_curve,
+            constraints: followers,
+        },
+        vertex_map: VertexMap::from_vec(vertex_map),
+        remap,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::{Irregular, Wave};
+
+    #[test]
+    fn edges_that_come_first_are_enough_for_a_few_collapses_and_the_others_follow() {
+        let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
+        let soup = wave.irregular_mesh(16, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+        let mut mesh = TriMesh::from_soup(&soup).unwrap();
+        let all = mesh.topology().face_count();
+        let constraints = FitConstraints::default();
+        let to = |faces| CollapseBack {
+            faces,
+            locked: &[],
+            boundary: Boundary::Quadrics,
+            forbid_intersections: false,
+            min_component_vertices: None,
+            first: None,
+        };
+        let cheapest = to(0).cheapest_edges(&mut mesh, &constraints, 12);
+        assert_eq!(cheapest.len(), 12);
+        let (phase, observer) = (Phase::MaxError, &mut Observer::none());
+        let mut collapse = |mesh: &TriMesh, faces, first| {
+            let mut mesh = mesh.clone();
+            let back = collapse_back(
+                &mut mesh,
+                &constraints,
+                &CollapseBack { first, ..to(faces) },
+                phase,
+                observer,
+            );
+            (mesh, back)
+        };
+        let (few, back) = collapse(&mesh, all - 6, Some(&cheapest[..]));
+        assert_eq!(few.topology().face_count(), all - 6);
+        // Nothing but ends of these edges has been merged.
+        let is_end = |v| cheapest.iter().any(|&e| mesh.topology().edge_vertices(e).contains(&v));
+        let mut vertex_map: Vec<_> = back.vertex_map.iter().map(|(v, new)| (*new, v)).collect();
+        vertex_map.sort_unstable();
+        for merged in vertex_map.chunk_by(|a, b| a.0 == b.0).filter(|merged| merged.len() > 1) {
+            assert!(merged.iter().all(|&(_, v)| is_end(v)));
+        }
+        // They are the cheapest ones, so all edges together come to the same.
+        let (anew, _) = collapse(&mesh, all - 2, None);
+        let (first, _) = collapse(&mesh, all - 2, Some(&cheapest[..]));
+        assert_eq!(first.topology().canonical_triangles(), anew.topology().canonical_triangles());
+        let left = collapse(&mesh, all / 2, Some(&cheapest[..])).0.topology().face_count();
+        assert!(left == all / 2 || left + 1 == all / 2, "{left} of {all}");
+    }
+}

@@ -1,0 +1,135 @@
+//! Edge flips that bring the mesh closer to the samples of the original, by the mean of some order.
+//!
+//! Which flips help is found out for all edges at the same time; edges next to a flip are looked at
+//! again when their turn comes, so that the result is that of one after the other.
+
+use glam::DVec3;
+use mesh_collapse::{ChangedFace, NewIntersections};
+use mesh_core::edit::LegalFlip;
+use mesh_core::{EdgeId, FaceId, Handle, TriMesh, parallel};
+use mesh_metric::closest_on_triangle;
+
+use crate::fit::constraints::FitConstraints;
+use crate::fit::moves::keeps_side;
+use crate::fit::pairs::Pairs;
+use crate::norm::Power;
+
+/// Flips every edge whose flip lowers the sum of the powers of the distances of the targets of its two
+/// faces.
+pub(super) fn flip_edges(
+    mesh: &mut TriMesh,
+    paired: &mut Pairs<'_>,
+    constraints: &FitConstraints,
+    power: Power,
+    mut found: Option<&mut NewIntersections>,
+) -> usize {
+    let mut sums: Vec<f64> = parallel::collect(mesh.topology().face_capacity(), |index| {
+        paired.sum_of(FaceId::from_index(index), power)
+    });
+    let helps: Vec<bool> = parallel::collect(mesh.topology().edge_capacity(), |index| {
+        let edge = EdgeId::from_index(index);
+        !constraints.is_feature(edge) && flip_is_closer(mesh, paired, &sums, power, edge)
+    });
+    let mut is_new = vec![false; mesh.topology().face_capacity()];
+    let mut scratch = Vec::new();
+    let mut flips = 0;
+    for (index, helped) in helps.into_iter().enumerate() {
+        let edge = EdgeId::from_index(index);
+        if !mesh.topology().contains_edge(edge) {
+            continue;
+        }
+        let mut faces = mesh.topology().edge_faces(edge).into_iter().flatten();
+        let helps = match faces.any(|face| is_new[face.index()]) {
+            true => {
+                !constraints.is_feature(edge) && flip_is_closer(mesh, paired, &sums, power, edge)
+            }
+            false => helped,
+        };
+        if !helps {
+            continue;
+        }
+        let Ok(legal) = mesh.topology().check_flip(edge) else { continue };
+        if found.as_ref().is_some_and(|found| flip_crosses(mesh, found, &legal)) {
+            continue;
+        }
+        mesh.flip(legal);
+        flips += 1;
+        if let Some(found) = &mut found {
+            found.update(mesh, mesh.topology().edge_faces(edge).into_iter().flatten());
+        }
+        if let [Some(left), Some(right)] = mesh.topology().edge_faces(edge) {
+            paired.redistribute(mesh, [left, right], &mut scratch);
+            for face in [left, right] {
+                is_new[face.index()] = true;
+                sums[face.index()] = paired.sum_of(face, power);
+            }
+        }
+    }
+    flips
+}
+
+/// `sums` are what the targets of each face add up to now.
+fn flip_is_closer(
+    mesh: &TriMesh,
+    paired: &Pairs<'_>,
+    sums: &[f64],
+    power: Power,
+    edge: EdgeId,
+) -> bool {
+    let topology = mesh.topology();
+    if !topology.contains_edge(edge) {
+        return false;
+    }
+    let [h, twin] = edge.half_edges();
+    let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return false };
+    let [a, b] = topology.edge_vertices(edge);
+    let [a, b, c, d] = [mesh.position(a), mesh.position(b), mesh.position(c), mesh.position(d)];
+    let new = [[c, a, d], [d, b, c]];
+    let cross = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p);
+    let normal = cross([a, b, c]) + cross([b, a, d]);
+    if !new.into_iter().all(|triangle| keeps_side(cross(triangle), normal)) {
+        return false;
+    }
+    let faces = || topology.edge_faces(edge).into_iter().flatten();
+    let before: f64 = faces().map(|face| sums[face.index()]).sum();
+    let limit = before * (1.0 - 1e-9);
+    let points = || faces().flat_map(|face| paired.of_face(face)).map(|(point, _)| point);
+    let planes = new.map(|triangle| (triangle[0], cross(triangle).normalize_or_zero()));
+    let to_planes = points().map(|point| {
+        let [first, second] = planes.map(|(on, normal)| normal.dot(point - on));
+        power.of((first * first).min(second * second))
+    });
+    let to_triangles = points().map(|point| {
+        let [first, second] = new.each_ref().map(|t| closest_on_triangle(point, t));
+        power.of(first.length_squared().min(second.length_squared()))
+    });
+    // No triangle is closer than its plane, which is found sooner.
+    is_below(limit, to_planes) && is_below(limit, to_triangles)
+}
+
+/// Whether the sum of some numbers, none of them negative, is less than a limit. Most flips are for the worse, as the
+/// first few targets tell.
+#[inline]
+fn is_below(limit: f64, numbers: impl Iterator<Item = f64>) -> bool {
+    let mut left = limit;
+    for number in numbers {
+        left -= number;
+        if left <= 0.0 || left.is_nan() {
+            return false;
+        }
+    }
+    limit > 0.0
+}
+
+fn flip_crosses(mesh: &TriMesh, found: &NewIntersections, flip: &LegalFlip) -> bool {
+    let [a, b, c, d] = flip.quad();
+    let faces = mesh.topology().edge_faces(flip.edge()).into_iter().flatten();
+    let changed: Vec<ChangedFace> = faces
+        .zip([[c, a, d], [d, b, c]])
+        .map(|(face, vertices)| {
+            let triangle = (vertices, vertices.map(|v| mesh.position(v)));
+            ChangedFace { face, triangle }
+        })
+        .collect();
+    found.would_arise(mesh, &changed, &[])
+}

@@ -1,0 +1,54 @@
+//! Samples of the boundary and the feature lines of the original, and the edges that they draw.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use mesh_core::{EdgeId, TriMesh, parallel};
+use mesh_metric::Surface;
+
+use crate::curve::Curve;
+use crate::fit::constraints::FitConstraints;
+use crate::fit::element::USUAL_SAMPLES;
+use crate::fit::spread::area;
+use crate::fit::system::System;
+
+/// Points of the lines of the original, and the edges of the mesh that stand for these lines.
+///
+/// The pairs of samples of the surfaces do not feel a boundary that moves within the surface; these
+/// do.
+pub(super) struct Lines(Vec<Line>);
+
+struct Line {
+    points: Vec<DVec3>,
+    edges: Vec<EdgeId>,
+}
+
+impl Lines {
+    /// As densely sampled as the surface is at the usual density.
+    pub(super) fn new(mesh: &TriMesh, original: &Surface, constraints: &FitConstraints) -> Self {
+        if constraints.boundary_curve.is_none() && constraints.feature_curve.is_none() {
+            return Self(Vec::new());
+        }
+        let topology = mesh.topology();
+        let samples = USUAL_SAMPLES * topology.face_count();
+        let all = parallel::sum(original.triangle_count(), |t| area(&original.triangle(t)));
+        let spacing = (all / samples.max(1) as f64).sqrt();
+        let line = |curve: &Option<Arc<Curve>>, is_line: &dyn Fn(EdgeId) -> bool| {
+            let points = curve.as_ref()?.points(spacing);
+            Some(Line { points, edges: topology.edges().filter(|&e| is_line(e)).collect() })
+        };
+        let boundary = line(&constraints.boundary_curve, &|e| topology.is_boundary_edge(e));
+        let features = line(&constraints.feature_curve, &|e| constraints.is_feature(e));
+        Self([boundary, features].into_iter().flatten().collect())
+    }
+
+    pub(super) fn add_to(&self, system: &mut System, mesh: &TriMesh) {
+        for Line { points, edges } in &self.0 {
+            // None of the lines may be left.
+            let Some(curve) = Curve::new(mesh, edges) else { continue };
+            for (point, (edge, along)) in points.iter().zip(curve.closest_edges(points)) {
+                system.add_to_edge(mesh, edges[edge], along, *point);
+            }
+        }
+    }
+}

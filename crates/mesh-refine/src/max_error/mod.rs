@@ -1,0 +1,287 @@
+//! Taking down the largest errors.
+//!
+//! A metric that adds up squared distances over areas lets a small part go far from its place. Where
+//! that is asked for, the vertices round the largest distances first move to a place where these are
+//! smaller: a fit in which the farthest pairs count most. Then each round looks for the vertices of
+//! the original that are farthest from the mesh, puts vertices there, and collapses the cheapest
+//! edges elsewhere until there are as many faces as before.
+//! Vertices of the mesh that are far from the original go back to it. The result is kept when the
+//! largest distance has become smaller and the root mean square is not much larger than at the
+//! start.
+
+mod change;
+mod elements;
+mod flatten;
+mod place;
+mod points;
+
+use mesh_collapse::{Boundary, NewIntersections, Phase};
+use mesh_core::{EdgeId, Handle, RemapOf, TriMesh, VertexId, VertexMap};
+use mesh_metric::Surface;
+
+use crate::collapse_back::{Back, CollapseBack, collapse_back};
+use crate::error::RefineError;
+use crate::fit::FitOptions;
+use crate::fit::constraints::FitConstraints;
+use crate::max_error::change::Became;
+use crate::max_error::points::{Heights, Most, Peaks, Points};
+use crate::observer::Observer;
+
+/// How to take down peaks; see [`reduce_max_error`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct MaxErrorOptions {
+    /// How many rounds at most.
+    pub rounds: usize,
+    /// What counts as a peak in a round, relative to the largest distance.
+    pub above: f64,
+    /// The most vertices that are put in place in a round, as a part of the faces.
+    pub share: f64,
+    /// How far apart points are on the longer edges of the original, which are measured besides its
+    /// vertices: in roots of the mean area of its triangles.
+    pub spacing: f64,
+    /// How much the mean or the root mean square of the distances may rise in all, as a ratio.
+    pub max_rise: f64,
+    /// How many faces must be left. A round that ends on the boundary may take one more than it
+    /// has made.
+    pub min_faces: usize,
+    /// How the vertices round the peaks are fitted before the rounds and after each that was kept,
+    /// with [`FitOptions::tail`], for as many rounds as that lowers the peaks; edges are not
+    /// flipped. Not at all with 0 rounds.
+    pub fit: FitOptions,
+    /// Whether faces must not come to cross that did not before.
+    pub forbid_intersections: bool,
+    /// How many vertices every component keeps.
+    pub min_component_vertices: Option<usize>,
+}
+
+impl Default for MaxErrorOptions {
+    fn default() -> Self {
+        Self {
+            rounds: 6,
+            above: 0.7,
+            share: 0.003,
+            spacing: 3.0,
+            max_rise: 1.03,
+            min_faces: 0,
+            fit: FitOptions {
+                rounds: 0,
+                samples_per_face: 30,
+                own_samples_per_face: 30,
+                tail: 300.0,
+                ..FitOptions::default()
+            },
+            forbid_intersections: false,
+            min_component_vertices: None,
+        }
+    }
+}
+
+impl MaxErrorOptions {
+    /// Whether the options make sense.
+    pub fn check(&self) -> Result<(), RefineError> {
+        let is_part = |x: f64| (0.0..=1.0).contains(&x);
+        let part = "between 0 and 1";
+        RefineError::unless(is_part(self.above), "max_error above", self.above, part)?;
+        RefineError::unless(is_part(self.share), "max_error share", self.share, part)?;
+        let (spacing, rise) = (self.spacing, self.max_rise);
+        let is_size = spacing > 0.0 && spacing.is_finite();
+        RefineError::unless(is_size, "max_error spacing", spacing, "positive and finite")?;
+        let is_ratio = rise >= 0.0 && rise.is_finite();
+        RefineError::unless(is_ratio, "max_error max_rise", rise, "at least 0 and finite")?;
+        self.fit.check()
+    }
+}
+
+/// What [`reduce_max_error`] did.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct MaxErrorReport {
+    /// How many rounds were made.
+    pub rounds: usize,
+    /// How many of them were kept.
+    pub kept: usize,
+    /// The largest distance at the start, of the points of both surfaces that were measured.
+    pub largest_before: f64,
+    /// That distance at the end.
+    pub largest_after: f64,
+    /// For each vertex of the mesh that was given, the vertex that it has become.
+    pub vertex_map: VertexMap<Option<VertexId>>,
+}
+
+/// Takes down the largest distances of the vertices of the original from a mesh without gaps. The
+/// number of faces does not rise; `constraints` follow the mesh.
+///
+/// Fixed vertices do not move, and boundary edges whose ends are both fixed are not split. Where that
+/// is asked for, no step makes faces cross that did not before.
+///
+/// # Errors
+/// An option makes no sense, or the mesh has no faces.
+pub fn reduce_max_error(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    constraints: &mut FitConstraints,
+    options: &MaxErrorOptions,
+) -> Result<MaxErrorReport, RefineError> {
+    options.check()?;
+    reduce_max_error_observed(mesh, original, constraints, options, &mut Observer::none())
+}
+
+/// The same, until the observer says to stop: then with fewer rounds.
+pub(crate) fn reduce_max_error_observed(
+    mesh: &mut TriMesh,
+    original: &Surface,
+    constraints: &mut FitConstraints,
+    options: &MaxErrorOptions,
+    observer: &mut Observer<'_>,
+) -> Result<MaxErrorReport, RefineError> {
+    let fit = FitOptions {
+        forbid_intersections: options.fit.forbid_intersections || options.forbid_intersections,
+        ..options.fit
+    };
+    let faces = mesh.topology().face_count();
+    let points = Points::new(original, options.spacing, faces);
+    let identity = (0..mesh.topology().vertex_capacity()).map(VertexId::from_index).map(Some);
+    let mut map: VertexMap<Option<VertexId>> = VertexMap::from_vec(identity.collect());
+    let mut max_error = Peaks::new(mesh, original, &points)?;
+    let Heights { largest: largest_before, mean, rms } = max_error.heights;
+    let most = Most { mean: options.max_rise * mean, rms: options.max_rise * rms };
+    let (mut rounds, mut kept) = (0, 0);
+    max_error.flatten(mesh, original, constraints, &fit, most, observer)?;
+    // As many as there are; when that is too many, the farthest only.
+    let (mut share, mut returning) = (options.share, usize::MAX);
+    let mut failed = 0;
+    let step = CollapseBack {
+        faces,
+        locked: &[],
+        boundary: Boundary::Quadrics,
+        forbid_intersections: options.forbid_intersections,
+        min_component_vertices: options.min_component_vertices,
+        first: None,
+    };
+    // Edges that are cheap, of which a round collapses a few.
+    let mut cheapest: Vec<EdgeId> = Vec::new();
+    // Which vertices the last round put where, when that was in vain: again, or nothing at all, would be, too.
+    let mut in_vain = Vec::new();
+    while rounds < options.rounds && failed < PATIENCE && max_error.heights.largest > 0.0 {
+        if observer.stops(Phase::MaxError, mesh) {
+            break;
+        }
+        rounds += 1;
+        let count = at_once(share, faces);
+        let mut next = mesh.clone();
+        let bar = options.above * max_error.heights.largest;
+        let mut found = options.forbid_intersections.then(|| NewIntersections::new(&next));
+        let mut placed =
+            max_error.bring_back(&mut next, original, (constraints, &mut found), bar, returning);
+        placed.extend(max_error.put_vertices(&mut next, constraints, &mut found, bar, count));
+        let places: Vec<_> = placed.iter().map(|&v| (v, next.position(v))).collect();
+        let mut better = None;
+        if places != in_vain {
+            if cheapest.len() < CHEAPEST * count {
+                let shortlist = (2 * CHEAPEST * count).max(FEWEST_CHEAPEST);
+                cheapest = step.cheapest_edges(mesh, constraints, shortlist);
+            }
+            let step = CollapseBack { locked: &placed, first: Some(&cheapest), ..step };
+            let back = collapse_back(&mut next, constraints, &step, Phase::MaxError, observer);
+            let left = next.topology().face_count();
+            if (options.min_faces..=faces).contains(&left) {
+                let (vertex_map, bar) = (Became::Other(&back.remap), max_error.heights.largest);
+                let change = max_error.after(mesh, &next, original, vertex_map, bar)?;
+                let change = change.filter(|c| is_better(c.heights, max_error.heights, most));
+                better = change.map(|change| (back, change));
+            }
+        }
+        if let Some((Back { vertex_map, constraints: following, remap }, change)) = better {
+            for new in map.as_mut_slice() {
+                *new = new.and_then(|v| vertex_map.get(v).copied().flatten());
+            }
+            (*mesh, *constraints) = (next, following);
+            cheapest = cheapest.into_iter().filter_map(|edge| remap.new_handle(edge)).collect();
+            max_error.take_up(change);
+            max_error.flatten(mesh, original, constraints, &fit, most, observer)?;
+            in_vain.clear();
+            (kept, failed) = (kept + 1, 0);
+            continue;
+        }
+        in_vain = places;
+        if returning > count {
+            returning = count;
+        } else {
+            share *= LESS;
+            failed += 1;
+        }
+    }
+    let largest_after = max_error.heights.largest;
+    Ok(MaxErrorReport { rounds, kept, largest_before, largest_after, vertex_map: map })
+}
+
+/// Of so many cheap edges for each vertex that is put in place, enough are neither near the peaks nor have become
+/// dear since they were found.
+const CHEAPEST: usize = 16;
+/// That few are found at least, so that they last for some rounds.
+const FEWEST_CHEAPEST: usize = 256;
+
+/// After so many rounds in vain in a row, it is enough.
+const PATIENCE: usize = 2;
+
+/// What is tried of the share after a round in vain.
+const LESS: f64 = 0.3;
+
+/// How many vertices are put in place in one round.
+fn at_once(share: f64, faces: usize) -> usize {
+    ((share * faces as f64) as usize).max(1)
+}
+
+/// Whether the largest distance is smaller, and the root mean square not too large.
+fn is_better(found: Heights, before: Heights, most: Most) -> bool {
+    found.largest < before.largest && found.rms <= most.rms
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::{Irregular, Wave};
+
+    fn wave(cells: usize) -> TriMesh {
+        let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
+        let soup = wave.irregular_mesh(cells, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+        TriMesh::from_soup(&soup).unwrap()
+    }
+
+    #[test]
+    fn vertices_at_once_are_a_share_of_the_faces() {
+        assert_eq!(at_once(0.003, 10_000), 30);
+        assert_eq!(at_once(0.003 * LESS, 10_000), 9);
+        assert_eq!(at_once(0.003 * LESS * LESS, 10_000), 2);
+        assert_eq!(at_once(0.003, 10), 1);
+    }
+
+    #[test]
+    fn a_round_is_kept_when_the_peaks_are_lower_and_the_rest_is_not_much_worse() {
+        let with = |largest, rms| Heights { largest, mean: 1.0, rms };
+        let (before, most) = (with(2.0, 1.0), Most { mean: 0.0, rms: 1.03 });
+        assert!(is_better(with(1.999, 1.03), before, most));
+        assert!(!is_better(with(2.0, 0.5), before, most));
+        assert!(!is_better(with(1.0, 1.031), before, most));
+    }
+
+    #[test]
+    fn rounds_in_vain_end_soon() {
+        let (mut mesh, original) = (wave(6), Surface::new(&wave(20)).unwrap());
+        let before = mesh.clone();
+        let mut constraints = FitConstraints::default();
+        // Once with as many vertices as there are, and then as often as there is patience.
+        let options =
+            MaxErrorOptions { rounds: 20, min_faces: usize::MAX, ..MaxErrorOptions::default() };
+        let report = reduce_max_error(&mut mesh, &original, &mut constraints, &options).unwrap();
+        assert_eq!((report.rounds, report.kept), (1 + PATIENCE, 0));
+        assert_eq!(PATIENCE, 2);
+        assert_eq!(mesh.positions(), before.positions());
+        assert_eq!(report.largest_before, report.largest_after);
+        // Nothing counts as a peak when it has to be above the largest of them.
+        let options = MaxErrorOptions { above: 1.0, ..MaxErrorOptions::default() };
+        let report = reduce_max_error(&mut mesh, &original, &mut constraints, &options).unwrap();
+        assert_eq!((report.rounds, report.kept), (1 + PATIENCE, 0));
+    }
+}

@@ -1,0 +1,195 @@
+//! Vertices where the original is far from the mesh, or the mesh from the original.
+
+use glam::DVec3;
+use mesh_collapse::NewIntersections;
+use mesh_core::crossing::Triangle;
+use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId};
+use mesh_metric::{Surface, weights_of_closest};
+
+use crate::fit::constraints::FitConstraints;
+use crate::fit::moves::try_move;
+use crate::max_error::points::Peaks;
+
+impl Peaks<'_> {
+    /// Moves vertices that are farther away than `bar` to the original. Returns them.
+    pub(super) fn bring_back(
+        &self,
+        mesh: &mut TriMesh,
+        original: &Surface,
+        (constraints, found): (&FitConstraints, &mut Option<NewIntersections>),
+        bar: f64,
+        most: usize,
+    ) -> Vec<VertexId> {
+        let mut moved = Vec::new();
+        let mut before = Vec::new();
+        for index in
+            farthest_first(self.elements.of_vertex.iter().copied(), bar).into_iter().take(most)
+        {
+            let v = VertexId::from_index(index);
+            let to = original.closest(mesh.position(v)).point;
+            let topology = mesh.topology();
+            let on_line = topology.edges_of_vertex(v).any(|e| constraints.is_feature(e));
+            if constraints.is_fixed(topology, v) || on_line {
+                continue;
+            }
+            if found.as_ref().is_some_and(|found| found.would_arise_at(mesh, v, to)) {
+                continue;
+            }
+            before.clear();
+            before.extend(topology.faces_of_vertex(v).map(|f| mesh.face_cross(f)));
+            if try_move(mesh, v, to, &before) {
+                moved.push(v);
+                if let Some(found) = found {
+                    found.update(mesh, mesh.topology().faces_of_vertex(v));
+                }
+            }
+        }
+        moved
+    }
+
+    /// Puts vertices at the points that are farther away than `bar`, the farthest first, no two of
+    /// them at the same or at neighbouring faces. Returns them.
+    pub(super) fn put_vertices(
+        &self,
+        mesh: &mut TriMesh,
+        constraints: &FitConstraints,
+        found: &mut Option<NewIntersections>,
+        bar: f64,
+        most: usize,
+    ) -> Vec<VertexId> {
+        let mut used = vec![false; mesh.topology().face_capacity()];
+        let mut placed = Vec::new();
+        for i in farthest_first(self.forward.iter().map(|closest| closest.distance), bar) {
+            let face = self.forward[i].face;
+            if used[face.index()] {
+                continue;
+            }
+            for v in mesh.topology().face_vertices(face) {
+                // Faces that were made here are beyond the end.
+                let round = mesh.topology().faces_of_vertex(v);
+                for f in round {
+                    if let Some(used) = used.get_mut(f.index()) {
+                        *used = true;
+                    }
+                }
+            }
+            placed.extend(put_vertex(mesh, constraints, found, self.points.point(i), face));
+            if placed.len() >= most {
+                break;
+            }
+        }
+        placed
+    }
+}
+
+/// The indices of the distances above `bar`, the farthest first.
+fn farthest_first(distances: impl Iterator<Item = f64>, bar: f64) -> Vec<usize> {
+    let mut far: Vec<(usize, f64)> = distances.enumerate().filter(|&(_, d)| d > bar).collect();
+    far.sort_by(|(i, d), (j, e)| e.total_cmp(d).then(i.cmp(j)));
+    far.into_iter().map(|(i, _)| i).collect()
+}
+
+/// Below this weight of a corner the closest point counts as on the side opposite to it.
+const ON_SIDE: f64 = 0.1;
+
+/// Splits the face or the edge that is closest to `point` there, unless that must stay as it is or,
+/// where `found` watches, faces came to cross.
+fn put_vertex(
+    mesh: &mut TriMesh,
+    constraints: &FitConstraints,
+    found: &mut Option<NewIntersections>,
+    point: DVec3,
+    face: FaceId,
+) -> Option<VertexId> {
+    let topology = mesh.topology();
+    let weights = weights_of_closest(point, &mesh.triangle(face)).to_array();
+    let least = (0..3).min_by(|&i, &j| weights[i].total_cmp(&weights[j]))?;
+    let edge = topology.face_half_edges(face)[(least + 1) % 3].edge();
+    let split_edge = (weights[least] <= ON_SIDE).then_some(edge);
+    if split_edge.is_some_and(|e| constraints.is_feature(e) || is_locked(mesh, constraints, e)) {
+        return None;
+    }
+    if let Some(found) = found {
+        let gone = match split_edge {
+            Some(edge) => topology.edge_faces(edge),
+            None => [Some(face), None],
+        };
+        let gone: Vec<FaceId> = gone.into_iter().flatten().collect();
+        if found.would_arise_instead(mesh, &gone, &fan(mesh, &gone, split_edge, point)) {
+            return None;
+        }
+    }
+    let vertex = match split_edge {
+        Some(edge) => {
+            let split = topology.check_split_edge(edge).ok()?;
+            mesh.split_edge(split, point).vertex
+        }
+        None => {
+            let split = topology.check_split_face(face).ok()?;
+            mesh.split_face(split, point).vertex
+        }
+    };
+    if let Some(found) = found {
+        found.update(mesh, mesh.topology().faces_of_vertex(vertex));
+    }
+    Some(vertex)
+}
+
+/// Whether an edge of the boundary must stay as it is: nothing moves there, or neither end does.
+fn is_locked(mesh: &TriMesh, constraints: &FitConstraints, edge: EdgeId) -> bool {
+    let topology = mesh.topology();
+    let ends = topology.edge_vertices(edge);
+    topology.is_boundary_edge(edge) && ends.iter().all(|&v| constraints.is_fixed(topology, v))
+}
+
+/// The triangles that take the place of faces when a vertex at `point` is joined to all their sides
+/// but the one that is split.
+fn fan(
+    mesh: &TriMesh,
+    faces: &[FaceId],
+    split_edge: Option<EdgeId>,
+    point: DVec3,
+) -> Vec<Triangle> {
+    let topology = mesh.topology();
+    let new = VertexId::from_index(topology.vertex_capacity());
+    let sides = faces.iter().flat_map(|&f| topology.face_half_edges(f));
+    let kept = sides.filter(|side| Some(side.edge()) != split_edge);
+    let triangle = |side| {
+        let [a, b] = [topology.origin(side), topology.target(side)];
+        ([a, b, new], [mesh.position(a), mesh.position(b), point])
+    };
+    kept.map(triangle).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A square of two triangles; the diagonal goes from the first to the third vertex.
+    fn square() -> TriMesh {
+        let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        TriMesh::from_triangles(&corners, &[[0, 1, 2], [0, 2, 3]]).unwrap()
+    }
+
+    #[test]
+    fn points_close_to_a_side_split_the_side() {
+        // The distance from the diagonal, along x, is the weight of the corner opposite to it.
+        let edges_after = |weight: f64| {
+            let mut mesh = square();
+            let point = DVec3::new(0.5 + weight, 0.5, 0.25);
+            let face = Surface::new(&mesh).unwrap().closest(point).face;
+            let free = FitConstraints::default();
+            let vertex = put_vertex(&mut mesh, &free, &mut None, point, face).unwrap();
+            assert_eq!((mesh.position(vertex), mesh.topology().face_count()), (point, 4));
+            mesh.topology().valence(vertex)
+        };
+        assert_eq!(edges_after(0.101), 3);
+        assert_eq!(edges_after(0.099), 4);
+    }
+
+    #[test]
+    fn the_farthest_come_first_and_what_is_at_the_bar_stays() {
+        let distances = [0.5, 0.7, 0.9, 0.70001, 0.9];
+        assert_eq!(farthest_first(distances.into_iter(), 0.7), [2, 4, 3]);
+    }
+}

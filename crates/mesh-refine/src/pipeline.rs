@@ -1,0 +1,188 @@
+//! Fitting, annealing and taking down peaks, one after the other.
+
+use std::sync::Arc;
+
+use mesh_core::{TriMesh, VertexId, VertexMap};
+use mesh_metric::Surface;
+
+use crate::anneal::{AnnealOptions, AnnealReport, anneal_observed};
+use crate::curve::Curve;
+use crate::error::RefineError;
+use crate::fit::constraints::FitConstraints;
+use crate::fit::{FitOptions, FitReport, fit_observed};
+use crate::max_error::{MaxErrorOptions, MaxErrorReport, reduce_max_error_observed};
+use crate::observer::Observer;
+use crate::texture_fit::{Texture, TextureCheck, fit_unfolded};
+use mesh_collapse::{Boundary, Level, Protect, Protected};
+
+/// A level and what was done with it since.
+pub struct Refined {
+    /// The mesh as it is now.
+    pub mesh: TriMesh,
+    /// For each vertex of the level, the one that it has become; `None` when they are the same.
+    pub vertex_map: Option<VertexMap<Option<VertexId>>>,
+    /// Report of the fit, if it ran.
+    pub fit: Option<FitReport>,
+    /// Report of the annealing, if it ran and was kept.
+    pub anneal: Option<AnnealReport>,
+    /// Report of the reduction of the largest error, if it ran and was kept.
+    pub max_error: Option<MaxErrorReport>,
+    /// What holds for the mesh as it is now.
+    pub constraints: FitConstraints,
+}
+
+impl Refined {
+    /// A mesh with which nothing was done yet.
+    pub fn untouched(mesh: TriMesh, constraints: FitConstraints) -> Self {
+        Self { mesh, vertex_map: None, fit: None, anneal: None, max_error: None, constraints }
+    }
+
+    /// Goes on to the next mesh, unless more faces turn over in the texture there.
+    fn take_unfolded(
+        &mut self,
+        next: TriMesh,
+        then: &VertexMap<Option<VertexId>>,
+        texture: Option<&TextureCheck<'_>>,
+    ) -> bool {
+        let before = self.vertex_map.clone();
+        let folds = texture.map_or(0, |check| check.folded_after(&self.mesh, before.as_ref()));
+        self.follow(then);
+        let then = self.vertex_map.as_ref();
+        if texture.is_some_and(|check| check.folded_after(&next, then) > folds) {
+            self.vertex_map = before;
+            return false;
+        }
+        self.mesh = next;
+        true
+    }
+
+    /// Follows the vertices to what they have become in the next mesh.
+    pub fn follow(&mut self, then: &VertexMap<Option<VertexId>>) {
+        match &mut self.vertex_map {
+            None => self.vertex_map = Some(then.clone()),
+            Some(map) => map.as_mut_slice().iter_mut().for_each(|new| {
+                *new = new.and_then(|v| then.get(v).copied().flatten());
+            }),
+        }
+    }
+}
+
+/// What is done with a level.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Steps {
+    /// How to fit; `None` to skip the fit.
+    pub fit: Option<FitOptions>,
+    /// How to anneal; `None` to skip annealing.
+    pub anneal: Option<AnnealOptions>,
+    /// How to reduce the largest error; `None` to skip that.
+    pub max_error: Option<MaxErrorOptions>,
+}
+
+/// How levels of a mesh are finished.
+pub struct Pipeline<'a> {
+    original: &'a Surface,
+    /// The boundary and the feature lines of the original.
+    curves: [Option<Arc<Curve>>; 2],
+    steps: Steps,
+    texture: Option<Texture<'a>>,
+}
+
+impl<'a> Pipeline<'a> {
+    /// For a mesh and its surface. With a texture, no step makes more faces turn over there.
+    pub fn new(
+        mesh: &TriMesh,
+        original: &'a Surface,
+        constraints: &Protect,
+        steps: Steps,
+        texture: Option<Texture<'a>>,
+    ) -> Self {
+        let boundary = match constraints.boundary {
+            Boundary::Lock => None,
+            _ => Curve::boundary(mesh),
+        };
+        let features = constraints.features.as_ref().and_then(|features| {
+            Curve::of_edges(mesh, |e| features.get(e).is_some_and(|&feature| feature))
+        });
+        let curves = [boundary, features].map(|curve| curve.map(Arc::new));
+        Self { original, curves, steps, texture }
+    }
+
+    /// A level as it is, and what the vertices of the original are in it.
+    pub fn leave(&self, level: Level) -> (Refined, VertexMap<Option<VertexId>>) {
+        let constraints = self.constraints(level.protected);
+        (Refined::untouched(level.mesh, constraints), level.vertex_map)
+    }
+
+    /// Fits, anneals and takes down peaks, as far as that is wanted and the observer lets it. Also tells
+    /// what the vertices of the original are in the level.
+    pub fn finish(
+        &self,
+        level: Level,
+        observer: &mut Observer<'_>,
+    ) -> Result<(Refined, VertexMap<Option<VertexId>>), RefineError> {
+        let Level { mesh, protected, vertex_map } = level;
+        let mut constraints = self.constraints(protected);
+        let unchanged = constraints.clone();
+        let texture = self.texture.as_ref().map(|texture| texture.check(&vertex_map));
+        let mut done = Refined::untouched(mesh, FitConstraints::default());
+        if let Some(options) = &self.steps.fit {
+            done.fit = Some(match &texture {
+                Some(check) => {
+                    let mesh = &mut done.mesh;
+                    fit_unfolded(mesh, self.original, &constraints, options, check, observer)?
+                }
+                None => {
+                    fit_observed(&mut done.mesh, self.original, &constraints, options, observer)?
+                }
+            });
+        }
+        if let Some(options) = &self.steps.anneal
+            && options.has_work(&done.mesh, self.original)
+            && !observer.is_stopped()
+        {
+            let mut next = done.mesh.clone();
+            let report =
+                anneal_observed(&mut next, self.original, &mut constraints, options, observer)?;
+            if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+                done.anneal = Some(report);
+            } else {
+                constraints.clone_from(&unchanged);
+            }
+        }
+        if let Some(options) = &self.steps.max_error
+            && !observer.is_stopped()
+        {
+            let original = self.original;
+            if texture.is_some() {
+                let mut next = done.mesh.clone();
+                let report = reduce_max_error_observed(
+                    &mut next,
+                    original,
+                    &mut constraints,
+                    options,
+                    observer,
+                )?;
+                if done.take_unfolded(next, &report.vertex_map, texture.as_ref()) {
+                    done.max_error = Some(report);
+                }
+            } else {
+                // There is nothing to go back for.
+                let mesh = &mut done.mesh;
+                let report =
+                    reduce_max_error_observed(mesh, original, &mut constraints, options, observer)?;
+                done.follow(&report.vertex_map);
+                done.max_error = Some(report);
+            }
+        }
+        done.constraints = constraints;
+        Ok((done, vertex_map))
+    }
+
+    fn constraints(
+        &self,
+        Protected { locked, features, constraints }: Protected,
+    ) -> FitConstraints {
+        let [boundary_curve, feature_curve] = self.curves.clone();
+        FitConstraints { fixed: locked, features, boundary_curve, feature_curve, constraints }
+    }
+}

@@ -1,0 +1,510 @@
+//! What keeps collapses within a distance of the original.
+//!
+//! Where one surface is a height over the other, their distance is a linear function over each piece in
+//! which a face of the one meets a face of the other, and largest at a corner of such a piece: at a
+//! vertex of either surface, or where an edge of the one crosses an edge of the other. So vertices and
+//! edges are all that is looked at, in both directions, which is much less than what lies between them.
+//! Where it is not, what is too far is found when the result is measured, and faces can be proved as well.
+//!
+//! Every vertex of the original belongs to the face that is closest to it. Every edge belongs to
+//! the faces that cover it: divided into parts if need be, both ends of each part are close enough to one
+//! of them. The distance from a triangle is a convex function, so that then no point of the part is
+//! farther away than its ends. A collapse is allowed when the vertices and edges that belong to the
+//! faces it changes are covered again, and the edges that it changes are close enough to the original.
+
+use glam::DVec3;
+use mesh_collapse::{EdgePatch, Optimal, Place, Placement, Policy, Quadric, Rejection, Scratch};
+use mesh_core::{EdgeId, FaceId, HalfEdgeId, Handle, Topology, TriMesh, parallel};
+use mesh_metric::{ClosestPoint, Surface, SurfaceError};
+use mesh_refine::FaceLists;
+
+use crate::tolerance::coverage::{Reach, Segment};
+use crate::tolerance::edge_face_incidence::EdgeFaceIncidence;
+use crate::tolerance::incident_edges;
+use crate::tolerance::prepared_triangle::{Prepared, Triangle};
+use crate::tolerance::proofs::{Proofs, are_proved};
+
+/// What of the original is tied to the faces of a mesh.
+pub(crate) struct DistanceConstraint<'a> {
+    original: &'a Surface,
+    /// That of the original.
+    topology: &'a Topology,
+    reach: Reach,
+    proofs: Proofs<'a>,
+    /// The vertices of each face, the farthest first: it is the first to be too far.
+    vertices: FaceLists,
+    covers: EdgeFaceIncidence,
+    holds_all: bool,
+    /// The number of collapses so far, and for each face which of them changed it last, counted from 1.
+    collapses: u32,
+    changed: Vec<u32>,
+}
+
+/// What a collapse would tie to the faces of its patch.
+#[derive(Default)]
+struct Ties {
+    /// The faces that remain, as they would be then, in the order of the patch.
+    faces: Vec<Prepared>,
+    /// Edges, and which of these faces covers them.
+    edges: Vec<(u32, usize)>,
+    /// The vertices that belong to the patch, and which of these faces is closest, the closest ones first.
+    vertices: Vec<(f64, u32, usize)>,
+    /// What was asked about the collapse of one edge, the last of which these are the ties of.
+    asked: Vec<Asked>,
+    /// The faces beyond the patch that the answers depend on.
+    others: Vec<FaceId>,
+}
+
+/// What some edges that belong to a patch would belong to after its collapse, in the terms of [`Ties`].
+#[derive(Default)]
+struct Covered {
+    edges: Vec<(u32, usize)>,
+    others: Vec<FaceId>,
+}
+
+/// Whether a collapse holds.
+struct Asked {
+    half_edge: HalfEdgeId,
+    x: DVec3,
+    holds: bool,
+    /// How many collapses there had been.
+    collapses: u32,
+}
+
+impl<'a> DistanceConstraint<'a> {
+    /// Ties an original, which has this topology, to the faces of a mesh. Where proofs are needed, new faces are looked
+    /// at between their edges, too.
+    pub(crate) fn new(
+        mesh: &TriMesh,
+        topology: &'a Topology,
+        original: &'a Surface,
+        distance: f64,
+        proofs: Proofs<'a>,
+    ) -> Result<Self, SurfaceError> {
+        let reach = Reach::new(distance, original.bounding_box());
+        let surface = Surface::new(mesh)?;
+        let faces = mesh.topology().face_capacity();
+        let mut closest = Vec::with_capacity(original.positions().len());
+        for some in original.positions().chunks(POINTS) {
+            closest.extend(surface.closest_points(some).iter().map(Foot::new));
+        }
+        let mut vertices = FaceLists::new(faces, original.positions().len());
+        let used = original.used_vertices().into_iter();
+        let foot = |v: u32| (closest[v as usize].distance, v, closest[v as usize].face);
+        let mut all: Vec<(f64, u32, FaceId)> = used.map(foot).collect();
+        sort_by_distance(&mut all);
+        for (_, vertex, face) in all {
+            vertices.push(face, vertex);
+        }
+        let mut covers = EdgeFaceIncidence::new(faces, topology.edge_capacity());
+        let holds_all = add_covers(&mut covers, &surface, topology, original, &closest, reach);
+        let (collapses, changed) = (0, vec![0; faces]);
+        Ok(Self {
+            original,
+            topology,
+            reach,
+            proofs,
+            vertices,
+            covers,
+            holds_all,
+            collapses,
+            changed,
+        })
+    }
+
+    /// Whether no edge of the original was too far from the mesh to begin with.
+    pub(crate) fn holds_all(&self) -> bool {
+        self.holds_all
+    }
+
+    fn vertex(&self, vertex: u32) -> DVec3 {
+        self.original.positions()[vertex as usize]
+    }
+
+    fn segment(&self, edge: u32) -> Segment {
+        let ends = self.topology.edge_vertices(EdgeId::from_index(edge as usize));
+        ends.map(|v| self.vertex(v.get()))
+    }
+
+    /// [`DistanceConstraint::holds`], if it was asked and nothing has changed since that it depends on. What holds has left its
+    /// ties only if nothing was asked after it.
+    fn answer(&self, patch: &EdgePatch<'_>, x: DVec3, ties: &Ties) -> Option<bool> {
+        let is_same = |asked: &Asked| asked.half_edge == patch.half_edge() && asked.x == x;
+        let place = ties.asked.iter().position(is_same)?;
+        let Asked { holds, collapses, .. } = ties.asked[place];
+        let mut all = faces_of(patch).chain(ties.others.iter().copied());
+        let is_still_so = (!holds || place + 1 == ties.asked.len())
+            && all.all(|face| self.changed[face.index()] <= collapses);
+        is_still_so.then_some(holds)
+    }
+
+    /// Whether what belongs to the patch is covered when the edge is collapsed to `x`, and the new
+    /// edges are close enough. Leaves what is covered by which face, and what else that depends on.
+    fn holds(&self, patch: &EdgePatch<'_>, x: DVec3, ties: &mut Ties) -> bool {
+        let hub = patch.origin() + x;
+        // Most places that do not hold are too far themselves.
+        if self.original.distance(hub) > self.reach.distance() {
+            return false;
+        }
+        let at = |corner: DVec3| patch.origin() + corner;
+        let remaining = patch.remaining_faces().iter();
+        let new: Vec<Triangle> =
+            remaining.map(|face| [hub, at(face.corners[1]), at(face.corners[2])]).collect();
+        ties.faces.clear();
+        ties.faces.extend(new.iter().copied().map(Prepared::new));
+        if !self.are_near(patch, &ties.faces) {
+            return false;
+        }
+        let mut rim: Vec<DVec3> = Vec::with_capacity(new.len() + 2);
+        for &[_, from, to] in &new {
+            // They go round clockwise, each from where the next one goes to.
+            if rim.last() != Some(&to) {
+                rim.push(to);
+            }
+            rim.push(from);
+        }
+        let (distance, least) = (self.reach.distance(), self.reach.least());
+        let holds = incident_edges::are_within(hub, &rim, self.original, distance, least)
+            && self.covers_edges(patch, ties)
+            && (!self.proofs.are_needed(hub, &rim) || are_proved(&new, self.original, distance));
+        if holds {
+            self.find_closest(patch, ties);
+        }
+        holds
+    }
+
+    /// Whether the vertices that belong to the patch are near its new faces.
+    fn are_near(&self, patch: &EdgePatch<'_>, faces: &[Prepared]) -> bool {
+        // The farthest one of each face before all others.
+        let first = faces_of(patch).filter_map(|face| self.vertices.of_face(face).next());
+        let mut others = faces_of(patch).flat_map(|face| self.vertices.of_face(face).skip(1));
+        if !self.are_all_near(first, faces) || !self.are_all_near(others.by_ref().take(FEW), faces)
+        {
+            return false;
+        }
+        let others: Vec<u32> = others.collect();
+        parallel::holds_in_blocks(others.len(), |range| {
+            self.are_all_near(others[range].iter().copied(), faces)
+        })
+    }
+
+    fn are_all_near(&self, mut vertices: impl Iterator<Item = u32>, faces: &[Prepared]) -> bool {
+        let mut last = 0;
+        vertices.all(|v| {
+            let found = self.reach.find(self.vertex(v), faces, [last, 0]);
+            last = found.unwrap_or(last);
+            found.is_some()
+        })
+    }
+
+    /// Leaves which of the new faces is closest to each vertex that belongs to the patch.
+    fn find_closest(&self, patch: &EdgePatch<'_>, ties: &mut Ties) {
+        let Ties { faces, vertices, .. } = ties;
+        let tied = faces_of(patch).flat_map(|face| self.vertices.of_face(face));
+        vertices.clear();
+        vertices.extend(tied.map(|v| (f64::INFINITY, v, usize::MAX)));
+        parallel::update(vertices, |_, (squared, v, closest)| {
+            for (face, triangle) in faces.iter().enumerate() {
+                if let Some(found) = triangle.squared_distance(self.vertex(*v), *squared) {
+                    (*squared, *closest) = (found, face);
+                }
+            }
+        });
+        sort_by_distance(vertices);
+    }
+
+    /// Whether the edges that belong to the patch are covered by its new faces, and others that they belong to
+    /// as well.
+    fn covers_edges(&self, patch: &EdgePatch<'_>, ties: &mut Ties) -> bool {
+        let Ties { faces, edges, others, .. } = ties;
+        let around: Vec<FaceId> = faces_of(patch).collect();
+        let all = self.edges_of_faces(around.iter().copied());
+        let blocks: Vec<&[u32]> = all.chunks(FEW).collect();
+        let found = parallel::try_collect_each(blocks.len(), |block| {
+            self.covers_some(blocks[block], patch, (faces, &around))
+        });
+        edges.clear();
+        match found {
+            Ok(found) => {
+                for Covered { edges: some, others: beyond } in found {
+                    edges.extend(some);
+                    others.extend(beyond);
+                }
+                true
+            }
+            Err(beyond) => {
+                others.extend(beyond);
+                false
+            }
+        }
+    }
+
+    /// The same for some of the edges; where one of them is not covered, the faces beyond the patch that this
+    /// depends on.
+    fn covers_some(
+        &self,
+        some: &[u32],
+        patch: &EdgePatch<'_>,
+        (new, around): (&[Prepared], &[FaceId]),
+    ) -> Result<Covered, Vec<FaceId>> {
+        let Covered { mut edges, mut others } = Covered::default();
+        let (mut faces, mut last) = (new.to_vec(), [0; 2]);
+        let all_hold = some.iter().all(|&edge| {
+            faces.truncate(new.len());
+            let first = others.len();
+            others.extend(self.covers.of_edge(edge).filter(|face| !around.contains(face)));
+            let beyond = &others[first..];
+            faces.extend(beyond.iter().map(|&face| Prepared::new(patch.mesh().triangle(face))));
+            let before = edges.len();
+            // The others have it already.
+            self.reach.cover(self.segment(edge), &faces, &mut last, &mut |face| {
+                if face < new.len() && !edges[before..].contains(&(edge, face)) {
+                    edges.push((edge, face));
+                }
+            })
+        });
+        if all_hold { Ok(Covered { edges, others }) } else { Err(others) }
+    }
+
+    /// The edges that belong to some faces, each once.
+    fn edges_of_faces(&self, faces: impl Iterator<Item = FaceId>) -> Vec<u32> {
+        let mut all: Vec<u32> = faces.flat_map(|face| self.covers.of_face(face)).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+}
+
+/// Vertices and their faces in the order of lists, of which what comes last is found first: the farthest.
+fn sort_by_distance<F>(all: &mut [(f64, u32, F)]) {
+    all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+}
+
+/// The faces of a patch before the collapse.
+fn faces_of<'p>(patch: &EdgePatch<'p>) -> impl Iterator<Item = FaceId> + 'p {
+    let topology = patch.mesh().topology();
+    patch.faces().iter().filter_map(|face| topology.face(face.side))
+}
+
+/// What is closest to a point of the original.
+#[derive(Clone, Copy)]
+struct Foot {
+    distance: f64,
+    face: FaceId,
+    /// Of that face.
+    triangle: u32,
+}
+
+impl Foot {
+    fn new(&ClosestPoint { distance, face, triangle, .. }: &ClosestPoint) -> Self {
+        Self { distance, face, triangle }
+    }
+}
+
+/// Edges of a patch that one thread looks at, one after the other; and its vertices that are looked at before others help.
+const FEW: usize = 512;
+
+/// How many vertices are looked at together.
+const POINTS: usize = 1 << 16;
+/// How many edges are looked at together.
+const BLOCK: usize = 2048;
+/// Blocks of edges that are looked at between two times that what is found is added.
+const WAVE: usize = 64;
+
+/// Adds the faces of a surface that cover each edge of the original, whose vertices are closest to the points
+/// that are given. What is beyond the distance belongs to the closest; returns whether nothing is.
+fn add_covers(
+    covers: &mut EdgeFaceIncidence,
+    surface: &Surface,
+    topology: &Topology,
+    original: &Surface,
+    closest: &[Foot],
+    reach: Reach,
+) -> bool {
+    let mut holds_all = true;
+    let count = topology.edge_capacity();
+    let blocks = count.div_ceil(BLOCK);
+    for first in (0..blocks).step_by(WAVE) {
+        let found = parallel::collect_each(WAVE.min(blocks - first), |block| {
+            let first = (first + block) * BLOCK;
+            let edges = (first..count.min(first + BLOCK)).map(EdgeId::from_index);
+            let whole = |edge: EdgeId| {
+                let ends = topology.edge_vertices(edge);
+                Part {
+                    edge: edge.index() as u32,
+                    ends: ends.map(|v| original.positions()[v.index()]),
+                    closest: ends.map(|v| closest[v.index()]),
+                }
+            };
+            let there = edges.filter(|&edge| topology.contains_edge(edge));
+            find_covers(surface, there.map(whole).collect(), reach)
+        });
+        for (pairs, holds) in found {
+            pairs.into_iter().for_each(|(edge, face)| covers.add(edge, face));
+            holds_all &= holds;
+        }
+    }
+    holds_all
+}
+
+/// A part of an edge, and what is closest to its ends.
+struct Part {
+    edge: u32,
+    ends: Segment,
+    closest: [Foot; 2],
+}
+
+/// The faces of a surface that cover parts of edges, by the edges, and whether nothing is beyond the distance.
+fn find_covers(
+    surface: &Surface,
+    mut parts: Vec<Part>,
+    reach: Reach,
+) -> (Vec<(u32, FaceId)>, bool) {
+    let (mut found, mut holds_all) = (Vec::with_capacity(parts.len()), true);
+    while !parts.is_empty() {
+        let mut open = Vec::new();
+        for part in parts {
+            let covers = |closest: &&Foot| {
+                reach.covers(&surface.triangle(closest.triangle as usize), &part.ends)
+            };
+            let is_near = part.closest.iter().all(|end| end.distance <= reach.distance());
+            if let Some(closest) = part.closest.iter().find(covers) {
+                found.push((part.edge, closest.face));
+            } else if let Some(halves) = reach.halves(&part.ends).filter(|_| is_near) {
+                open.push((part, halves));
+            } else {
+                holds_all &= is_near;
+                found.extend(part.closest.map(|closest| (part.edge, closest.face)));
+            }
+        }
+        let middles: Vec<DVec3> = open.iter().map(|(_, [[_, middle], _])| *middle).collect();
+        let middles = surface.closest_to_neighbours(&middles);
+        let halves = |((part, halves), middle): ((Part, [Segment; 2]), ClosestPoint)| {
+            let [first, second] = part.closest;
+            let middle = Foot::new(&middle);
+            let closest = [[first, middle], [middle, second]];
+            let half = |i: usize| Part { edge: part.edge, ends: halves[i], closest: closest[i] };
+            [half(0), half(1)]
+        };
+        parts = open.into_iter().zip(middles).flat_map(halves).collect();
+    }
+    found.sort_unstable();
+    found.dedup();
+    (found, holds_all)
+}
+
+impl Policy for DistanceConstraint<'_> {}
+
+impl Placement for DistanceConstraint<'_> {
+    /// The best by the quadric.
+    fn place(
+        &self,
+        patch: &EdgePatch<'_>,
+        quadric: Option<&Quadric>,
+        cost: &mut dyn FnMut(DVec3) -> f64,
+    ) -> Place {
+        Optimal { keep_volume: true }.place(patch, quadric, cost)
+    }
+
+    fn check(
+        &self,
+        patch: &EdgePatch<'_>,
+        x: DVec3,
+        scratch: &mut Scratch,
+    ) -> Result<(), Rejection> {
+        let ties: &mut Ties = scratch.get();
+        let half_edge = patch.half_edge();
+        let holds = self.answer(patch, x, ties).unwrap_or_else(|| {
+            let is_of_now = |last: &Asked| {
+                last.half_edge.edge() == half_edge.edge() && last.collapses == self.collapses
+            };
+            if !ties.asked.last().is_some_and(is_of_now) {
+                ties.asked.clear();
+                ties.others.clear();
+            }
+            let holds = self.holds(patch, x, ties);
+            ties.asked.push(Asked { half_edge, x, holds, collapses: self.collapses });
+            holds
+        });
+        if holds { Ok(()) } else { Err(Rejection::Distance) }
+    }
+
+    fn is_asked_ahead(&self) -> bool {
+        true
+    }
+
+    /// Where the best place does not hold, the ends.
+    fn instead(&self, refused: usize) -> Option<Place> {
+        [Place::Kept, Place::Removed].get(refused).copied()
+    }
+
+    fn collapsing(&mut self, patch: &EdgePatch<'_>, _: DVec3, scratch: &mut Scratch) {
+        let Ties { edges, vertices, .. } = scratch.get();
+        let remaining = patch.remaining_faces().iter();
+        let new: Vec<FaceId> =
+            remaining.filter_map(|face| patch.mesh().topology().face(face.side)).collect();
+        self.collapses += 1;
+        for face in faces_of(patch) {
+            self.changed[face.index()] = self.collapses;
+            self.vertices.clear(face);
+            self.covers.clear(face);
+        }
+        for &(_, vertex, face) in vertices.iter() {
+            if let Some(&face) = new.get(face) {
+                self.vertices.push(face, vertex);
+            }
+        }
+        for &(edge, face) in edges.iter() {
+            if let Some(&face) = new.get(face) {
+                self.covers.add(edge, face);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::Sphere;
+
+    /// Of the edges that were asked about, those near a collapse are asked again.
+    #[test]
+    fn an_answer_holds_until_a_collapse_changes_what_it_depends_on() {
+        let mesh = TriMesh::from_soup(&Sphere { radius: 1.0 }.icosphere(3).unwrap()).unwrap();
+        let topology = mesh.topology();
+        let original = Surface::new(&mesh).unwrap();
+        let mut distance_constraint =
+            DistanceConstraint::new(&mesh, topology, &original, 0.1, Proofs::None).unwrap();
+        let mut asked = Vec::new();
+        for edge in topology.edges() {
+            let (mut faces, mut scratch) = (Vec::new(), Scratch::default());
+            let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut faces);
+            assert!(distance_constraint.check(&patch, DVec3::ZERO, &mut scratch).is_ok());
+            assert_eq!(distance_constraint.answer(&patch, DVec3::ZERO, scratch.get()), Some(true));
+            assert_eq!(distance_constraint.answer(&patch, DVec3::X, scratch.get()), None);
+            assert_eq!(
+                distance_constraint.answer(&patch.reversed(), DVec3::ZERO, scratch.get()),
+                None
+            );
+            let changed: Vec<FaceId> = faces_of(&patch).collect();
+            asked.push((edge, changed, scratch));
+        }
+        let mut faces = Vec::new();
+        let (edge, changed, scratch) = &mut asked[100];
+        let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut faces);
+        distance_constraint.collapsing(&patch, DVec3::ZERO, scratch);
+        let changed = changed.clone();
+        let mut again = 0;
+        for (edge, mut around, mut scratch) in asked {
+            let mut faces = Vec::new();
+            let patch = EdgePatch::gather(&mesh, edge.half_edge(), &mut faces);
+            let ties: &mut Ties = scratch.get();
+            around.extend(&ties.others);
+            let is_near = around.iter().any(|face| changed.contains(face));
+            again += usize::from(is_near);
+            let answer = distance_constraint.answer(&patch, DVec3::ZERO, ties);
+            assert_eq!(answer, Some(true).filter(|_| !is_near));
+        }
+        assert!((20..100).contains(&again), "{again}");
+    }
+}

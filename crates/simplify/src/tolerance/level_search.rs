@@ -1,0 +1,134 @@
+//! The coarsest level of a run that is within a distance of the original once it is finished.
+
+use mesh_collapse::{CollapseLog, Level, Phase, Protected, Snapshot};
+use mesh_core::{TriMesh, VertexId, VertexMap};
+use mesh_refine::{CollapseBack, Observer, Pipeline, Refined};
+
+use crate::error::SimplifyError;
+use crate::tolerance::bisection::{between, scaled};
+use crate::tolerance::decimate::decimate_to_tolerance;
+use crate::tolerance::lower_bound_search::LowerBoundSearch;
+use crate::tolerance::measure::{AchievedError, Measuring};
+
+/// What is searched, and for what.
+pub(crate) struct LevelSearch<'a> {
+    pub(crate) mesh: &'a TriMesh,
+    /// The locked vertices and feature edges of the mesh.
+    pub(crate) protected: Protected,
+    /// The run on the mesh.
+    pub(crate) log: &'a CollapseLog,
+    pub(crate) finishing: &'a Pipeline<'a>,
+    pub(crate) measuring: Measuring<'a>,
+    pub(crate) limit: f64,
+    /// Whether and to what end a level within the limit is collapsed further, instead of being
+    /// finished.
+    pub(crate) decimate: Option<CollapseBack<'a>>,
+}
+
+/// What a search found: a level, by what the vertices of the original are in it, what was made of it,
+/// and how far that is from the original.
+pub(crate) struct Found {
+    pub(crate) collapses: usize,
+    pub(crate) vertex_map: VertexMap<Option<VertexId>>,
+    pub(crate) finished: Refined,
+    pub(crate) error: AchievedError,
+}
+
+impl LevelSearch<'_> {
+    /// The coarsest level whose finished mesh is within the limit; the original when not even that
+    /// is measured to be within the limit of itself. Errors do not grow strictly with the number of
+    /// collapses, so that a coarser one may exist. Where the level is collapsed further anyway, the
+    /// first one that is found will do, and it is not finished.
+    ///
+    /// `snapshots` are what the run has left on the way, if anything.
+    ///
+    /// When the observer says to stop, it is the coarsest one that was measured to be within the
+    /// limit by then; `None` when none was.
+    pub(crate) fn run(
+        &self,
+        snapshots: Vec<Snapshot>,
+        observer: &mut Observer<'_>,
+    ) -> Result<Option<Found>, SimplifyError> {
+        let total = self.log.len();
+        let guess = LowerBoundSearch {
+            mesh: self.mesh,
+            protected: &self.protected,
+            log: self.log,
+            original: self.measuring.original,
+            limit: self.limit,
+            // What is not finished stays as it is.
+            both_ways: self.decimate.is_some(),
+        };
+        let (level, mut collapses) = guess.level(snapshots, observer)?;
+        let (vertices, mut guessed) = (used_vertices(self.mesh), Some(level));
+        let (mut good, mut bad): (Option<Found>, Option<usize>) = (None, None);
+        loop {
+            let level = guessed.take().map_or_else(|| self.level(collapses), Ok)?;
+            let Some(found) = self.attempt(level, collapses, observer)? else { return Ok(good) };
+            let is_within = found.error.is_within(self.limit);
+            if collapses == if is_within { total } else { 0 }
+                || (is_within && self.decimate.is_some())
+            {
+                return Ok(Some(found));
+            } else if is_within {
+                good = Some(found);
+            } else {
+                bad = Some(collapses);
+            }
+            collapses = match (good.as_ref().map(|good| good.collapses), bad) {
+                (Some(good), None) => scaled(vertices, good, 0.8).min(total),
+                // Collapsing further makes up for what is gone back too far.
+                (None, _) => {
+                    scaled(vertices, collapses, if self.decimate.is_some() { 1.7 } else { 1.3 })
+                }
+                (Some(more), Some(fewer)) => match between(vertices, more, fewer) {
+                    Some(middle) => middle,
+                    None => return Ok(good),
+                },
+            };
+        }
+    }
+
+    /// A level, collapsed further or finished, and measured; `None` when the observer says to stop before
+    /// that.
+    fn attempt(
+        &self,
+        level: Level,
+        collapses: usize,
+        observer: &mut Observer<'_>,
+    ) -> Result<Option<Found>, SimplifyError> {
+        if observer.stops(Phase::Search, self.mesh) {
+            return Ok(None);
+        }
+        let (finished, vertex_map, error) = match &self.decimate {
+            Some(to) if collapses < self.log.len() => {
+                let (mut level, vertex_map) = self.finishing.leave(level);
+                let error = decimate_to_tolerance(
+                    &mut level,
+                    self.mesh,
+                    &self.measuring,
+                    self.limit,
+                    to,
+                    observer,
+                )?;
+                (level, vertex_map, error)
+            }
+            _ => {
+                let (finished, vertex_map) = self.finishing.finish(level, observer)?;
+                let error = self.measuring.measure(&finished.mesh, observer)?;
+                (finished, vertex_map, error)
+            }
+        };
+        Ok(error.map(|error| Found { collapses, vertex_map, finished, error }))
+    }
+
+    fn level(&self, collapses: usize) -> Result<Level, SimplifyError> {
+        Ok(Level::new(self.mesh, &self.protected, self.log, collapses)?)
+    }
+}
+
+/// The number of vertices that have faces.
+fn used_vertices(mesh: &TriMesh) -> usize {
+    let topology = mesh.topology();
+    topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).count()
+}

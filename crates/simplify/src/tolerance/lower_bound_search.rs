@@ -1,0 +1,246 @@
+//! About how far a run may go for its level to be within a distance of the original.
+
+use core::ops::Range;
+
+use glam::DVec3;
+use mesh_core::{Handle, Remap, RemapOf, TriMesh, VertexMap};
+use mesh_metric::Surface;
+
+use crate::error::SimplifyError;
+use crate::tolerance::bisection::{between, scaled};
+use mesh_collapse::{CollapseLog, Level, LogEntry, Phase, Protected, Snapshot, with_gaps};
+use mesh_refine::Observer;
+
+/// What is guessed about.
+pub(crate) struct LowerBoundSearch<'a> {
+    pub(crate) mesh: &'a TriMesh,
+    pub(crate) protected: &'a Protected,
+    /// The run on the mesh.
+    pub(crate) log: &'a CollapseLog,
+    pub(crate) original: &'a Surface,
+    pub(crate) limit: f64,
+    /// Whether the level, too, has to be as close to the original as that: there its vertices and the middles
+    /// of its edges tell.
+    pub(crate) both_ways: bool,
+}
+
+/// A level on the way, without its gaps much smaller than the mesh, and the collapses that follow, in its numbers.
+struct Stage {
+    level: Level,
+    log: CollapseLog,
+    /// How many collapses there were before it.
+    done: usize,
+}
+
+/// The part of the vertices that is left from one stage to the next, until that is too few.
+const STEP: f64 = 0.125;
+
+/// The part of the limit at which points of a level are to be: in between it may be a little farther away, and then
+/// all that is made of it is for nothing. It has a few faces more for that, of which nothing is left in the end.
+const BETWEEN: f64 = 0.97;
+
+/// Vertices of the original that are looked at together.
+const BLOCK: usize = 1 << 16;
+
+impl LowerBoundSearch<'_> {
+    /// The level before the vertices of the original are farther from it, as it is before it is finished, than the
+    /// limit, or a finer one, when the observer says to stop; and the number of collapses to it. Where the run has
+    /// left snapshots, it is looked for from these on.
+    pub(crate) fn level(
+        &self,
+        snapshots: Vec<Snapshot>,
+        observer: &mut Observer<'_>,
+    ) -> Result<(Level, usize), SimplifyError> {
+        let (used, total) = (self.original.used_vertices(), self.log.len());
+        // Of the others it is not known whether they are within the limit; they come after the stage.
+        let (mut stage, mut bad): (Option<Stage>, Option<usize>) = (None, None);
+        let mut others: Vec<Stage> =
+            snapshots.into_iter().map(|snapshot| self.stage(snapshot)).collect();
+        loop {
+            let done = stage.as_ref().map_or(0, |stage| stage.done);
+            let next = match bad {
+                // One that is there already takes no replay.
+                Some(bad) => between(used.len(), done, bad)
+                    .map(|next| others.last().map_or(next, |other| other.done)),
+                None => (done < total).then(|| scaled(used.len(), done, STEP).min(total)),
+            };
+            let Some(next) = next.filter(|_| !observer.stops(Phase::Search, self.mesh)) else {
+                break;
+            };
+            let coarser = others.split_off(others.partition_point(|other| other.done <= next));
+            let (mesh, protected, log, done) = match others.last().or(stage.as_ref()) {
+                Some(Stage { level, log, done }) => (&level.mesh, &level.protected, log, *done),
+                None => (self.mesh, self.protected, self.log, 0),
+            };
+            let within = self.within((mesh, protected, log), next - done, &used)?;
+            if let Some((level, remap)) = within {
+                let new = |entry: &LogEntry| {
+                    entry.renumbered(|h| remap.new_handle(h), |v| remap.new_handle(v))
+                };
+                let log = following(log, next - done..bad.unwrap_or(total) - done, new);
+                let level = match others.pop().or(stage) {
+                    Some(stage) => stage.level.followed_by(level),
+                    None => level,
+                };
+                (stage, others) = (Some(Stage { level, log, done: next }), coarser);
+            } else {
+                bad = Some(next);
+                others.retain(|other| other.done < next);
+            }
+        }
+        match stage {
+            Some(Stage { level, done, .. }) => Ok((level, done)),
+            None => Ok((Level::new(self.mesh, self.protected, self.log, 0)?, 0)),
+        }
+    }
+
+    /// What a run without marks has left on the way.
+    fn stage(&self, snapshot: Snapshot) -> Stage {
+        let Snapshot { mesh, vertices, half_edges, collapses: done } = snapshot;
+        let topology = self.mesh.topology();
+        let vertices = inverse(&vertices, topology.vertex_capacity());
+        let half_edges = inverse(&half_edges, topology.half_edge_capacity());
+        let new =
+            |entry: &LogEntry| entry.renumbered(|h| half_edges[h.index()], |v| vertices[v.index()]);
+        let log = following(self.log, done..self.log.len(), new);
+        let vertex_map = self.log.representatives(self.mesh, done);
+        let vertex_map = vertex_map.as_slice().iter().map(|v| vertices[v.index()]).collect();
+        let level = Level {
+            mesh,
+            protected: Protected::default(),
+            vertex_map: VertexMap::from_vec(vertex_map),
+        };
+        Stage { level, log, done }
+    }
+
+    /// The level after so many collapses on a mesh, and where its elements are now, if it is within the limit.
+    fn within(
+        &self,
+        (mesh, protected, log): (&TriMesh, &Protected, &CollapseLog),
+        collapses: usize,
+        used: &[u32],
+    ) -> Result<Option<(Level, Remap)>, SimplifyError> {
+        let (mesh, protected) = with_gaps(mesh, protected, log, collapses)?;
+        if !self.is_near(&mesh) {
+            return Ok(None);
+        }
+        // Without gaps the surface takes less.
+        let (level, remap) = Level::compacted(mesh, &protected, log, collapses);
+        Ok(self.has_near(&level.mesh, used)?.then_some((level, remap)))
+    }
+
+    /// Whether the level is near the original, where that matters. These points are fewer than those of the original.
+    fn is_near(&self, level: &TriMesh) -> bool {
+        !self.both_ways
+            || self.original.are_within(&vertices_and_middles(level), BETWEEN * self.limit)
+    }
+
+    /// Whether the vertices of the original are near the level.
+    fn has_near(&self, level: &TriMesh, used: &[u32]) -> Result<bool, SimplifyError> {
+        let surface = Surface::new(level)?;
+        let at = |&v: &u32| self.original.positions()[v as usize];
+        let mut blocks = used.chunks(BLOCK);
+        Ok(blocks
+            .all(|some| surface.are_within(&some.iter().map(at).collect::<Vec<_>>(), self.limit)))
+    }
+}
+
+/// Some of the collapses of a log, in the numbers of a level without gaps that comes before them, as `new` gives them.
+fn following(
+    log: &CollapseLog,
+    collapses: Range<usize>,
+    new: impl Fn(&LogEntry) -> Option<LogEntry>,
+) -> CollapseLog {
+    let entries = log.entries().iter().take(collapses.end).skip(collapses.start);
+    CollapseLog::from_entries(entries.map_while(new).collect())
+}
+
+/// By old handle, of which there are so many: where it is among the new ones.
+fn inverse<H: Handle>(old: &[H], capacity: usize) -> Vec<Option<H>> {
+    let mut new = vec![None; capacity];
+    old.iter().enumerate().for_each(|(i, old)| new[old.index()] = Some(H::from_index(i)));
+    new
+}
+
+/// The vertices of a mesh that have faces, and the middles of its edges.
+fn vertices_and_middles(mesh: &TriMesh) -> Vec<DVec3> {
+    let topology = mesh.topology();
+    let middles = topology.edges().map(|edge| {
+        let [p, q] = topology.edge_vertices(edge).map(|v| mesh.position(v));
+        p + 0.5 * (q - p)
+    });
+    let used = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));
+    used.map(|v| mesh.position(v)).chain(middles).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::options::Options;
+    use crate::plan::collapse_to_level;
+    use crate::preset::Preset;
+    use crate::tolerance::measure::ErrorCheck;
+    use core::ops::ControlFlow;
+    use mesh_core::shapes::{Irregular, Wave};
+
+    fn wave(cells: usize) -> TriMesh {
+        let wave = Wave { amplitude: 0.15, wavelength: 0.7, half_width: 1.0 };
+        let soup = wave.irregular_mesh(cells, Irregular { jitter: 0.2, seed: 4 }).unwrap();
+        TriMesh::from_soup(&soup).unwrap()
+    }
+
+    fn assert_same(level: &Level, other: &Level) {
+        assert_eq!(level.mesh.positions(), other.mesh.positions());
+        assert!(level.mesh.topology().triangles().eq(other.mesh.topology().triangles()));
+        assert_eq!(level.vertex_map, other.vertex_map);
+    }
+
+    /// Found by going on from levels without gaps, from those that passes over regions have left where there are
+    /// any; looked at by replays of the original.
+    #[test]
+    fn the_level_is_within_the_limit_and_much_coarser_ones_are_not() {
+        for (cells, passes) in [(60, 0), (220, 1)] {
+            let mesh = wave(cells);
+            let options = Options::preset(Preset::Fast).to_faces(0);
+            let options = options.within(1.0, ErrorCheck::Sampled);
+            let (_, run) = collapse_to_level(&mesh, &options, &mut |_| ControlFlow::Continue(()));
+            let (log, snapshots) = (run.log, run.snapshots);
+            assert_eq!(snapshots.len(), passes);
+            let original = &Surface::new(&mesh).unwrap();
+            let (used, vertices) = (original.used_vertices(), mesh.topology().vertex_count());
+            let protected = &Protected::default();
+            let mut found = Vec::new();
+            for (limit, both_ways) in
+                [(1e-5, true), (0.002, true), (0.01, true), (0.01, false), (10.0, true)]
+            {
+                let guess = LowerBoundSearch {
+                    mesh: &mesh,
+                    protected,
+                    log: &log,
+                    original,
+                    limit,
+                    both_ways,
+                };
+                for snapshot in &snapshots {
+                    let stage = guess.stage(snapshot.clone());
+                    let replayed = Level::new(&mesh, protected, &log, stage.done).unwrap();
+                    assert_same(&stage.level, &replayed);
+                    assert!(stage.done > 0 && stage.log.len() == log.len() - stage.done);
+                }
+                let is_within = |count| {
+                    let level = log.replay(&mesh, count).unwrap();
+                    guess.is_near(&level) && guess.has_near(&level, &used).unwrap()
+                };
+                let (level, count) = guess.level(snapshots.clone(), &mut Observer::none()).unwrap();
+                assert_same(&level, &Level::new(&mesh, protected, &log, count).unwrap());
+                let coarser = vertices - ((vertices - count) as f64 / 1.05) as usize;
+                assert!(is_within(count) && (count == log.len() || !is_within(coarser)));
+                found.push(count);
+            }
+            assert!(found.is_sorted() && found[1] > 100 && found[3] < log.len());
+            assert_eq!(found[4], log.len());
+            // The finest and the coarsest of them lie on both sides of what passes have left.
+            assert!(snapshots.iter().all(|left| (found[0]..found[4]).contains(&left.collapses)));
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Which faces of a mesh are proved to be close enough to the original at all their points.
+//!
+//! Where the two surfaces are heights over each other, vertices and edges tell ([`tether`](crate::tolerance::distance_constraint)).
+//! Where they are not, which is rare, a face may be too far away in its middle. So a mesh is first collapsed without
+//! proofs; what turns out not to be proved then tells near which places to prove.
+
+use glam::DVec3;
+use mesh_core::{FaceId, TriMesh, parallel};
+use mesh_metric::{CertifyOptions, Surface, one_sided_bounds};
+
+use crate::tolerance::prepared_triangle::Triangle;
+
+/// Which collapses need proofs of their new faces.
+#[derive(Clone, Copy)]
+pub(super) enum Proofs<'a> {
+    None,
+    /// Those that come near one of these places.
+    Near(&'a [Ball]),
+    All,
+}
+
+/// A ball round a face that is not proved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ball {
+    center: DVec3,
+    radius: f64,
+}
+
+/// The pieces of faces to look at before these count as too far.
+const MAX_PIECES: usize = 3000;
+
+/// Faces that are proved together, if they are.
+const TOGETHER: usize = 16;
+
+impl Proofs<'_> {
+    /// Whether the faces round a vertex need proofs, whose other corners are given.
+    pub(super) fn are_needed(&self, hub: DVec3, rim: &[DVec3]) -> bool {
+        match self {
+            Self::None => false,
+            Self::All => true,
+            Self::Near(places) => {
+                let far = rim.iter().map(|p| p.distance_squared(hub)).fold(0.0, f64::max).sqrt();
+                places.iter().any(|place| place.center.distance(hub) <= place.radius + far)
+            }
+        }
+    }
+}
+
+impl Ball {
+    fn round(triangle: Triangle) -> Self {
+        let center = triangle.iter().sum::<DVec3>() / 3.0;
+        let distances = triangle.map(|corner| corner.distance(center));
+        Self { center, radius: distances.into_iter().fold(0.0, f64::max) }
+    }
+}
+
+/// Whether no point of some faces is farther from the original than a distance.
+pub(super) fn are_proved(faces: &[Triangle], original: &Surface, distance: f64) -> bool {
+    let corners: Vec<[u32; 3]> =
+        (0..faces.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    let Ok(surface) = Surface::from_triangles(faces.as_flattened(), &corners) else {
+        return false;
+    };
+    let options = CertifyOptions {
+        limit: Some(distance),
+        max_pieces: MAX_PIECES,
+        ..CertifyOptions::default()
+    };
+    one_sided_bounds(&surface, original, &options).upper <= distance
+}
+
+/// Where the faces of a mesh are that are not proved to be within a distance of the original.
+pub(super) fn unproved(mesh: &TriMesh, original: &Surface, distance: f64) -> Vec<Ball> {
+    let faces: Vec<FaceId> = mesh.topology().faces().collect();
+    let some: Vec<&[FaceId]> = faces.chunks(TOGETHER).collect();
+    let balls = parallel::collect_each(some.len(), |i| -> Vec<Ball> {
+        let triangles: Vec<Triangle> = some[i].iter().map(|&face| mesh.triangle(face)).collect();
+        if are_proved(&triangles, original, distance) {
+            return Vec::new();
+        }
+        let unproved =
+            triangles.into_iter().filter(|&face| !are_proved(&[face], original, distance));
+        unproved.map(Ball::round).collect()
+    });
+    balls.into_iter().flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mesh_core::shapes::Plane;
+
+    /// Two triangles over a square that rises to a peak over the middle of one of them, where they have no vertex or
+    /// edge.
+    #[test]
+    fn a_face_that_is_too_far_in_its_middle_is_found_and_what_comes_near_it() {
+        let plane = |cells: usize| {
+            let soup = Plane { half_width: 1.0 }.mesh(cells, Default::default()).unwrap();
+            TriMesh::from_soup(&soup).unwrap()
+        };
+        let (square, mut hill) = (plane(1), plane(60));
+        let one = square.triangle(FaceId::new(0));
+        let middle = one.iter().sum::<DVec3>() / 3.0;
+        for p in hill.positions_mut() {
+            p.z = (0.2 - 0.5 * p.distance(middle)).max(0.0);
+        }
+        let original = Surface::new(&hill).unwrap();
+        assert_eq!(unproved(&square, &original, 0.21), []);
+        let places = unproved(&square, &original, 0.1);
+        assert_eq!(places, [Ball::round(one)]);
+        let far = middle + 9.0 * DVec3::X;
+        let near = Proofs::Near(&places);
+        assert!(one.iter().all(|&corner| near.are_needed(corner, &[])));
+        assert!(near.are_needed(far, &[far + DVec3::X, middle]));
+        assert!(!near.are_needed(far, &[far + DVec3::X]));
+        assert!(Proofs::All.are_needed(far, &[]) && !Proofs::None.are_needed(middle, &[far]));
+    }
+}
