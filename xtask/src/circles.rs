@@ -1,8 +1,7 @@
-//! `cargo xtask circles`: fails when files of a crate use each other in a circle.
+//! `cargo xtask circles`: checks that the modules of each crate form an acyclic graph.
 //!
-//! A file uses another when it names something that is defined there, through whatever re-exports
-//! the name has come. A module page that only passes on what its children define does not use them,
-//! and tests may use anything.
+//! Module A uses module B when A names an item that B defines, directly or through re-exports. A module
+//! that only re-exports the items of its child modules does not use them. Test code is not checked.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -11,9 +10,9 @@ use std::path::{Path, PathBuf};
 use syn::punctuated::Punctuated;
 use syn::visit::{self, Visit};
 
-use crate::failure::Failure;
+use xtask_common::Failure;
 
-/// Where to look.
+/// The packages to check.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Circles {
     /// The folders of the packages; all of the workspace by default
@@ -56,21 +55,30 @@ pub(crate) fn run(options: &Circles) -> Result<(), Failure> {
         }
     }
     println!("{} packages, {files} files, {circles} circles", packages.len());
-    if circles == 0 { Ok(()) } else { Err(Failure::Circles(circles)) }
+    if circles == 0 { Ok(()) } else { Err(failure(circles)) }
+}
+
+fn failure(circles: usize) -> Failure {
+    Failure::Check(format!(
+        "{circles} circles of modules that use each other; move what both need into a module below both"
+    ))
 }
 
 fn workspace_packages() -> Result<Vec<PathBuf>, Failure> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
-    let mut packages = vec![root.join("xtask"), root.join("benches")];
-    packages.extend(entries(&root.join("crates"))?);
+    let mut packages = Vec::new();
+    for folder in [".", "crates", "xtask", "benches", "fuzz"] {
+        packages.extend(entries(&root.join(folder))?);
+    }
     packages.retain(|package| package.join("src").is_dir());
     packages.sort();
     Ok(packages)
 }
 
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    let read = || fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<Result<_, _>>();
-    read().map_err(Failure::source(folder))
+    let read =
+        || -> std::io::Result<_> { fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect() };
+    read().map_err(Failure::reading(folder))
 }
 
 fn print_circle(package: &Path, circle: &[Names], modules: &Crate, uses: &Uses) {
@@ -97,9 +105,8 @@ fn read_crate(source: &Path) -> Result<Crate, Failure> {
     let paths: BTreeSet<Names> = modules.keys().cloned().collect();
     for (path, module) in &mut modules {
         let file = module.file.clone();
-        let text = fs::read_to_string(&file).map_err(Failure::source(&file))?;
-        let parsed = syn::parse_file(&text)
-            .map_err(|source| Failure::Syntax { path: file, source: Box::new(source) })?;
+        let text = fs::read_to_string(&file).map_err(Failure::reading(&file))?;
+        let parsed = syn::parse_file(&text).map_err(Failure::reading(&file))?;
         let mut reader = Reader { path, paths: &paths, depth: 0, module };
         reader.visit_file(&parsed);
     }

@@ -9,8 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::failure::Failure;
-use crate::virtual_environment::{VirtualEnvironment, check};
+use xtask_common::Failure;
+use xtask_common::{VirtualEnvironment, check};
 
 /// How to build and test the package.
 #[derive(Debug, clap::Args)]
@@ -48,7 +48,7 @@ const LARGE_PEERS: [&str; 3] = ["open3d", "pyvista", "tqdm"];
 const PACKAGE: &str = "crates/python";
 
 pub(crate) fn run(options: &Python) -> Result<(), Failure> {
-    let root = env::current_dir().map_err(Failure::source(Path::new(".")))?;
+    let root = env::current_dir().map_err(Failure::reading(Path::new(".")))?;
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
     let folder = target.join("python");
     fs::create_dir_all(&folder).map_err(Failure::writing(&folder))?;
@@ -66,7 +66,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     }
     check(&mut maturin)?;
     let wheel = only_file(&wheels)?;
-    let bytes = fs::metadata(&wheel).map_err(Failure::source(&wheel))?.len();
+    let bytes = fs::metadata(&wheel).map_err(Failure::reading(&wheel))?.len();
     println!("{} ({:.1} MB)", wheel.display(), bytes as f64 / 1e6);
     if options.wheel_only {
         return Ok(());
@@ -82,7 +82,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     check(clippy.args(["--", "-D", "warnings"]))?;
 
     let program = match &options.program {
-        Some(program) => std::path::absolute(program).map_err(Failure::source(program))?,
+        Some(program) => std::path::absolute(program).map_err(Failure::reading(program))?,
         None => build_program(&target, options.release)?,
     };
 
@@ -154,7 +154,7 @@ fn step(name: &str) {
 }
 
 fn only_file(folder: &Path) -> Result<PathBuf, Failure> {
-    let entries = fs::read_dir(folder).map_err(Failure::source(folder))?;
+    let entries = fs::read_dir(folder).map_err(Failure::reading(folder))?;
     let mut files: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     match (files.pop(), files.is_empty()) {
         (Some(file), true) => Ok(file),
@@ -164,7 +164,7 @@ fn only_file(folder: &Path) -> Result<PathBuf, Failure> {
 
 fn copy_folder(from: &Path, to: &Path) -> Result<(), Failure> {
     fs::create_dir_all(to).map_err(Failure::writing(to))?;
-    for entry in fs::read_dir(from).map_err(Failure::source(from))?.flatten() {
+    for entry in fs::read_dir(from).map_err(Failure::reading(from))?.flatten() {
         let target = to.join(entry.file_name());
         if entry.path().is_dir() {
             copy_folder(&entry.path(), &target)?;

@@ -142,7 +142,7 @@ impl Anneal {
 /// locked ones stay in.
 ///
 /// For points of a convex surface this finds the convex hull, the minimum of F2 and F3, from any
-/// triangulation; see `cargo xtask convex-study`. A closed mesh is taken to have its faces outward, and
+/// triangulation; see `cargo run -p benches -- convex-study`. A closed mesh is taken to have its faces outward, and
 /// is never turned inside out. The result is never worse than that of the greedy run, and the same
 /// seed always gives the same one.
 ///

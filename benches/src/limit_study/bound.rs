@@ -1,0 +1,107 @@
+//! The least distance that so many triangles can have from a smooth surface, to first order.
+//!
+//! A triangle over a piece of area a, with the Gaussian curvature K, has at least the mean distance
+//! c |K|^(1/2) a: c is C1 of the sign of K, likewise C2 for the root mean square and C∞ for the
+//! largest. It is reached by a triangle that is equilateral after the affine map which makes the
+//! surface a sphere (K > 0: Fejes Tóth 1953, Gruber 1993), its plane moved so that it lies on both sides;
+//! for K < 0 the constants are those of the best shapes known (Pottmann, Krasauskas, Hamann, Joy and
+//! Seibold 2000). How the triangles are spread over the surface is what the Lagrange multiplier says.
+
+use mesh_core::TriMesh;
+
+use super::surfaces::Shape;
+
+/// The mean, root mean square and largest distance, each as small as it alone can be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distances {
+    /// Mean distance.
+    pub mean: f64,
+    /// Root mean square distance.
+    pub rms: f64,
+    /// Largest distance.
+    pub max: f64,
+}
+
+impl Distances {
+    /// How many times the other one it is.
+    pub fn over(self, limit: Self) -> Self {
+        let Self { mean, rms, max } = limit;
+        Self { mean: self.mean / mean, rms: self.rms / rms, max: self.max / max }
+    }
+}
+
+/// C1, C2 and C∞ for a positive and a negative Gaussian curvature.
+fn constants(curvature: f64) -> Distances {
+    if curvature >= 0.0 {
+        Distances { mean: 0.05644, rms: 180_f64.sqrt().recip(), max: 27_f64.sqrt().recip() }
+    } else {
+        Distances { mean: 1.0 / 12.0, rms: 90_f64.sqrt().recip(), max: 3_f64.sqrt() / 8.0 }
+    }
+}
+
+/// The limit for one triangle; for n it is an n-th of that. The integrals are sums over the faces of a
+/// fine mesh.
+pub fn of_one_triangle(shape: Shape, fine: &TriMesh) -> Distances {
+    let (mut area, mut mean, mut rms, mut max) = (0.0, 0.0, 0.0, 0.0);
+    for face in fine.topology().faces() {
+        let [a, b, c] = fine.triangle(face);
+        let part = 0.5 * (b - a).cross(c - a).length();
+        let curvature = shape.gaussian_curvature(shape.closest_point((a + b + c) / 3.0));
+        let of = constants(curvature);
+        area += part;
+        mean += part * of.mean.sqrt() * curvature.abs().powf(0.25);
+        rms += part * of.rms.powf(2.0 / 3.0) * curvature.abs().cbrt();
+        max += part * of.max * curvature.abs().sqrt();
+    }
+    Distances { mean: mean * mean / area, rms: rms.powf(1.5) / area.sqrt(), max }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::surfaces::{Fineness, Shape};
+    use super::{constants, of_one_triangle};
+    use core::f64::consts::PI;
+
+    /// On a sphere the integrals are 4π.
+    #[test]
+    fn the_limit_of_a_sphere_is_its_area_times_the_constants() {
+        let fine = Shape::Sphere.mesh(Fineness::Quick).unwrap();
+        let limit = of_one_triangle(Shape::Sphere, &fine);
+        let of = constants(1.0);
+        for (found, constant) in [(limit.mean, of.mean), (limit.rms, of.rms), (limit.max, of.max)] {
+            assert!((found / (4.0 * PI * constant) - 1.0).abs() < 2e-3);
+        }
+    }
+
+    /// C1, C2 and C∞ by integration over one equilateral triangle over a unit paraboloid: the
+    /// difference of plane and surface is |x|²/2 less a constant, the best one for each norm.
+    #[test]
+    fn the_constants_are_those_of_the_equilateral_triangle() {
+        let steps = 600;
+        let side = (4.0 / 3_f64.sqrt()).sqrt();
+        let mut heights = Vec::new();
+        for i in 0..steps {
+            for j in 0..steps - i {
+                for (u, v) in
+                    [(1.0, 1.0), (2.0, 2.0)].iter().take(if i + j + 1 < steps { 2 } else { 1 })
+                {
+                    let [s, t] =
+                        [(i as f64 + u / 3.0), (j as f64 + v / 3.0)].map(|x| x / steps as f64);
+                    let [s, t] = [s - 1.0 / 3.0, t - 1.0 / 3.0];
+                    heights.push(0.5 * side * side * (s * s + s * t + t * t));
+                }
+            }
+        }
+        heights.sort_by(f64::total_cmp);
+        let count = heights.len() as f64;
+        let median = heights[heights.len() / 2];
+        let mean = heights.iter().sum::<f64>() / count;
+        let range = heights[heights.len() - 1] - heights[0];
+        let l1 = heights.iter().map(|h| (h - median).abs()).sum::<f64>() / count;
+        let l2 = (heights.iter().map(|h| (h - mean).powi(2)).sum::<f64>() / count).sqrt();
+        let of = constants(1.0);
+        assert!((l1 / of.mean - 1.0).abs() < 2e-3, "{l1}");
+        assert!((l2 / of.rms - 1.0).abs() < 2e-3, "{l2}");
+        assert!((0.5 * range / of.max - 1.0).abs() < 1e-2, "{range}");
+    }
+}

@@ -1,0 +1,70 @@
+//! Measurements that take minutes to hours, one command each; `benches --help` lists them.
+//!
+//! This is a program, so unlike the libraries it prints. Benchmarks with criterion are in `criterion`.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod giant;
+mod instructions;
+mod peers;
+mod tolerance_study;
+
+use std::process::ExitCode;
+
+use benches::{convex_study, limit_study};
+use clap::Parser;
+
+#[derive(Debug, Parser)]
+#[command(name = "benches", about = "Measurements that take minutes to hours")]
+enum Measurement {
+    /// Count how often edge flips find a scrambled convex hull again
+    ///
+    ///     cargo run -p benches -- convex-study --quick --strategies greedy,look-ahead-3
+    #[command(verbatim_doc_comment)]
+    ConvexStudy(convex_study::ConvexStudy),
+    /// Count the faces that presets leave within a certified largest error
+    ///
+    ///     cargo run --release -p benches -- tolerance-study --models meshes
+    ///     cargo run --release -p benches -- tolerance-study --models meshes --meshes cow.obj --presets fast,default
+    #[command(verbatim_doc_comment)]
+    ToleranceStudy(tolerance_study::ToleranceStudy),
+    /// Measure how far simplified meshes are from the best possible ones
+    ///
+    ///     cargo run --release -p benches -- limit-study --quick
+    ///     cargo run --release -p benches -- limit-study --surfaces sphere,torus --presets default,quality
+    ///     cargo run --release -p benches -- limit-study --peer "other=other-program {in} {out} --faces {faces}"
+    #[command(verbatim_doc_comment)]
+    LimitStudy(limit_study::LimitStudy),
+    /// Measure our presets beside other programs: time, error, memory
+    ///
+    ///     cargo run --release -p benches --features meshopt -- peers --models meshes
+    ///     cargo run --release -p benches -- peers --models meshes --max-errors 0.2
+    #[command(verbatim_doc_comment)]
+    Peers(peers::Peers),
+    #[command(hide = true)]
+    PeerJob(peers::PeerJob),
+    /// Write a torus with bumps of any size as binary PLY, without holding it in memory
+    ///
+    ///     cargo run --release -p benches -- giant -o giant.ply --faces 10000000
+    #[command(verbatim_doc_comment)]
+    Giant(giant::Giant),
+    /// Count the instructions of one fixed job of each layer, with callgrind
+    ///
+    ///     CARGO_INCREMENTAL=0 CARGO_PROFILE_DEV_CODEGEN_UNITS=1 cargo run -p benches -- instructions --check
+    #[command(verbatim_doc_comment)]
+    Instructions(instructions::Instructions),
+    #[command(hide = true)]
+    InstructionsJob(instructions::InstructionsJob),
+}
+
+fn main() -> ExitCode {
+    xtask_common::exit_code(match Measurement::parse() {
+        Measurement::ConvexStudy(options) => convex_study::run(&options),
+        Measurement::LimitStudy(options) => limit_study::run(&options),
+        Measurement::ToleranceStudy(options) => tolerance_study::run(&options),
+        Measurement::Peers(options) => peers::run(&options),
+        Measurement::PeerJob(options) => peers::run_job(&options),
+        Measurement::Giant(options) => giant::run(&options),
+        Measurement::Instructions(options) => instructions::run(&options),
+        Measurement::InstructionsJob(options) => instructions::run_job(&options),
+    })
+}

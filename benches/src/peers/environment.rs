@@ -1,0 +1,194 @@
+//! What the peers need: a virtual environment, a compiled program, this program itself.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::job::{Done, Job, Stop};
+use super::raw::RawMesh;
+use super::tool::{Package, Tool};
+use xtask_common::{Failure, VirtualEnvironment};
+
+/// Packages by their names in the index. `Open3D` also measures.
+const PACKAGES: [&str; 6] =
+    ["numpy", "open3d", "pymeshlab", "fast-simplification", "meshlib", "manifold3d"];
+
+/// The programs that are written to the folder, and run there.
+const SOURCES: [(&str, &str); 3] = [
+    ("simplify.py", include_str!("simplify.py")),
+    ("errors.py", include_str!("errors.py")),
+    ("cgal.cpp", include_str!("cgal.cpp")),
+];
+
+/// The folder with everything in it.
+#[derive(Debug)]
+pub(super) struct Environment {
+    folder: PathBuf,
+    python: VirtualEnvironment,
+    /// The packages that can be imported.
+    packages: Vec<Package>,
+    /// The program with CGAL, or why there is none.
+    cgal: Result<PathBuf, String>,
+}
+
+impl Environment {
+    /// Makes what is not there yet.
+    pub(super) fn prepare(folder: &Path) -> Result<Self, Failure> {
+        for (name, text) in SOURCES {
+            let path = folder.join(name);
+            std::fs::write(&path, text).map_err(Failure::writing(&path))?;
+        }
+        let mut environment = Self {
+            folder: folder.to_owned(),
+            python: VirtualEnvironment::make(&folder.join("environment"), "python3")?,
+            packages: Vec::new(),
+            cgal: Err(String::new()),
+        };
+        environment.install()?;
+        environment.packages = Package::ALL
+            .into_iter()
+            .filter(|package| environment.imports(package.module()))
+            .collect();
+        environment.cgal = environment.compile_cgal();
+        Ok(environment)
+    }
+
+    fn install(&self) -> Result<(), Failure> {
+        if self.imports("open3d") && self.imports("numpy") {
+            return Ok(());
+        }
+        println!("installing the peers in {}", self.folder.display());
+        self.python.install_if_there(&PACKAGES, "the table is without it");
+        if !self.imports("open3d") {
+            return Err(Failure::Usage("without open3d nothing can be measured".into()));
+        }
+        Ok(())
+    }
+
+    fn imports(&self, module: &str) -> bool {
+        let import =
+            format!("import importlib.util as u, sys; sys.exit(not u.find_spec('{module}'))");
+        succeed(self.python.python().args(["-c", &import])).is_ok()
+    }
+
+    fn compile_cgal(&self) -> Result<PathBuf, String> {
+        let program = self.folder.join("cgal");
+        let mut compiler = Command::new("c++");
+        compiler
+            .args(["-O3", "-DNDEBUG", "-std=c++17", "-I/usr/include/eigen3"])
+            .arg(self.folder.join("cgal.cpp"))
+            .arg("-o")
+            .arg(&program)
+            .args(["-lgmp", "-lmpfr"]);
+        if !program.exists() {
+            succeed(&mut compiler).map_err(|_| {
+                "it does not compile here: it needs a C++ compiler, CGAL and Eigen".to_owned()
+            })?;
+        }
+        Ok(program)
+    }
+
+    /// Why a tool is not there.
+    pub(super) fn lacks(&self, tool: &Tool) -> Option<String> {
+        match tool {
+            Tool::Meshopt if cfg!(not(feature = "meshopt")) => {
+                Some("run with `cargo run --release -p benches --features meshopt -- peers`".into())
+            }
+            Tool::CgalLindstromTurk | Tool::CgalGarlandHeckbert => self.cgal.clone().err(),
+            Tool::Python(package) if !self.packages.contains(package) => {
+                Some("its package could not be installed".into())
+            }
+            _ => None,
+        }
+    }
+
+    /// Runs a tool.
+    pub(super) fn run(&self, job: &Job) -> Result<Done, String> {
+        let [kind, value] = job.target.arguments();
+        let numbers = [kind, value, job.threads.to_string(), job.repeats.to_string()];
+        let mut command = self.on_cores(job.threads, &self.program(job)?);
+        match &job.tool {
+            Tool::OurProgram { preset, .. } => return self.run_our_program(job, preset),
+            Tool::Ours(_) | Tool::OursProved(_) | Tool::Meshopt => {
+                command.arg("peer-job").arg(job.tool.to_string()).args(&numbers);
+            }
+            Tool::Python(package) => {
+                command.arg(self.folder.join("simplify.py")).arg(package.name()).args(&numbers);
+            }
+            Tool::CgalLindstromTurk => drop(command.arg("lindstrom-turk").args(&numbers)),
+            Tool::CgalGarlandHeckbert => drop(command.arg("garland-heckbert").args(&numbers)),
+        }
+        command.arg(&job.input).arg(&job.output);
+        succeed(&mut command)?.parse()
+    }
+
+    fn program(&self, job: &Job) -> Result<PathBuf, String> {
+        match &job.tool {
+            Tool::Ours(_) | Tool::OursProved(_) | Tool::Meshopt => {
+                std::env::current_exe().map_err(|e| e.to_string())
+            }
+            Tool::OurProgram { program, .. } => Ok(program.clone()),
+            Tool::Python(_) => Ok(self.python.program("python")),
+            Tool::CgalLindstromTurk | Tool::CgalGarlandHeckbert => self.cgal.clone(),
+        }
+    }
+
+    /// Another build of our program reads and writes files, but tells what it took without them.
+    fn run_our_program(&self, job: &Job, preset: &str) -> Result<Done, String> {
+        let [input, output] = ["input.ply", "output.ply"].map(|name| self.folder.join(name));
+        let mesh = RawMesh::read(&job.input).and_then(|raw| raw.to_mesh());
+        let mesh = mesh.map_err(|e| e.to_string())?;
+        let options = mesh_io::WriteOptions::default();
+        mesh_io::write(&input, &mesh, &options).map_err(|e| e.to_string())?;
+        let mut seconds = f64::INFINITY;
+        let mut faces = 0;
+        for _ in 0..job.repeats {
+            let mut command = self.on_cores(job.threads, &self.program(job)?);
+            command.arg("simplify").arg(&input).arg("-o").arg(&output);
+            match job.target {
+                Stop::Faces(faces) => drop(command.arg("--faces").arg(faces.to_string())),
+                Stop::Error(distance) => {
+                    command.arg("--max-error").arg(distance.to_string());
+                }
+            }
+            command.args(["--preset", preset, "--threads", &job.threads.to_string(), "--json"]);
+            let report: serde_json::Value =
+                serde_json::from_str(&succeed(&mut command)?).map_err(|e| e.to_string())?;
+            let took = report.pointer("/seconds/compute").and_then(serde_json::Value::as_f64);
+            seconds = seconds.min(took.ok_or("the report does not tell the time")?);
+            let read = RawMesh::from_file(&output).map_err(|e| e.to_string())?;
+            faces = read.triangles.len();
+            read.write(&job.output).map_err(|e| e.to_string())?;
+        }
+        Ok(Done { seconds, faces, peak: None })
+    }
+
+    /// A command that is kept to some cores, where the system has a way.
+    fn on_cores(&self, threads: usize, program: &Path) -> Command {
+        let has_taskset = succeed(Command::new("taskset").arg("--version")).is_ok();
+        let mut command = if has_taskset {
+            let mut command = Command::new("taskset");
+            command.args(["-c", &format!("0-{}", threads.max(1) - 1)]).arg(program);
+            command
+        } else {
+            Command::new(program)
+        };
+        command.env("OMP_NUM_THREADS", threads.to_string()).current_dir(&self.folder);
+        command
+    }
+
+    /// What a script of the folder prints.
+    pub(super) fn python(&self, script: &str, arguments: &[&OsStr]) -> Result<String, String> {
+        succeed(self.python.python().arg(self.folder.join(script)).args(arguments))
+    }
+}
+
+/// What a command prints, or the end of what it complains about.
+fn succeed(command: &mut Command) -> Result<String, String> {
+    let output = command.output().map_err(|e| format!("{:?}: {e}", command.get_program()))?;
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+    }
+    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+    Err(complaint.lines().last().unwrap_or("it failed without a word").to_owned())
+}

@@ -1,0 +1,256 @@
+//! One run of a tool, in a process of its own.
+//!
+//! The process answers with one line: seconds, faces, and the bytes that it took beyond the input.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Instant;
+
+use mesh_core::TriMesh;
+use simplify::{ErrorCheck, Options, Preset, simplify};
+
+use super::raw::RawMesh;
+use super::tool::Tool;
+use xtask_common::Failure;
+
+/// Where a simplification stops, for any mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Target {
+    /// At a share of the faces.
+    Share(f64),
+    /// At a largest error relative to the diagonal.
+    Error(f64),
+}
+
+/// Where a simplification of a certain mesh stops.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Stop {
+    Faces(usize),
+    /// At a distance. The diagonal is one.
+    Error(f64),
+}
+
+/// A tool, and what it shall do.
+#[derive(Clone, Debug)]
+pub(super) struct Job {
+    pub(super) tool: Tool,
+    pub(super) target: Stop,
+    pub(super) threads: usize,
+    pub(super) repeats: usize,
+    pub(super) input: PathBuf,
+    pub(super) output: PathBuf,
+}
+
+/// What came of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Done {
+    /// The least of the runs.
+    pub(super) seconds: f64,
+    pub(super) faces: usize,
+    /// What the process took beyond what it had with the input read, where the system tells.
+    pub(super) peak: Option<u64>,
+}
+
+/// No more runs once they have taken so many seconds.
+const ENOUGH: f64 = 10.0;
+
+impl Target {
+    pub(super) fn of(self, mesh: &RawMesh) -> Stop {
+        match self {
+            Self::Share(share) => Stop::Faces((mesh.triangles.len() as f64 * share) as usize),
+            Self::Error(share) => Stop::Error(share),
+        }
+    }
+}
+
+impl fmt::Display for Target {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Share(share) => write!(f, "{} %", 100.0 * share),
+            Self::Error(share) => write!(f, "within {} %", 100.0 * share),
+        }
+    }
+}
+
+impl Stop {
+    /// As two arguments of a program.
+    pub(super) fn arguments(self) -> [String; 2] {
+        match self {
+            Self::Faces(faces) => ["faces".into(), faces.to_string()],
+            Self::Error(distance) => ["error".into(), distance.to_string()],
+        }
+    }
+}
+
+impl FromStr for Done {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let words: Vec<&str> = text.lines().last().unwrap_or_default().split_whitespace().collect();
+        let found = match words[..] {
+            [seconds, faces, peak] => seconds
+                .parse()
+                .ok()
+                .zip(faces.parse().ok())
+                .map(|(seconds, faces)| Self { seconds, faces, peak: peak.parse().ok() }),
+            _ => None,
+        };
+        found.ok_or_else(|| format!("no answer but {text:?}"))
+    }
+}
+
+impl fmt::Display for Done {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let peak = self.peak.map_or_else(|| "-".to_owned(), |peak| peak.to_string());
+        write!(f, "{} {} {peak}", self.seconds, self.faces)
+    }
+}
+
+/// One run of a preset or of meshoptimizer; `peers` starts this program again with it.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PeerJob {
+    tool: String,
+    /// `faces` or `error`
+    kind: String,
+    value: f64,
+    threads: usize,
+    repeats: usize,
+    input: PathBuf,
+    output: PathBuf,
+}
+
+/// Does the run and prints its line.
+pub(crate) fn run(options: &PeerJob) -> Result<(), Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads)
+        .use_current_thread()
+        .build_global()
+        .map_err(Failure::mesh)?;
+    let input = RawMesh::read(&options.input)?;
+    let stop = match options.kind.as_str() {
+        "faces" => Stop::Faces(options.value as usize),
+        _ => Stop::Error(options.value),
+    };
+    let done = if options.tool == Tool::Meshopt.to_string() {
+        meshoptimizer(&input, stop, options)?
+    } else {
+        preset(&input, stop, options)?
+    };
+    println!("{done}");
+    Ok(())
+}
+
+fn preset(input: &RawMesh, stop: Stop, run: &PeerJob) -> Result<Done, Failure> {
+    let (name, check) = match run.tool.strip_suffix("-proved") {
+        Some(name) => (name, ErrorCheck::Certified),
+        None => (run.tool.as_str(), ErrorCheck::Sampled),
+    };
+    let preset: Preset =
+        name.parse().map_err(|e: simplify::UnknownPreset| Failure::Usage(e.to_string()))?;
+    let options = match stop {
+        Stop::Faces(faces) => Options::preset(preset).to_faces(faces),
+        Stop::Error(distance) => Options::preset(preset).within(distance, check),
+    };
+    let mesh = input.to_mesh()?;
+    let (result, seconds, peak) =
+        least(run.repeats, || simplify(&mesh, &options).map_err(Failure::mesh))?;
+    finish(result.mesh, seconds, peak, run)
+}
+
+fn finish(
+    mut mesh: TriMesh,
+    seconds: f64,
+    peak: Option<u64>,
+    run: &PeerJob,
+) -> Result<Done, Failure> {
+    mesh.compact();
+    RawMesh::of(&mesh).write(&run.output)?;
+    Ok(Done { seconds, faces: mesh.topology().face_count(), peak })
+}
+
+/// The last result of several runs, the least time, and the memory of the first one.
+fn least<T>(
+    repeats: usize,
+    mut compute: impl FnMut() -> Result<T, Failure>,
+) -> Result<(T, f64, Option<u64>), Failure> {
+    let mut least = f64::INFINITY;
+    let mut sum = 0.0;
+    let mut count = 0;
+    let mut peak = None;
+    loop {
+        let before = memory::start();
+        let start = Instant::now();
+        let result = compute()?;
+        let seconds = start.elapsed().as_secs_f64();
+        if count == 0 {
+            peak = before.and_then(memory::beyond);
+        }
+        least = least.min(seconds);
+        sum += seconds;
+        count += 1;
+        if count >= repeats || sum > ENOUGH {
+            return Ok((result, least, peak));
+        }
+    }
+}
+
+#[cfg(feature = "meshopt")]
+fn meshoptimizer(input: &RawMesh, stop: Stop, run: &PeerJob) -> Result<Done, Failure> {
+    use meshopt::{SimplifyOptions, VertexDataAdapter, typed_to_bytes};
+
+    let Stop::Faces(faces) = stop else {
+        return Err(Failure::Usage("meshoptimizer is asked for face counts only".into()));
+    };
+    let positions: Vec<[f32; 3]> = input.vertices.iter().map(|v| v.as_vec3().to_array()).collect();
+    let vertices = VertexDataAdapter::new(typed_to_bytes(&positions), 12, 0)
+        .map_err(|e| Failure::Usage(e.to_string()))?;
+    let indices = input.triangles.as_flattened();
+    let (result, seconds, peak) = least(run.repeats, || {
+        let options = SimplifyOptions::None;
+        Ok(meshopt::simplify(indices, &vertices, 3 * faces, f32::MAX, options, None))
+    })?;
+    let triangles: Vec<[u32; 3]> = result.as_chunks().0.to_vec();
+    let faces = triangles.len();
+    RawMesh { vertices: input.vertices.clone(), triangles }.write(&run.output)?;
+    Ok(Done { seconds, faces, peak })
+}
+
+#[cfg(not(feature = "meshopt"))]
+fn meshoptimizer(_: &RawMesh, _: Stop, _: &PeerJob) -> Result<Done, Failure> {
+    Err(Failure::Usage("this program was built without the feature meshopt".into()))
+}
+
+/// What Linux tells of the memory of this process.
+mod memory {
+    /// Forgets the largest memory so far; what is taken now, if the system tells.
+    pub(super) fn start() -> Option<u64> {
+        std::fs::write("/proc/self/clear_refs", "5").ok()?;
+        bytes("VmRSS:")
+    }
+
+    /// How much more was taken since.
+    pub(super) fn beyond(before: u64) -> Option<u64> {
+        Some(bytes("VmHWM:")?.saturating_sub(before))
+    }
+
+    fn bytes(field: &str) -> Option<u64> {
+        let status = std::fs::read_to_string("/proc/self/status").ok()?;
+        let line = status.lines().find_map(|line| line.strip_prefix(field))?;
+        Some(1024 * line.split_whitespace().next()?.parse::<u64>().ok()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Done;
+
+    #[test]
+    fn an_answer_survives_the_way_through_the_text() {
+        for peak in [None, Some(7)] {
+            let done = Done { seconds: 0.25, faces: 3, peak };
+            assert_eq!(format!("noise\n{done}\n").parse(), Ok(done));
+        }
+        assert!("nothing".parse::<Done>().is_err());
+    }
+}

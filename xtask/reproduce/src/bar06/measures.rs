@@ -1,0 +1,107 @@
+//! What is measured before and after the flips, the virtual Willmore energy of a mesh among it.
+
+use core::f64::consts::TAU;
+
+use dcurv::{VertexArea, intersection_angle, total_willmore_energy};
+use dtri_flip::{CostName, FlipCost, Quad, VirtualWillmore};
+use mesh_core::TriMesh;
+
+use super::super::item::Item;
+
+/// What is measured before and after.
+pub(super) struct Measures {
+    /// Willmore energy.
+    pub(super) w: f64,
+    /// Virtual Willmore energy; see [`virtual_energy`].
+    pub(super) virtual_w: f64,
+    pub(super) area: f64,
+    pub(super) f2: f64,
+}
+
+impl Measures {
+    pub(super) const NAMES: [&str; 4] = ["W", "virtual W", "area", "F2"];
+
+    pub(super) fn of(mesh: &TriMesh) -> Self {
+        Self {
+            w: total_willmore_energy(mesh),
+            virtual_w: virtual_energy(mesh),
+            area: mesh.area(),
+            f2: CostName::F2.total(mesh, VertexArea::Voronoi),
+        }
+    }
+
+    pub(super) fn values(&self) -> [f64; 4] {
+        [self.w, self.virtual_w, self.area, self.f2]
+    }
+
+    /// Adds the numbers to an item.
+    pub(super) fn add(&self, item: &mut Item, of: &str) {
+        for (name, value) in Self::NAMES.iter().zip(self.values()) {
+            item.number(format!("{of}, {name}"), value);
+        }
+    }
+
+    /// The numbers as cells of a table.
+    pub(super) fn cells(&self) -> [String; 4] {
+        self.values().map(|value| format!("{value:.4}"))
+    }
+
+    /// The header of a table with these columns in the middle.
+    pub(super) fn header<'a>(
+        before: &'a [&'a str],
+        after: &'a [&'a str],
+    ) -> impl Iterator<Item = &'a str> {
+        before.iter().chain(&Self::NAMES).chain(after).copied()
+    }
+}
+
+/// The virtual Willmore energy of a whole mesh. The paper has it for one edge only: the energy with
+/// that edge split at its midpoint. Here it is W and all that the virtual points of the edges
+/// between two faces add to it, each taken alone.
+fn virtual_energy(mesh: &TriMesh) -> f64 {
+    let topology = mesh.topology();
+    let quads = topology.edges().filter_map(|edge| Quad::around(topology, edge));
+    let added = quads.map(|quad| {
+        let split = VirtualWillmore.change(mesh, &(), &quad).before;
+        split - energy_around(mesh, &quad) - TAU
+    });
+    total_willmore_energy(mesh) + added.sum::<f64>()
+}
+
+/// The part of W at the edge of a quadrilateral and at its four sides.
+fn energy_around(mesh: &TriMesh, quad: &Quad) -> f64 {
+    let topology = mesh.topology();
+    let [a, b, c, d] = quad.corners.map(|v| mesh.position(v));
+    let sides = quad.sides.iter().filter_map(|&side| {
+        let beyond = topology.apex(side.twin())?;
+        let ends = [topology.origin(side), topology.target(side)].map(|v| mesh.position(v));
+        let inside = mesh.position(topology.apex(side)?);
+        Some(intersection_angle(ends[0], ends[1], inside, mesh.position(beyond)))
+    });
+    2.0 * (intersection_angle(a, b, c, d) + sides.sum::<f64>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::mesh_of;
+    use mesh_core::shapes::{Torus, inset_cube};
+
+    #[test]
+    fn virtual_energy_is_that_of_meshes_with_one_edge_split() {
+        let cube = mesh_of(&inset_cube(0.3).unwrap()).unwrap();
+        let torus = Torus { major: 5.0, minor: 2.0 }.shifted_mesh(12, 6).unwrap();
+        for mesh in [cube, mesh_of(&torus).unwrap()] {
+            let w = total_willmore_energy(&mesh);
+            let mut expected = w;
+            for edge in mesh.topology().edges() {
+                let mut split = mesh.clone();
+                let [a, b] = mesh.topology().edge_vertices(edge).map(|v| mesh.position(v));
+                let legal = split.topology().check_split_edge(edge).unwrap();
+                split.split_edge(legal, 0.5 * (a + b));
+                expected += total_willmore_energy(&split) - w;
+            }
+            assert!((virtual_energy(&mesh) - expected).abs() < 1e-9 * expected);
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! Fig. 6: a head without thin parts, by distance alone and with the curvature.
+
+use glam::DVec3;
+use mesh_core::TriMesh;
+
+use super::super::item::Item;
+use super::super::outcome::Outcome;
+use super::super::run::{Run, mesh_of, view_of};
+use super::distances::{NOISE, Original};
+use super::head;
+use super::runs::{CHAINS, IGEA, distance_only, simplified, with_curvature};
+use mesh_render::Style;
+use xtask_common::Failure;
+use xtask_common::decimals::plain;
+
+/// The faces of the figure's original and of its results.
+const FACES: usize = 3_000;
+/// The made head is simplified to the same share of its faces, but not below what shows a face.
+const MADE_FACES: usize = 1_000;
+
+pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
+    item.about(
+        "A head by the distance alone and by distance and curvature together. Where the curvature \
+         is high is told by the original: the tenth of its surface that is most curved.",
+    );
+    item.stand_in("A head of 20,480 faces made of formulas, to 1,000; with models, Igea to 3,000 as in the paper.");
+    item.how(
+        &["simplify::simplify", "simplify::CurvatureFactor", "mesh_metric::compare"],
+        &["curvmesh simplify igea.ply -o OUT --faces 3000 --preset thin-features"],
+    );
+    let made = mesh_of(&head::head()?)?;
+    let shares = add_model(run, item, "made head", &made, MADE_FACES, DVec3::new(0.35, 0.1, 1.0))?;
+    claim(item, "more triangles where it is curved", shares);
+    if let Some(igea) = run.model(item, IGEA)? {
+        item.number("faces of Igea", igea.topology().face_count() as f64);
+        let shares = add_model(run, item, "Igea", &igea, FACES, DVec3::new(0.0, 0.0, 1.0))?;
+        claim(item, "more triangles where it is curved, Igea", shares);
+    }
+    Ok(())
+}
+
+fn claim(item: &mut Item, name: &str, [distance, both]: [f64; 2]) {
+    item.claim(
+        name,
+        Outcome::of(both > (1.0 + NOISE) * distance),
+        format!(
+            "of the triangles {:.1} % lie on the most curved tenth of the surface by the distance \
+             alone, {:.1} % with the curvature",
+            100.0 * distance,
+            100.0 * both
+        ),
+    );
+}
+
+/// Both ways on one model; returns the share of triangles on its most curved tenth.
+fn add_model(
+    run: &Run<'_>,
+    item: &mut Item,
+    name: &str,
+    mesh: &TriMesh,
+    faces: usize,
+    toward: DVec3,
+) -> Result<[f64; 2], Failure> {
+    let original = Original::new(mesh)?;
+    let curved = MostCurved::of(mesh);
+    let view = view_of(mesh, toward, DVec3::Y)?;
+    let style = Style { size: [620, 720], edge_width: 0.7, ..Style::DEFAULT };
+    let file = |what: &str| format!("kkl02-{}-{what}", name.to_lowercase().replace(' ', "-"));
+    let count = |mesh: &TriMesh| plain(mesh.topology().face_count() as f64);
+    let caption = format!("{name}, original, {} faces", count(mesh));
+    let smooth = Style { edge_width: 0.0, ..style.clone() };
+    let mut figures = vec![run.picture(mesh, &view, &smooth, &file("original"), &caption)?];
+    let mut shares = [0.0; 2];
+    let ways =
+        [("distance only", distance_only()), ("distance and curvature", with_curvature(1.0))];
+    for ((way, options), share) in ways.into_iter().zip(&mut shares) {
+        let result = simplified(mesh, options, faces)?.mesh;
+        *share = curved.share_of_faces(&original, &result);
+        item.number_within(
+            format!("{name}, {way}, share of triangles on the most curved tenth"),
+            *share,
+            CHAINS,
+        );
+        let result_faces = result.topology().face_count() as f64;
+        item.number(format!("{name}, {way}, faces"), result_faces);
+        let mean = original.mean_percent(&result)?;
+        item.number_within(format!("{name}, {way}, mean distance in %"), mean, CHAINS);
+        let caption = format!("{way}, {} faces, mean distance {mean:.4} %", count(&result));
+        let file = file(&way.replace(' ', "-"));
+        figures.push(run.picture(&result, &view, &style, &file, &caption)?);
+    }
+    item.side_by_side(figures);
+    Ok(shares)
+}
+
+/// The faces of a mesh that make up the tenth of its area with the highest curvature.
+struct MostCurved(Vec<bool>);
+
+impl MostCurved {
+    const SHARE: f64 = 0.1;
+
+    fn of(mesh: &TriMesh) -> Self {
+        let curvatures = dcurv::Curvatures::of(mesh, &dcurv::CurvatureOptions::default());
+        let topology = mesh.topology();
+        let mut faces: Vec<(f64, f64, usize)> = topology
+            .faces()
+            .enumerate()
+            .map(|(i, face)| {
+                let corners = topology.face_vertices(face);
+                let of = |v| curvatures.vertices()[v].abs_principal_sum().value();
+                (corners.map(of).iter().sum(), mesh.face_area(face), i)
+            })
+            .collect();
+        faces.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
+        let limit = Self::SHARE * mesh.area();
+        let mut is_curved = vec![false; faces.len()];
+        let mut area = 0.0;
+        for (_, face_area, face) in faces {
+            area += face_area;
+            if area > limit {
+                break;
+            }
+            is_curved[face] = true;
+        }
+        Self(is_curved)
+    }
+
+    /// The share of the faces of another mesh whose centre is nearest to such a face.
+    fn share_of_faces(&self, original: &Original, mesh: &TriMesh) -> f64 {
+        let centers: Vec<DVec3> = mesh
+            .topology()
+            .faces()
+            .map(|face| mesh.triangle(face).into_iter().sum::<DVec3>() / 3.0)
+            .collect();
+        let nearest = original.surface.closest_points(&centers);
+        let curved = nearest.iter().filter(|p| self.0.get(p.triangle as usize) == Some(&true));
+        curved.count() as f64 / centers.len().max(1) as f64
+    }
+}

@@ -1,0 +1,106 @@
+//! Fig. 7: a half cylinder with vertices on its two rims only.
+
+use curvpatch::{Params, PatchFit, PatchProbe, Shape};
+use glam::DVec3;
+use mesh_core::shapes::{Cylinder, RowPhase};
+use mesh_core::{FaceId, TriMesh};
+
+use super::super::item::{Figure, Item};
+use super::super::outcome::Outcome;
+use super::super::run::{Run, mesh_of, view_of};
+use super::drawing::{BLUE, Drawing, ORANGE};
+use super::patches::{PRESETS, STYLE, estimator, patch};
+use mesh_render::Style;
+use xtask_common::Failure;
+
+const SPARSE: Cylinder = Cylinder { radius: 1.0, height: 6.0 };
+const DENSE: Cylinder = Cylinder { radius: 1.0, height: 4.0 };
+const RADIUS: f64 = 0.4;
+/// A face in the middle of the sparse mesh, and one of the dense mesh that cuts the same facet.
+const FACES: [FaceId; 2] = [FaceId::new(22), FaceId::new(1536)];
+const TOWARD: DVec3 = DVec3::new(0.3, 1.0, 0.3);
+const TALL: Style = Style { size: [380, 780], ..STYLE };
+
+pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
+    item.about(
+        "Half of a 48-sided cylinder as strips of long triangles. All vertices are on the boundary, \
+         so curvature at vertices says nothing about the middle; sections through a face do not \
+         care, and give to rounding what they give on a dense mesh of the same facets. Both shapes \
+         of patch are drawn for r_g = 0.4, lifted a little to be seen.",
+    );
+    item.how(
+        &[
+            "curvpatch::CurvatureEstimator::patch",
+            "mesh_core::shapes::Cylinder::half_with_bare_sides",
+        ],
+        &["curvmesh patch IN -o OUT.glb --face 22 --radius 0.4 --shape ellipse --preset paper"],
+    );
+    let sparse = mesh_of(&SPARSE.half_with_bare_sides(24).map_err(Failure::mesh)?)?;
+    let dense = mesh_of(&DENSE.mesh(32, 48, RowPhase::Aligned).map_err(Failure::mesh)?)?;
+    let topology = sparse.topology();
+    let inner = topology.vertices().filter(|&v| !topology.is_boundary_vertex(v)).count();
+    item.number("vertices inside the mesh", inner as f64);
+    let mut worst = 0.0_f64;
+    for (name, params) in PRESETS {
+        let [few, many] = [(&sparse, FACES[0]), (&dense, FACES[1])]
+            .map(|(mesh, face)| estimator(mesh, params)?.at(face, RADIUS).map_err(Failure::mesh));
+        let (few, many) = (few?, many?);
+        let [k1, k2] = few.curvatures;
+        item.number(format!("{name} preset, kappa 1 (exact: 1)"), k1);
+        item.number_within(
+            format!("{name} preset, |kappa 2| below 0.01"),
+            below(k2.abs(), 0.01),
+            0.0,
+        );
+        let off = few.frame[0].z.abs().asin().to_degrees();
+        item.number_within(
+            format!("{name} preset, T1 off by less than 1e-6 degrees"),
+            below(off, 1e-6),
+            0.0,
+        );
+        let apart = (0..2).map(|i| (few.curvatures[i] - many.curvatures[i]).abs());
+        if name == "paper" {
+            worst = apart.fold(worst, f64::max);
+        }
+    }
+    item.number_within("sparse and dense mesh agree to 1e-10", below(worst, 1e-10), 0.0);
+    item.claim(
+        "curvature without vertices",
+        Outcome::of(inner == 0 && worst < 1e-10),
+        format!("{inner} vertices inside; both meshes give the same curvatures to {worst:.0e}"),
+    );
+    let figures = figures(run, item, &sparse)?;
+    item.side_by_side(figures);
+    Ok(())
+}
+
+/// 1 when a number that is rounding only is below a limit.
+fn below(value: f64, limit: f64) -> f64 {
+    f64::from(u8::from(value < limit))
+}
+
+fn figures(run: &Run<'_>, item: &mut Item, mesh: &TriMesh) -> Result<Vec<Figure>, Failure> {
+    let estimator = estimator(mesh, Params::paper())?;
+    let view = view_of(mesh, TOWARD, DVec3::Z)?;
+    let shapes = [(Shape::Circle, "circle", BLUE), (Shape::Ellipse, "ellipse", ORANGE)];
+    let draw = |(shape, name, color): (Shape, &str, [u8; 3])| {
+        let fit = patch(&estimator, FACES[0], RADIUS, shape)?;
+        add_numbers(item, mesh, &fit, name);
+        let mut drawing = Drawing::of(mesh, &[FACES[0]], [150, 150, 148]);
+        drawing.patch(&fit.patch, color, 0.02, 3.0)?;
+        let caption = format!("Fig. 7: {name} of r_g = {RADIUS} on the bare half cylinder");
+        drawing.draw(run, &view, &TALL, &format!("sn10-half-cylinder-{name}"), &caption)
+    };
+    shapes.into_iter().map(draw).collect()
+}
+
+fn add_numbers(item: &mut Item, mesh: &TriMesh, fit: &PatchFit, name: &str) {
+    let [l1, l2] = fit.patch.arcs();
+    item.number(format!("{name}, length of the second arc / r_g"), l2 / l1);
+    let errors = PatchProbe::new(mesh).quarter_errors(fit);
+    let largest = errors.into_iter().fold(0.0, f64::max);
+    item.number(
+        format!("{name}, largest error at four boundary points (% of r_g)"),
+        100.0 * largest / RADIUS,
+    );
+}

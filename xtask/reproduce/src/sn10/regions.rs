@@ -1,0 +1,142 @@
+//! Fig. 11 and 12: the regions that circular and elliptical patches cover on a saddle and a torus.
+
+use curvpatch::{CurvatureEstimator, Params, PatchProbe, Shape};
+use glam::DVec3;
+use mesh_core::shapes::{Diagonals, Saddle, Torus};
+use mesh_core::{FaceId, TriMesh};
+
+use super::super::item::{Figure, Item};
+use super::super::run::{Run, mesh_of, view_of};
+use super::drawing::{BLUE, Drawing, GREEN, ORANGE};
+use super::patches::{STYLE, estimator, face_at, patch};
+use xtask_common::Failure;
+
+/// A surface with the places where patches are put.
+struct Case {
+    name: &'static str,
+    figure: &'static str,
+    mesh: TriMesh,
+    radius: f64,
+    toward: DVec3,
+    up: DVec3,
+    /// Name, and a point and a side that tell the face.
+    places: Vec<(&'static str, DVec3, DVec3)>,
+}
+
+pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
+    item.about(
+        "Circular and elliptical patches of the same r_g at the same faces. A region is the faces \
+         with all vertices under the patch (drawn darker); its area is given over pi r_g². An \
+         ellipse is longer along the direction of smaller curvature, by |kappa 1 / kappa 2| up to \
+         2.5, so at the symmetric centre of the saddle both shapes are nearly the same, and on top \
+         of the torus, where kappa 2 vanishes, the ellipse reaches its limit. The paper shows \
+         pictures and prints no areas.",
+    );
+    item.how(
+        &[
+            "curvpatch::Shape",
+            "curvpatch::PatchProbe::faces_under",
+            "curvpatch::PatchProbe::full_error",
+        ],
+        &["curvmesh patch IN -o OUT.glb --face N --radius R --shape ellipse"],
+    );
+    let mut lines = Vec::new();
+    for case in cases()? {
+        let estimator = estimator(&case.mesh, Params::robust())?;
+        let shapes = [(Shape::Circle, "circles"), (Shape::Ellipse, "ellipses")];
+        let figures = shapes.map(|(shape, name)| {
+            let mut drawn = figure(run, item, &case, &estimator, shape, name)?;
+            lines.append(&mut drawn.1);
+            Ok(drawn.0)
+        });
+        item.side_by_side(figures.into_iter().collect::<Result<Vec<Figure>, Failure>>()?);
+    }
+    item.table(
+        "Areas over pi r_g², errors in percent of r_g",
+        ["place", "patches", "kappa 1", "kappa 2", "arc 2 / r_g", "faces", "area", "error"],
+        lines,
+    );
+    Ok(())
+}
+
+fn cases() -> Result<[Case; 2], Failure> {
+    let saddle = Saddle { coefficient: 0.5, half_width: 1.0 };
+    let torus = Torus { major: 2.0, minor: 1.0 };
+    Ok([
+        Case {
+            name: "saddle",
+            figure: "Fig. 11",
+            mesh: mesh_of(&saddle.mesh(40, Diagonals::Alternating).map_err(Failure::mesh)?)?,
+            radius: 0.3,
+            toward: DVec3::new(0.4, -0.9, 1.0),
+            up: DVec3::Z,
+            places: vec![
+                ("centre", DVec3::ZERO, DVec3::Z),
+                ("slope", DVec3::new(-0.55, -0.5, 0.0), DVec3::Z),
+                ("crest", DVec3::new(0.62, 0.0, 0.19), DVec3::Z),
+            ],
+        },
+        Case {
+            name: "torus",
+            figure: "Fig. 12",
+            mesh: mesh_of(&torus.mesh(72, 36).map_err(Failure::mesh)?)?,
+            radius: 0.35,
+            toward: DVec3::new(0.0, -1.0, 1.1),
+            up: DVec3::Z,
+            places: vec![
+                ("outside", DVec3::new(-0.9, -2.75, 0.25), DVec3::NEG_Y),
+                ("top", DVec3::new(1.45, -1.4, 1.0), DVec3::Z),
+                ("inside", DVec3::new(0.1, 1.1, 0.35), DVec3::NEG_Y),
+            ],
+        },
+    ])
+}
+
+/// Draws the patches of a shape and measures what they cover.
+fn figure(
+    run: &Run<'_>,
+    item: &mut Item,
+    case: &Case,
+    estimator: &CurvatureEstimator<'_>,
+    shape: Shape,
+    shape_name: &str,
+) -> Result<(Figure, Vec<Vec<String>>), Failure> {
+    let Case { name, mesh, radius, .. } = case;
+    let mut probe = PatchProbe::new(mesh);
+    let mut fits = Vec::new();
+    let mut covered: Vec<FaceId> = Vec::new();
+    let mut lines = Vec::new();
+    for (place, point, side) in &case.places {
+        let fit = patch(estimator, face_at(mesh, *point, *side), *radius, shape)?;
+        let faces = probe.faces_under(&fit);
+        let area: f64 = faces.iter().map(|&face| mesh.face_area(face)).sum();
+        let share = area / (core::f64::consts::PI * radius * radius);
+        let error = 100.0 * probe.full_error(&fit, *radius, false).max() / radius;
+        let what = format!("{name}, {place}, {shape_name}");
+        item.number(format!("{what}, area over pi r_g²"), share);
+        item.number(format!("{what}, error (% of r_g)"), error);
+        let [k1, k2] = fit.curvature.curvatures;
+        lines.push(vec![
+            format!("{name}, {place}"),
+            shape_name.to_owned(),
+            format!("{k1:.3}"),
+            format!("{k2:.3}"),
+            format!("{:.2}", fit.patch.arcs()[1] / radius),
+            faces.len().to_string(),
+            format!("{share:.2}"),
+            format!("{error:.2}"),
+        ]);
+        covered.extend(faces);
+        fits.push(fit);
+    }
+    let mut drawing = Drawing::of(mesh, &covered, [120, 120, 118]);
+    for (fit, color) in fits.iter().zip([BLUE, ORANGE, GREEN]) {
+        let error = probe.full_error(fit, *radius, false).max();
+        drawing.patch(&fit.patch, color, error.max(0.04 * radius), 3.0)?;
+    }
+    let view = view_of(mesh, case.toward, case.up)?;
+    let caption = format!("{}: {shape_name} of r_g = {radius} on the {name}", case.figure);
+    let figure =
+        drawing.draw(run, &view, &STYLE, &format!("sn10-{name}-{shape_name}"), &caption)?;
+    Ok((figure, lines))
+}
