@@ -140,7 +140,7 @@ fn environment(folder: &Path, options: &Python) -> Result<VirtualEnvironment, Fa
 fn build_program(target: &Path, release: bool) -> Result<PathBuf, Failure> {
     step("the program, which results are compared with");
     let mut cargo = Command::new("cargo");
-    cargo.args(["build", "--quiet", "--package", "curvmesh"]);
+    cargo.args(["build", "--quiet", "--package", "curvmesh-cli"]);
     if release {
         cargo.arg("--release");
     }

@@ -186,11 +186,11 @@ fn ticking_bar() -> ProgressBar {
 
 /// The files of the folder: name, path and size, by name.
 fn files(folder: &Path) -> Result<Vec<(String, PathBuf, u64)>, Failure> {
-    let folder = std::path::absolute(folder).map_err(failed)?;
+    let absolute = std::path::absolute(folder).map_err(Failure::reading(folder))?;
     let mut files = Vec::new();
-    for entry in std::fs::read_dir(&folder).map_err(failed)? {
-        let entry = entry.map_err(failed)?;
-        let metadata = entry.metadata().map_err(failed)?;
+    for entry in std::fs::read_dir(&absolute).map_err(Failure::reading(folder))? {
+        let entry = entry.map_err(Failure::reading(folder))?;
+        let metadata = entry.metadata().map_err(Failure::reading(folder))?;
         if metadata.is_file() {
             let name = entry.file_name().to_string_lossy().into_owned();
             files.push((name, entry.path(), metadata.len()));
@@ -204,7 +204,13 @@ fn files(folder: &Path) -> Result<Vec<(String, PathBuf, u64)>, Failure> {
 fn build() -> Result<PathBuf, Failure> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
-    command.args(["build", "--package", "curvmesh", "--message-format", "json-render-diagnostics"]);
+    command.args([
+        "build",
+        "--package",
+        "curvmesh-cli",
+        "--message-format",
+        "json-render-diagnostics",
+    ]);
     command.stderr(std::process::Stdio::inherit());
     let failed = |why: String| Failure::Usage(format!("cannot build the program: {why}"));
     let output = command.output().map_err(|error| failed(error.to_string()))?;
