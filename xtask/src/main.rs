@@ -1,11 +1,13 @@
-//! Tasks of the workspace: `cargo xtask circles` checks the modules of each crate, `cargo xtask python`
-//! builds and tests the Python package. `cargo xtask reproduce` and `cargo xtask instructions` start
+//! Tasks of the workspace: `cargo xtask circles` checks the modules of each crate, `cargo xtask package`
+//! packs the crates for the registry, `cargo xtask python` builds and tests the Python package. `cargo xtask reproduce` and `cargo xtask instructions` start
 //! programs of their own, because those wait for every library.
 //!
 //! One module per command. This is a program, so unlike the libraries it prints.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod circles;
+mod files;
+mod package;
 mod programs;
 mod python;
 
@@ -33,6 +35,11 @@ enum Task {
     ///     cargo xtask circles crates/simplify
     #[command(verbatim_doc_comment)]
     Circles(circles::Circles),
+    /// Write crates with names that the registry has free, and build a program from the packed files alone
+    ///
+    ///     cargo xtask package
+    #[command(verbatim_doc_comment)]
+    Package(package::Pack),
     /// Build the Python package as a wheel, and test it from outside the source tree
     ///
     ///     cargo xtask python
@@ -46,6 +53,7 @@ fn main() -> ExitCode {
         Task::Reproduce(arguments) => programs::run("reproduce", None, &arguments),
         Task::Instructions(arguments) => programs::run("benches", Some("instructions"), &arguments),
         Task::Circles(options) => circles::run(&options),
+        Task::Package(options) => package::run(&options),
         Task::Python(options) => python::run(&options),
     })
 }

@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::files::copy_folder;
 use xtask_common::Failure;
 use xtask_common::{VirtualEnvironment, check};
 
@@ -160,17 +161,4 @@ fn only_file(folder: &Path) -> Result<PathBuf, Failure> {
         (Some(file), true) => Ok(file),
         _ => Err(Failure::Usage(format!("{} does not hold one wheel", folder.display()))),
     }
-}
-
-fn copy_folder(from: &Path, to: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(to).map_err(Failure::writing(to))?;
-    for entry in fs::read_dir(from).map_err(Failure::reading(from))?.flatten() {
-        let target = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy_folder(&entry.path(), &target)?;
-        } else {
-            fs::copy(entry.path(), &target).map_err(Failure::writing(&target))?;
-        }
-    }
-    Ok(())
 }
