@@ -8,6 +8,7 @@ mod curve;
 mod density;
 mod error;
 mod face_lists;
+mod face_quality;
 mod fit;
 mod max_error;
 mod multiresolution;

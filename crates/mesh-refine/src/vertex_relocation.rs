@@ -27,7 +27,9 @@ use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::density::{Density, PLACES, places};
 use crate::face_lists::FaceLists;
+use crate::face_quality::{keeps_height, keeps_side};
 use crate::fit::constraints::FitConstraints;
+use crate::fit::moves::{can_move, cross};
 use crate::fit::spread::area;
 use crate::observer::Observer;
 use mesh_collapse::{ChangedFace, NewIntersections, Phase};
@@ -312,14 +314,9 @@ impl<'a> Layout<'a> {
             {
                 continue;
             }
-            let keeps = topology.faces_of_vertex(v).all(|face| {
-                let corners = topology.face_vertices(face);
-                let triangle = corners.map(|w| if w == v { to } else { self.mesh.position(w) });
-                keeps_side(cross(triangle), self.mesh.face_cross(face))
-            });
             let crosses =
                 || self.found.as_ref().is_some_and(|found| found.would_arise_at(self.mesh, v, to));
-            if !keeps || crosses() {
+            if !can_move(self.mesh, v, to) || crosses() {
                 continue;
             }
             self.mesh.positions_mut()[v.index()] = to;
@@ -356,7 +353,10 @@ impl<'a> Layout<'a> {
         let corners = [[c, a, d], [d, b, c]];
         let triangles = corners.map(|triangle| triangle.map(|v| self.mesh.position(v)));
         let normal = self.mesh.face_cross(left) + self.mesh.face_cross(right);
-        if !triangles.iter().all(|&triangle| keeps_side(cross(triangle), normal)) {
+        let before = [left, right].map(|face| self.mesh.triangle(face));
+        if !triangles.iter().all(|&triangle| keeps_side(cross(triangle), normal))
+            || !keeps_height(triangles, before)
+        {
             return;
         }
         self.faces.clear();
@@ -366,7 +366,6 @@ impl<'a> Layout<'a> {
                 let sum = |triangles: [[DVec3; 3]; 2]| -> f64 {
                     triangles.iter().map(|&triangle| spread(metric, triangle)).sum()
                 };
-                let before = [left, right].map(|face| self.mesh.triangle(face));
                 sum(triangles) < NOTICEABLE * sum(before)
             }
             None => self.reassign(&triangles, NOTICEABLE),
@@ -445,10 +444,6 @@ impl<'a> Layout<'a> {
     }
 }
 
-fn cross([p, q, r]: [DVec3; 3]) -> DVec3 {
-    (q - p).cross(r - p)
-}
-
 /// What the distance of a triangle would be, squared and integrated, over a surface that is curved
 /// alike in all directions of a metric: its area times the square of the sum of its squared sides, up to a
 /// factor.
@@ -456,11 +451,6 @@ fn spread(metric: DMat3, triangle: [DVec3; 3]) -> f64 {
     let [a, b, c] = triangle;
     let sides = [b - a, c - b, a - c].map(|side| side.dot(metric * side)).iter().sum::<f64>();
     area(&triangle) * sides * sides
-}
-
-/// Whether a face with the vector area `new` is turned by less than sixty degrees from `old`.
-fn keeps_side(new: DVec3, old: DVec3) -> bool {
-    new.dot(old) > 0.5 * new.length() * old.length()
 }
 
 #[cfg(test)]

@@ -235,6 +235,7 @@ impl<'a> EdgePatch<'a> {
     /// remains, in the order in which they are after the collapse, clockwise; the left face of
     /// each but the first joins it to the one before. Returns whether they are closed; if not,
     /// that vertex lies on the boundary, and the first has no left face.
+    #[cfg(feature = "curvature")]
     pub(crate) fn merged_ring(&self, ring: &mut Vec<HalfEdgeId>) -> bool {
         let topology = self.mesh.topology();
         let (h, twin) = (self.half_edge, self.half_edge.twin());

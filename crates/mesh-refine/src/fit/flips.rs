@@ -3,14 +3,14 @@
 //! Which flips help is found out for all edges at the same time; edges next to a flip are looked at
 //! again when their turn comes, so that the result is that of one after the other.
 
-use glam::DVec3;
 use mesh_collapse::{ChangedFace, NewIntersections};
 use mesh_core::edit::LegalFlip;
 use mesh_core::{EdgeId, FaceId, Handle, TriMesh, parallel};
 use mesh_metric::closest_on_triangle;
 
+use crate::face_quality::{keeps_height, keeps_side};
 use crate::fit::constraints::FitConstraints;
-use crate::fit::moves::keeps_side;
+use crate::fit::moves::cross;
 use crate::fit::pairs::Pairs;
 use crate::norm::Power;
 
@@ -84,10 +84,11 @@ fn flip_is_closer(
     let (Some(c), Some(d)) = (topology.apex(h), topology.apex(twin)) else { return false };
     let [a, b] = topology.edge_vertices(edge);
     let [a, b, c, d] = [mesh.position(a), mesh.position(b), mesh.position(c), mesh.position(d)];
-    let new = [[c, a, d], [d, b, c]];
-    let cross = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p);
-    let normal = cross([a, b, c]) + cross([b, a, d]);
-    if !new.into_iter().all(|triangle| keeps_side(cross(triangle), normal)) {
+    let (old, new) = ([[a, b, c], [b, a, d]], [[c, a, d], [d, b, c]]);
+    let normal = cross(old[0]) + cross(old[1]);
+    if !new.into_iter().all(|triangle| keeps_side(cross(triangle), normal))
+        || !keeps_height(new, old)
+    {
         return false;
     }
     let faces = || topology.edge_faces(edge).into_iter().flatten();

@@ -4,19 +4,12 @@ use glam::DVec3;
 use mesh_collapse::NewIntersections;
 use mesh_core::{TriMesh, VertexId};
 
+use crate::face_quality::{keeps_height, keeps_side};
 use crate::fit::constraints::FitConstraints;
 use crate::fit::freedom::Freedom;
 
-/// The smallest cosine between the normals of faces before and after a flip or a move.
-const MIN_COSINE: f64 = 0.5;
-
-/// Whether a face with the vector area `new` is turned by less than sixty degrees from `old`.
-pub(super) fn keeps_side(new: DVec3, old: DVec3) -> bool {
-    new.dot(old) > MIN_COSINE * new.length() * old.length()
-}
-
 /// Moves each vertex by its displacement, or by half or a quarter of it, or not at all, so that no
-/// face turns too far.
+/// face turns too far or becomes a sliver.
 pub(super) fn move_vertices(
     mesh: &mut TriMesh,
     displacements: &[(VertexId, DVec3)],
@@ -24,7 +17,6 @@ pub(super) fn move_vertices(
     constraints: &FitConstraints,
     mut found: Option<&mut NewIntersections>,
 ) {
-    let mut before: Vec<DVec3> = Vec::new();
     for &(v, displacement) in displacements {
         if displacement == DVec3::ZERO || !displacement.is_finite() {
             continue;
@@ -35,14 +27,12 @@ pub(super) fn move_vertices(
             Some(_) => displacement.clamp_length_max(0.5 * shortest_edge(mesh, v)),
             None => displacement,
         };
-        before.clear();
-        before.extend(mesh.topology().faces_of_vertex(v).map(|f| mesh.face_cross(f)));
         for part in [1.0, 0.5, 0.25] {
             let free = from + part * displacement;
             // As far from the curve as it was.
             let to = curve.map_or(free, |c| from + (c.closest(free) - c.closest(from)));
             let crosses = found.as_ref().is_some_and(|found| found.would_arise_at(mesh, v, to));
-            if !crosses && try_move(mesh, v, to, &before) {
+            if !crosses && try_move(mesh, v, to) {
                 if let Some(found) = &mut found {
                     found.update(mesh, mesh.topology().faces_of_vertex(v));
                 }
@@ -57,14 +47,28 @@ fn shortest_edge(mesh: &TriMesh, v: VertexId) -> f64 {
     lengths.fold(f64::INFINITY, f64::min)
 }
 
-/// Moves a vertex unless that turns a face too far from its normal before.
-pub(crate) fn try_move(mesh: &mut TriMesh, v: VertexId, to: DVec3, before: &[DVec3]) -> bool {
-    let from = mesh.position(v);
-    mesh.positions_mut()[v.index()] = to;
-    let faces = mesh.topology().faces_of_vertex(v);
-    let fits = faces.zip(before).all(|(f, old)| keeps_side(mesh.face_cross(f), *old));
-    if !fits {
-        mesh.positions_mut()[v.index()] = from;
+/// Moves a vertex unless that turns a face too far or makes it a sliver.
+pub(crate) fn try_move(mesh: &mut TriMesh, v: VertexId, to: DVec3) -> bool {
+    let fits = can_move(mesh, v, to);
+    if fits {
+        mesh.positions_mut()[v.index()] = to;
     }
     fits
+}
+
+/// Whether no face turns too far or becomes a sliver when a vertex moves.
+pub(crate) fn can_move(mesh: &TriMesh, v: VertexId, to: DVec3) -> bool {
+    let topology = mesh.topology();
+    topology.faces_of_vertex(v).all(|face| {
+        let [p, q, r] = topology.face_vertices(face);
+        let old = [mesh.position(p), mesh.position(q), mesh.position(r)];
+        let at = |corner: VertexId, old: DVec3| if corner == v { to } else { old };
+        let new = [at(p, old[0]), at(q, old[1]), at(r, old[2])];
+        keeps_side(cross(new), cross(old)) && keeps_height([new], [old])
+    })
+}
+
+/// Twice the vector area of a triangle.
+pub(crate) fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
 }

@@ -6,7 +6,9 @@ use mesh_core::{FaceId, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, closest_on_triangle};
 
 use crate::error::RefineError;
+use crate::face_quality::{keeps_height, keeps_side};
 use crate::fit::constraints::FitConstraints;
+use crate::fit::moves::cross;
 use crate::fit::spread::{Spot, Spread, area};
 use crate::fit::{FitOptions, FitTarget, LocalFit, share_of_one};
 use crate::max_error::change::Became;
@@ -21,6 +23,14 @@ const STEPS: [f64; 4] = [1.0, 0.5, 0.25, 0.12];
 
 /// What counts as a peak there, relative to the largest distance.
 const FLATTENED: f64 = 0.85;
+
+/// Whether no face turns too far or becomes a sliver between two meshes of the same connectivity.
+fn keeps_faces(before: &TriMesh, after: &TriMesh) -> bool {
+    before.topology().faces().all(|face| {
+        let (old, new) = (before.triangle(face), after.triangle(face));
+        old == new || (keeps_side(cross(new), cross(old)) && keeps_height([new], [old]))
+    })
+}
 
 impl Peaks<'_> {
     /// Moves the vertices round the peaks so that these become lower, as long as that works.
@@ -68,6 +78,9 @@ impl Peaks<'_> {
                 let mut next = mesh.clone();
                 for (at, to) in next.positions_mut().iter_mut().zip(&moved) {
                     *at += part * (*to - *at);
+                }
+                if part < 1.0 && !keeps_faces(mesh, &next) {
+                    continue;
                 }
                 let bar = ENOUGH * self.heights.largest;
                 let change = self.after(mesh, &next, original, Became::Same, bar)?;

@@ -6,6 +6,7 @@ use mesh_core::crossing::Triangle;
 use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId};
 use mesh_metric::{Surface, weights_of_closest};
 
+use crate::face_quality::is_sliver;
 use crate::fit::constraints::FitConstraints;
 use crate::fit::moves::try_move;
 use crate::max_error::points::Peaks;
@@ -21,7 +22,6 @@ impl Peaks<'_> {
         most: usize,
     ) -> Vec<VertexId> {
         let mut moved = Vec::new();
-        let mut before = Vec::new();
         for index in
             farthest_first(self.elements.of_vertex.iter().copied(), bar).into_iter().take(most)
         {
@@ -35,9 +35,7 @@ impl Peaks<'_> {
             if found.as_ref().is_some_and(|found| found.would_arise_at(mesh, v, to)) {
                 continue;
             }
-            before.clear();
-            before.extend(topology.faces_of_vertex(v).map(|f| mesh.face_cross(f)));
-            if try_move(mesh, v, to, &before) {
+            if try_move(mesh, v, to) {
                 moved.push(v);
                 if let Some(found) = found {
                     found.update(mesh, mesh.topology().faces_of_vertex(v));
@@ -92,8 +90,8 @@ fn farthest_first(distances: impl Iterator<Item = f64>, bar: f64) -> Vec<usize> 
 /// Below this weight of a corner the closest point counts as on the side opposite to it.
 const ON_SIDE: f64 = 0.1;
 
-/// Splits the face or the edge that is closest to `point` there, unless that must stay as it is or,
-/// where `found` watches, faces came to cross.
+/// Splits the face or the edge that is closest to `point` there, unless it must stay as it is, a sliver would arise,
+/// or, where `found` watches, faces would come to cross.
 fn put_vertex(
     mesh: &mut TriMesh,
     constraints: &FitConstraints,
@@ -109,15 +107,19 @@ fn put_vertex(
     if split_edge.is_some_and(|e| constraints.is_feature(e) || is_locked(mesh, constraints, e)) {
         return None;
     }
-    if let Some(found) = found {
-        let gone = match split_edge {
-            Some(edge) => topology.edge_faces(edge),
-            None => [Some(face), None],
-        };
-        let gone: Vec<FaceId> = gone.into_iter().flatten().collect();
-        if found.would_arise_instead(mesh, &gone, &fan(mesh, &gone, split_edge, point)) {
-            return None;
-        }
+    let gone = match split_edge {
+        Some(edge) => topology.edge_faces(edge),
+        None => [Some(face), None],
+    };
+    let gone: Vec<FaceId> = gone.into_iter().flatten().collect();
+    let new = fan(mesh, &gone, split_edge, point);
+    if new.iter().any(|&(_, corners)| is_sliver(corners)) {
+        return None;
+    }
+    if let Some(found) = found
+        && found.would_arise_instead(mesh, &gone, &new)
+    {
+        return None;
     }
     let vertex = match split_edge {
         Some(edge) => {
