@@ -15,7 +15,7 @@ use std::time::Instant;
 
 use mesh_core::{Repair, TriMesh, build};
 use mesh_metric::Surface;
-use simplify::{FitNorm, Options, Preset, simplify};
+use simplify::{FitNorm, Options, Preset, RefineOptions, simplify};
 
 pub use bound::{Distances, of_one_triangle};
 pub use measure::distances;
@@ -69,11 +69,8 @@ fn parse_norm(text: &str) -> Result<FitNorm, String> {
 
 /// The same with other random numbers.
 fn seeded(mut options: Options, seed: u64) -> Options {
-    let Options { refine: finish, .. } = &mut options;
-    let fits = finish.fit.iter_mut();
-    let anneals = finish.anneal.iter_mut().map(|anneal| &mut anneal.fit);
-    let peaks = finish.max_error.iter_mut().map(|peaks| &mut peaks.fit);
-    fits.chain(anneals).chain(peaks).for_each(|fit| fit.seed = seed);
+    options.refine.seed = seed;
+    options.refine.tuning.max_error.fit.seed = seed;
     options
 }
 
@@ -225,16 +222,13 @@ impl LimitStudy {
     fn programs(&self) -> Vec<Program> {
         let with = |preset: Preset| {
             let options = Options::preset(preset);
-            let norms = match options.refine.fit {
-                Some(_) => &self.norms[..],
-                None => &[FitNorm::L2],
-            };
+            let norms = if options.refine.fit { &self.norms[..] } else { &[FitNorm::L2] };
             norms.iter().map(move |&norm| {
                 let name = match norm {
                     FitNorm::L2 => preset.name().to_owned(),
                     other => format!("{preset} {}", other.name()),
                 };
-                let refine = options.refine.clone().minimising(norm);
+                let refine = RefineOptions { norm, ..options.refine };
                 (name, Options { refine, ..options.clone() })
             })
         };

@@ -80,7 +80,8 @@ impl ToleranceStudy {
 
 impl Way {
     fn usual(preset: Preset) -> Self {
-        let is_squeezed = Options::preset(preset).within(1.0, ErrorCheck::Certified).limit.decimate;
+        let is_squeezed =
+            Options::preset(preset).within(1.0, ErrorCheck::Certified).tolerance.decimate;
         Self { preset, is_squeezed }
     }
 }
@@ -144,7 +145,7 @@ fn measure(
 ) -> Result<Row, Failure> {
     let limit = percent / 100.0 * original.bounding_box().diagonal();
     let mut options = Options::preset(way.preset).within(limit, ErrorCheck::Certified);
-    options.limit.decimate &= way.is_squeezed;
+    options.tolerance.decimate &= way.is_squeezed;
     let start = Instant::now();
     let result = simplify(mesh, &options).map_err(Failure::mesh)?;
     let seconds = start.elapsed().as_secs_f64();

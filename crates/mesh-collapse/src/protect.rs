@@ -2,7 +2,9 @@
 
 use mesh_core::{EdgeId, EdgeMap, Remap, TriMesh, VertexId, VertexMap};
 
-use crate::constraint::Constraints;
+use crate::constraint::{
+    ComponentConstraint, Constraints, IntersectionConstraint, NormalConstraint, ShapeConstraint,
+};
 use crate::geometry::edge_patch::Collapse;
 use crate::policy::Policy;
 
@@ -22,19 +24,77 @@ pub enum Boundary {
     Free,
 }
 
-/// Vertices and edges that must stay.
-#[derive(Clone, Debug, Default)]
+/// What a mesh must keep: boundary, locked vertices, feature lines, and the shape of its faces.
+///
+/// Every stage obeys the same set. [`Protect::default`] refuses collapses that fold the surface or make slivers;
+/// [`Protect::nothing`] refuses nothing.
+#[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Protect {
-    /// How the boundary is treated.
+    /// How the boundary of an open mesh is treated.
     pub boundary: Boundary,
-    /// Vertices that neither move nor go. A map shorter than the mesh locks nothing beyond its
-    /// end.
+    /// Vertices that neither move nor vanish. A map shorter than the mesh locks nothing beyond its end.
     pub locked: Option<VertexMap<bool>>,
-    /// Edges of feature lines. A vertex on a line may only move to another vertex of the same
-    /// line, close to the line; ends, forks and crossings of lines are locked. A map shorter than
-    /// the mesh has no features beyond its end.
+    /// Edges of feature lines. A vertex on a line may only merge with another vertex of the same line, close to the
+    /// line; ends, forks and crossings of lines are locked. A map shorter than the mesh has no features beyond its
+    /// end.
     pub features: Option<EdgeMap<bool>>,
+    /// Smallest cosine between the normals of a face before and after a collapse; `None` allows any turn. See
+    /// [`NormalConstraint`].
+    pub min_cosine: Option<f64>,
+    /// Shape below which faces must not get worse; `None` allows any shape. See [`ShapeConstraint`].
+    pub min_shape: Option<f64>,
+    /// Number of vertices that every component keeps; `None` for no limit. See [`ComponentConstraint`].
+    pub min_component_vertices: Option<usize>,
+    /// Whether faces must not come to cross that did not before. See [`IntersectionConstraint`].
+    pub forbid_intersections: bool,
+}
+
+impl Default for Protect {
+    fn default() -> Self {
+        Self {
+            min_cosine: Some(NormalConstraint::default().min_cosine),
+            min_shape: Some(ShapeConstraint::default().min_shape),
+            boundary: Boundary::default(),
+            ..Self::nothing()
+        }
+    }
+}
+
+impl Protect {
+    /// Nothing is protected, not even the boundary.
+    #[must_use]
+    pub fn nothing() -> Self {
+        Self {
+            boundary: Boundary::Free,
+            locked: None,
+            features: None,
+            min_cosine: None,
+            min_shape: None,
+            min_component_vertices: None,
+            forbid_intersections: false,
+        }
+    }
+
+    /// The constraints on collapses that follow from the limits on faces and components.
+    #[must_use]
+    pub fn constraints(&self) -> Constraints {
+        let mut constraints = Constraints::default();
+        if let Some(min_vertices) = self.min_component_vertices {
+            constraints.push(ComponentConstraint::new(min_vertices));
+        }
+        if let Some(min_cosine) = self.min_cosine {
+            constraints.push(NormalConstraint { min_cosine });
+        }
+        if let Some(min_shape) = self.min_shape {
+            constraints.push(ShapeConstraint { min_shape });
+        }
+        // The most expensive check comes last.
+        if self.forbid_intersections {
+            constraints.push(IntersectionConstraint::default());
+        }
+        constraints
+    }
 }
 
 /// The locked vertices, the feature edges and the guards of a mesh, to follow it through its

@@ -1,9 +1,8 @@
 //! After splits: the cheapest collapses, until there are as many faces as before.
 
 use mesh_collapse::{
-    Boundary, ComponentConstraint, IntersectionConstraint, Memoryless, NormalConstraint, Optimal,
-    Phase, Placement, Policies, Policy, Protect, ShapeConstraint, Start, Target, cheapest_edges,
-    collapse_edges_from,
+    Boundary, Memoryless, Optimal, Phase, Placement, Policies, Policy, Protect, Start, Target,
+    cheapest_edges, collapse_edges_from,
 };
 use mesh_core::{EdgeId, Remap, RemapOf, TriMesh, VertexId, VertexMap};
 
@@ -27,19 +26,6 @@ pub struct CollapseBack<'a> {
 }
 
 impl CollapseBack<'_> {
-    fn policies<P: Placement>(&self, placement: P) -> Policies<Memoryless, P> {
-        let mut policies = Policies::new(Memoryless, placement);
-        policies.constraints.push(NormalConstraint::default());
-        policies.constraints.push(ShapeConstraint::default());
-        if let Some(min_vertices) = self.min_component_vertices {
-            policies.constraints.push(ComponentConstraint::new(min_vertices));
-        }
-        if self.forbid_intersections {
-            policies.constraints.push(IntersectionConstraint::default());
-        }
-        policies
-    }
-
     fn fixed(&self, mesh: &TriMesh, constraints: &FitConstraints) -> Protect {
         let mut locked = mesh.topology().vertex_map(false);
         let fixed = constraints.fixed.iter().flat_map(VertexMap::iter);
@@ -49,6 +35,9 @@ impl CollapseBack<'_> {
             boundary: self.boundary,
             locked: Some(locked),
             features: constraints.features.clone(),
+            min_component_vertices: self.min_component_vertices,
+            forbid_intersections: self.forbid_intersections,
+            ..Protect::default()
         }
     }
 
@@ -59,7 +48,8 @@ impl CollapseBack<'_> {
         constraints: &FitConstraints,
         count: usize,
     ) -> Vec<EdgeId> {
-        let (policies, fixed) = (self.policies(Optimal::default()), self.fixed(mesh, constraints));
+        let policies = Policies::new(Memoryless, Optimal::default());
+        let fixed = self.fixed(mesh, constraints);
         let start = Start::followed_by(constraints.constraints.clone());
         cheapest_edges(mesh, policies, start, &fixed, count)
     }
@@ -95,7 +85,8 @@ pub fn collapse_back_placed(
     placement: impl Placement,
     (phase, observer): (Phase, &mut Observer<'_>),
 ) -> Back {
-    let (policies, fixed) = (to.policies(placement), to.fixed(mesh, constraints));
+    let policies = Policies::new(Memoryless, placement);
+    let fixed = to.fixed(mesh, constraints);
     let limits = Target { faces: Some(to.faces), ..Target::default() };
     let observe = &mut |now: &_| observer.observe_in(phase, now);
     let start = Start {

@@ -99,7 +99,7 @@ impl Attributes {
     pub fn constrain(&self, mesh: &TriMesh, options: &mut Options) {
         let topology = mesh.topology();
         if self.seams.count() > 0 {
-            let constraints = &mut options.collapse.protect;
+            let constraints = &mut options.protect;
             let features = constraints.features.get_or_insert_with(|| topology.edge_map(false));
             for edge in topology.edges() {
                 features[edge] |= self.seams.edges[edge];
@@ -111,7 +111,7 @@ impl Attributes {
             }
         }
         // Nothing comes on top of the curvature norms. The numbers are weighted already.
-        let counting = !options.collapse.metric.is_norm();
+        let counting = !options.cost.metric.is_norm();
         let corners = self.of_corners.clone().filter(|_| counting);
         options.attributes = AttributeOptions { corners, weight: 1.0 };
     }

@@ -5,8 +5,7 @@ use core::time::Duration;
 use dtri_flip::feature_edges;
 use mesh_core::TriMesh;
 use simplify::{
-    Boundary, ErrorCheck, FitNorm, FitOptions, Options, PlacementRule, Preset, Protect,
-    RefineOptions, Target,
+    Boundary, ErrorCheck, FitNorm, Options, PlacementRule, Preset, Protect, RefineOptions, Target,
 };
 
 /// What of a preset is changed; the default changes nothing.
@@ -64,7 +63,7 @@ impl Choices {
     pub fn fits(&self) -> bool {
         let mut options = Options::preset(self.preset);
         self.adjust_fit(&mut options);
-        options.refine.fit.is_some()
+        options.refine.fit
     }
 
     /// Whether the result is annealed.
@@ -72,7 +71,7 @@ impl Choices {
     pub fn anneals(&self) -> bool {
         let mut options = Options::preset(self.preset);
         self.adjust_fit(&mut options);
-        options.refine.anneal.is_some()
+        options.refine.anneal
     }
 
     /// How distances from the input are found.
@@ -83,55 +82,43 @@ impl Choices {
 
     /// The options for a mesh, without a largest error.
     #[must_use]
-    pub fn options(&self, mesh: &TriMesh, limits: Target) -> Options {
-        let mut options = self.options_without_features(limits);
-        let features = self.feature_angle.map(|angle| feature_edges(mesh, angle));
-        options.collapse.protect.features = features;
+    pub fn options(&self, mesh: &TriMesh, target: Target) -> Options {
+        let mut options = self.options_without_features(target);
+        options.protect.features = self.feature_angle.map(|angle| feature_edges(mesh, angle));
         options
     }
 
-    /// The same for a mesh that is not there as a whole, so that nobody knows its feature lines.
+    /// The options for a mesh that is not in memory, so that nobody knows its feature lines.
     #[must_use]
-    pub fn options_without_features(&self, limits: Target) -> Options {
+    pub fn options_without_features(&self, target: Target) -> Options {
         let mut options = Options::preset(self.preset);
-        options.limit.check = self.verify.then_some(ErrorCheck::Certified);
-        let collapse = &mut options.collapse;
-        collapse.limits = limits;
-        collapse.protect = Protect {
+        options.tolerance.check = self.verify.then_some(ErrorCheck::Certified);
+        options.target = target;
+        options.protect = Protect {
             boundary: if self.lock_boundary { Boundary::Lock } else { Boundary::Quadrics },
-            locked: None,
-            features: None,
+            min_component_vertices: self.min_component_vertices,
+            forbid_intersections: self.no_intersections,
+            ..options.protect
         };
-        collapse.min_component_vertices = self.min_component_vertices;
-        collapse.forbid_intersections = self.no_intersections;
         if let Some(placement) = self.placement {
-            collapse.placement = placement;
+            options.placement = placement;
         }
         if let Some(weight) = self.curvature_weight {
-            collapse.curvature_weight = weight;
+            options.cost.curvature_weight = weight;
         }
         self.adjust_fit(&mut options);
         options
     }
 
     fn adjust_fit(&self, options: &mut Options) {
+        let refine = &mut options.refine;
         match self.fit_rounds {
-            Some(0) => options.refine = RefineOptions::default(),
-            Some(rounds) => {
-                let fit = options.refine.fit.unwrap_or_default();
-                options.refine.fit = Some(FitOptions { rounds, ..fit });
-            }
+            Some(0) => *refine = RefineOptions::none(),
+            Some(rounds) => (refine.fit, refine.tuning.fit.rounds) = (true, rounds),
             None => {}
         }
-        if let Some(norm) = self.norm {
-            options.refine = core::mem::take(&mut options.refine).minimising(norm);
-        }
-        if let Some(fit) = &mut options.refine.fit {
-            fit.seed = self.seed;
-        }
-        if let Some(anneal) = &mut options.refine.anneal {
-            anneal.fit.seed = self.seed;
-            anneal.time_limit = self.anneal_time;
-        }
+        refine.norm = self.norm.unwrap_or(refine.norm);
+        refine.seed = self.seed;
+        refine.tuning.anneal.time_limit = self.anneal_time;
     }
 }

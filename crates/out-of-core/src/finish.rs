@@ -14,7 +14,7 @@ use mesh_core::{
 };
 use mesh_metric::Surface;
 use simplify::{
-    FitConstraints, FitOptions, MaxErrorOptions, RefineOptions, SimplifyError, anneal, fit,
+    FitConstraints, FitOptions, MaxErrorOptions, Options, SimplifyError, Steps, anneal, fit,
     reduce_max_error,
 };
 
@@ -43,7 +43,7 @@ pub(crate) struct Finishing<'f> {
     pub(crate) cells: Range<u32>,
     /// Where files go in the meantime; made, and removed again.
     pub(crate) folder: PathBuf,
-    pub(crate) options: &'f RefineOptions,
+    pub(crate) options: &'f Steps,
 }
 
 /// A mesh that was finished, and the number in it of each vertex that was there before and has not been
@@ -53,8 +53,13 @@ pub(crate) struct Finished {
     pub(crate) kept: Vec<u32>,
 }
 
+/// The refinement of a mesh of which every face may have been simplified elsewhere.
+pub(crate) fn refinement(options: &Options) -> Steps {
+    options.refine.steps(&options.protect, 0)
+}
+
 /// Whether the options say that anything comes after the collapses.
-pub(crate) fn is_anything(options: &RefineOptions) -> bool {
+pub(crate) fn is_anything(options: &Steps) -> bool {
     options.fit.is_some() || options.anneal.is_some() || options.max_error.is_some()
 }
 
@@ -127,7 +132,7 @@ impl Finishing<'_> {
             deal(&self.work.region(0, cell)?, &surface, of_face, folder)?;
         }
         drop(surface);
-        let mut finished = |options: &RefineOptions| {
+        let mut finished = |options: &Steps| {
             let mut all = Vec::new();
             for piece in pieces.clone() {
                 goes_on("fitting", piece - pieces.start)?;
@@ -153,9 +158,9 @@ impl Finishing<'_> {
 }
 
 /// The options without what changes the edges.
-pub(crate) fn only_moves(options: &RefineOptions) -> RefineOptions {
+pub(crate) fn only_moves(options: &Steps) -> Steps {
     let fit = options.fit.map(|fit| FitOptions { flips: false, ..fit });
-    RefineOptions { fit, anneal: None, max_error: None }
+    Steps { fit, anneal: None, max_error: None }
 }
 
 /// The piece of each face: the cell of its middle, in other directions.
@@ -315,7 +320,7 @@ impl Piece {
     }
 
     /// The same, closer to the original.
-    fn finished(mut self, original: &Surface, options: &RefineOptions) -> Result<Self, Error> {
+    fn finished(mut self, original: &Surface, options: &Steps) -> Result<Self, Error> {
         // Without a curve to slide along, what is on the boundary stays.
         let mut constraints = FitConstraints::default();
         if let Some(options) = &options.fit {

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use mesh_core::{FaceId, PolygonSoup, Repair, TriMesh, VertexId, build};
-use simplify::RefineOptions;
+use simplify::Steps;
 
 use crate::error::Error;
 use crate::finish::{Finished, Finishing, NONE, only_moves};
@@ -18,14 +18,14 @@ use crate::work::{Step, Work};
 pub(crate) fn finish_region(
     work: &Work,
     region: Region,
-    options: &RefineOptions,
+    options: &Steps,
     folder: &Path,
     see: &mut dyn FnMut(Step) -> bool,
 ) -> Result<Region, Error> {
     let (mesh, source) = own_mesh(&region)?;
     let bits = work.cells(0)?.trailing_zeros() - work.cells(region.level)?.trailing_zeros();
     let cells = (region.cell << bits)..((region.cell + 1) << bits);
-    let finish = |options: &RefineOptions, see: &mut dyn FnMut(Step) -> bool| {
+    let finish = |options: &Steps, see: &mut dyn FnMut(Step) -> bool| {
         let finishing =
             Finishing { work, cells: cells.clone(), folder: folder.to_owned(), options };
         finishing.finish(mesh.clone(), see)

@@ -5,7 +5,7 @@ use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::StopReason;
 
 use crate::error::Error;
-use crate::finish::Finishing;
+use crate::finish::{Finishing, refinement};
 use crate::finish_region::finish_region;
 use crate::plan::{Next, Plan};
 use crate::reduce::proved_distance;
@@ -216,10 +216,11 @@ fn finish_rest(
         None => None,
     };
     let mut options = settings.options.clone();
-    options.collapse.record = false;
+    options.record = false;
     let (mesh, run) = collapse_rest(rest_of(region)?, &options, summary, level, see)?;
     let folder = work.folder().join("finish");
-    let finishing = Finishing { work, cells: 0..cells.count(), folder, options: &options.refine };
+    let finishing =
+        Finishing { work, cells: 0..cells.count(), folder, options: &refinement(&options) };
     let mesh = finishing.finish(mesh, see)?.mesh;
     let error = match (prove, before, work.moved(level)?) {
         (Some(tolerance), Some(before), Some(moved)) => {
@@ -247,7 +248,7 @@ pub fn finish_cell(
         return Ok(done);
     }
     let region = work.region_to_finish(level, cell)?;
-    let options = &work.manifest().settings.options.refine;
+    let options = &refinement(&work.manifest().settings.options);
     let before = work.tolerance().map(|tolerance| (region.clone(), tolerance));
     let folder = work.folder().join(format!("finish-{level}-{cell}"));
     let finished = finish_region(work, region, options, &folder, see)?;

@@ -76,7 +76,7 @@ impl Sizes {
         // Proofs have the surface before and after a pass, and the trees over both.
         let share = if prove { 4 } else { 8 };
         let usable = memory.saturating_sub(BASE) * share / 10;
-        let rest = PER_REST_FACE[usize::from(options.collapse.metric == Metric::Hybrid)]
+        let rest = PER_REST_FACE[usize::from(options.cost.metric == Metric::Hybrid)]
             + if results > 1 { PER_RECORDED_FACE } else { 0 };
         let region_faces = usable / PER_REGION_FACE;
         if memory < LEAST_MEMORY {

@@ -7,7 +7,7 @@ use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::{CollapseLog, SimplifyError};
 
 use crate::error::Error;
-use crate::finish::Finishing;
+use crate::finish::{Finishing, refinement};
 use crate::region::Region;
 use crate::rest::{collapse_rest, rest_of};
 use crate::star::stuck_vertices;
@@ -47,7 +47,7 @@ pub(crate) fn finish_stages(
             work,
             cells: 0..work.manifest().cells.count(),
             folder: work.folder().join("finish"),
-            options: &work.manifest().settings.options.refine,
+            options: &refinement(&work.manifest().settings.options),
         };
         let mesh = finishing.finish(mesh, see)?.mesh;
         let moved = match (&before, work.tolerance()) {
@@ -70,9 +70,9 @@ fn collapses(
     see: &mut dyn FnMut(Step) -> bool,
 ) -> Result<CollapseLog, Error> {
     let mut options = work.manifest().settings.options.clone();
-    options.collapse.limits.ratio = None;
-    options.collapse.limits.faces = usize::try_from(faces).ok();
-    options.collapse.record = true;
+    options.target.ratio = None;
+    options.target.faces = usize::try_from(faces).ok();
+    options.record = true;
     let rest = rest_of(work.whole(level)?)?;
     Ok(collapse_rest(rest, &options, &work.manifest().summary, level, see)?.1.log)
 }

@@ -39,7 +39,7 @@ use crate::strips::Strips;
 /// What a run is to do.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Settings {
-    /// How the mesh is simplified. `collapse.limits` has to name a number of faces or a ratio.
+    /// How the mesh is simplified. `target` has to name a number of faces or a ratio.
     pub options: Options,
     /// Finer levels of detail, which are results too: each names a number of faces or a ratio. All results are
     /// sorted, so that these may be the coarser ones as well.
@@ -282,7 +282,7 @@ impl Work {
     pub fn targets(&self) -> Vec<u64> {
         let faces = usize::try_from(self.manifest.summary.triangles).unwrap_or(usize::MAX);
         let Settings { options, finer, .. } = &self.manifest.settings;
-        let limits = finer.iter().chain([&options.collapse.limits]);
+        let limits = finer.iter().chain([&options.target]);
         let mut targets: Vec<u64> = limits.map(|limits| limits.face_target(faces) as u64).collect();
         targets.sort_unstable_by(|a, b| b.cmp(a));
         targets

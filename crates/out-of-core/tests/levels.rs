@@ -213,7 +213,7 @@ fn levels_of_what_fits_are_those_of_one_run() {
         let work = split(&folder.path().join(preset.name()), &input, &given).unwrap();
         let outcome = run(&work, &mut |_| true).unwrap();
         let mut options = given.options.clone();
-        options.collapse.record = true;
+        options.record = true;
         let log = simplify::simplify(&mesh, &options).unwrap().log;
         let made = results(&outcome, &work, folder.path());
         for (target, (level, _)) in work.targets().into_iter().zip(made) {

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use ::simplify::{
-    Collapse, Cost, CurvatureFactor, EdgePatch, RefineOptions, Constraint, Memoryless, Options,
+    BestEndpoint, Collapse, Cost, CurvatureFactor, EdgePatch, RefineOptions, Constraint, Memoryless, Options,
     Placement, Policies, Policy, Quadric, Reach, Rejection, Scratch, CostModifier,
 };
 use mesh_core::glam::DVec3;
@@ -44,21 +44,19 @@ impl CollapseFunctions {
         options: &Options,
         watch: &Arc<Watch>,
     ) -> (ChosenPolicies, Options) {
-        let mut options = options.clone();
-        options.refine = RefineOptions::default();
-        options.limit.decimate = false;
-        let collapse = &options.collapse;
+        let Options { cost: named, placement, .. } = options;
         let told = |function| Told::new(function, watch);
         let is_own = self.cost.is_some();
         let cost: Box<dyn Cost> = match self.cost {
             Some(function) => Box::new(FunctionCost(told(function))),
-            None => collapse.metric.cost(),
+            // Presets and placements of Python have names.
+            None => named.metric.cost().unwrap_or_else(|| Box::new(Memoryless)),
         };
-        let mut policies = Policies::new(cost, collapse.placement.placement());
-        policies.schedule = collapse.schedule;
-        policies.constraints = collapse.constraints();
-        if collapse.curvature_weight > 0.0 && !is_own {
-            policies.modifiers.push(Box::new(CurvatureFactor::new(collapse.curvature_weight)));
+        let placement = placement.placement().unwrap_or_else(|| Box::new(BestEndpoint));
+        let mut policies = Policies::new(cost, placement);
+        policies.schedule = named.schedule;
+        if named.curvature_weight > 0.0 && !is_own {
+            policies.modifiers.push(Box::new(CurvatureFactor::new(named.curvature_weight)));
         }
         if let Some(function) = self.weight {
             policies.modifiers.push(Box::new(FunctionModifier(told(function))));
@@ -66,6 +64,9 @@ impl CollapseFunctions {
         if let Some(function) = self.guard {
             policies.constraints.push(FunctionConstraint(told(function)));
         }
+        let mut options = options.clone().custom();
+        options.refine = RefineOptions::none();
+        options.tolerance.decimate = false;
         (policies, options)
     }
 }

@@ -65,7 +65,7 @@ pub(crate) fn lod<'py>(
                 if let Some(error) = steps.max_error() {
                     options = options.within(error, choices.check());
                     // What is squeezed is no stage of the run any more.
-                    options.limit.decimate = false;
+                    options.tolerance.decimate = false;
                 }
                 let observe = &mut |now: &Progress| -> ControlFlow<()> { watch.tell(state(now)) };
                 let result = simplify_observed(source.mesh, &options, observe);

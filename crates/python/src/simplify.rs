@@ -209,7 +209,7 @@ pub(crate) fn simplify<'py>(
         let source = content.source()?;
         let attributes = Attributes::find(source, &rules).map_err(Failure::from)?;
         let mut options: Options = choices.options(&whole.mesh, limits);
-        options.collapse.record = true;
+        options.record = true;
         attributes.constrain(&whole.mesh, &mut options);
         if let Some(error) = units(max_error, &whole.mesh, targets.relative)? {
             options = options.within(error, choices.check());

@@ -9,8 +9,7 @@ use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::Wave;
 use simplify::{
-    CostModifier, EdgePatch, Hybrid, NormalConstraint, Optimal, Options, Policies, Policy, Scratch,
-    simplify_with,
+    CostModifier, EdgePatch, Hybrid, Optimal, Options, Policies, Policy, Scratch, simplify_with,
 };
 
 /// The cost times one plus the squared component of the edge along a direction of length one,
@@ -33,11 +32,10 @@ impl CostModifier for Along {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wave = Wave { amplitude: 0.1, wavelength: 1.0, half_width: 2.0 };
     let mesh = TriMesh::from_soup(&wave.mesh(80, Default::default())?)?;
-    let options = Options::default().to_faces(1000);
+    let options = Options::default().to_faces(1000).custom();
     for weight in [0.0, 100.0] {
         let mut policies = Policies::new(Hybrid::default(), Optimal::default());
         policies.modifiers.push(Box::new(Along { direction: DVec3::X, weight }));
-        policies.constraints.push(NormalConstraint::default());
         let result = simplify_with(&mesh, policies, &options, &mut |_| ControlFlow::Continue(()))?;
         let mesh = &result.mesh;
         let edges = mesh.topology().edges().map(|e| mesh.topology().edge_vertices(e));

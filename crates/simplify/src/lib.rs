@@ -1,5 +1,6 @@
 #![doc = include_str!("../README.md")]
 
+mod collapse;
 mod dispatch;
 mod error;
 mod memory;
@@ -12,12 +13,14 @@ mod tolerance;
 pub use mesh_collapse::*;
 pub use mesh_refine::*;
 
+pub use collapse::finish_collapses;
 pub use error::SimplifyError;
 pub use memory::memory_needed;
 pub use options::{
-    AttributeOptions, CollapseOptions, LimitOptions, Metric, Options, PlacementRule, RefineOptions,
+    AttributeOptions, CostOptions, Metric, Options, PlacementRule, RefineOptions, ToleranceOptions,
+    Tuning,
 };
-pub use plan::{finish_collapses, rules};
+pub use plan::{Plan, rules};
 pub use preset::{Preset, UnknownPreset};
 pub use simplify::{Simplified, simplify, simplify_observed, simplify_with};
 pub use tolerance::measure::{AchievedError, ErrorCheck};

@@ -1,137 +1,108 @@
-//! What to simplify by, as data: the policies of this crate by name.
+//! Options of a simplification, as data.
+
+use mesh_collapse::{Protect, Schedule, Target};
+use mesh_refine::{AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions, Steps};
 
 use crate::error::SimplifyError;
 use crate::tolerance::measure::ErrorCheck;
-use mesh_collapse::{
-    ComponentConstraint, Constraints, IntersectionConstraint, NormalConstraint, Protect, Schedule,
-    ShapeConstraint, Target,
-};
-use mesh_refine::{AnnealOptions, CornerAttributes, FitNorm, FitOptions, MaxErrorOptions};
 
 /// How a mesh is simplified; see [`crate::simplify`].
 ///
-/// In the order of what is done: edges collapse, as [`CollapseOptions`] say and with an eye on the
-/// [`AttributeOptions`]; [`RefineOptions`] bring the result closer to the original; and
-/// [`LimitOptions`] hold it to a distance. No option changes the meaning of another one; those that
-/// exclude each other are an error.
+/// The fields follow the order of the work: edges collapse until the [`Target`] is met, the result is refined, and its
+/// distance from the input is held to a tolerance. No option changes the meaning of another; options that exclude each
+/// other are an error.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Options {
-    /// Which edges collapse, and when that ends.
-    pub collapse: CollapseOptions,
-    /// What is done with the mesh that is left.
-    pub refine: RefineOptions,
-    /// How far the result may be from the original.
-    pub limit: LimitOptions,
-    /// What should stay at the corners of the faces, besides the shape.
-    pub attributes: AttributeOptions,
-}
-
-/// Which edges collapse, and when that ends.
-#[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct CollapseOptions {
-    /// What a collapse costs.
-    pub metric: Metric,
-    /// The weight of the curvature factor on top of the cost; 0 for none. See
-    /// [`CurvatureFactor`](crate::CurvatureFactor). Not with the curvature norms.
-    pub curvature_weight: f64,
+    /// When to stop.
+    pub target: Target,
+    /// What a collapse costs, and in which order edges collapse.
+    pub cost: CostOptions,
     /// Where the remaining vertex goes.
     pub placement: PlacementRule,
-    /// When costs are brought up to date.
-    pub schedule: Schedule,
-    /// With [`Schedule::Parallel`] and [`Metric::Hybrid`]: at how many times the wanted faces this metric
-    /// takes over from accumulated quadrics, which are several times as quick. Where that is more than 60 % of
-    /// all faces, it takes over at these, or from the beginning if they are less than 1.9 times the wanted faces.
-    /// `None` for the metric from the beginning, on one core; at least 1 otherwise. Where only a largest error ends
-    /// the collapses, and the level that it leaves is squeezed ([`LimitOptions::squeeze`]), it is that which takes
-    /// over, with a metric of its own, unless the curvature weight is above 0.1.
-    pub switch_ratio: Option<f64>,
-    /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60
-    /// bytes for each.
-    pub record: bool,
-    /// When to stop.
-    pub limits: Target,
-    /// What must stay.
+    /// What must stay. Every stage obeys it.
     pub protect: Protect,
-    /// The smallest cosine between the normals of a face before and after a collapse; `None`
-    /// allows all. See [`NormalConstraint`].
-    pub min_cosine: Option<f64>,
-    /// The shape below which faces must not get worse; `None` allows all. See [`ShapeConstraint`].
-    pub min_shape: Option<f64>,
-    /// How many vertices every component keeps, here and when the mesh is finished; `None` for as few
-    /// as possible. See [`ComponentConstraint`].
-    pub min_component_vertices: Option<usize>,
-    /// Whether faces must not come to cross that did not before, here and when the mesh is finished.
-    /// See [`IntersectionConstraint`].
-    pub forbid_intersections: bool,
+    /// What brings the result closer to the input.
+    pub refine: RefineOptions,
+    /// How far the result may be from the input.
+    pub tolerance: ToleranceOptions,
+    /// Values at the corners of the faces that should change as little as the shape.
+    pub attributes: AttributeOptions,
+    /// Whether every collapse is recorded; see [`Simplified::log`](crate::Simplified::log). Takes 60 bytes for each.
+    pub record: bool,
 }
 
-/// What is done with the mesh that the collapses leave.
-#[derive(Clone, Debug, Default)]
+/// What a collapse costs, and in which order edges collapse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CostOptions {
+    /// Cost of a collapse.
+    pub metric: Metric,
+    /// Weight of the curvature factor, which multiplies the cost; 0 for none. See
+    /// [`CurvatureFactor`](crate::CurvatureFactor). Not with the curvature norms.
+    pub curvature_weight: f64,
+    /// Order of the collapses, and when costs are updated.
+    pub schedule: Schedule,
+    /// With [`Schedule::Parallel`] and [`Metric::Hybrid`]: the ratio of faces to wanted faces at which this metric
+    /// takes over from accumulated quadrics, which are several times faster. See [`Plan`](crate::Plan) for the cases in
+    /// which it takes over earlier. `None` for the metric from the beginning; at least 1 otherwise.
+    pub switch_ratio: Option<f64>,
+}
+
+/// What brings the result closer to the input.
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RefineOptions {
-    /// Whether and how the result is fitted to the original. See [`fit`](crate::fit()).
-    pub fit: Option<FitOptions>,
-    /// Whether and how the fitted result is annealed. See [`anneal`](crate::anneal()). Not without
-    /// `fit`.
-    pub anneal: Option<AnnealOptions>,
-    /// Whether and how the largest errors are taken down in the end. See
-    /// [`reduce_max_error`](crate::reduce_max_error()).
-    pub max_error: Option<MaxErrorOptions>,
+    /// Whether the result is fitted: vertices move and edges flip. See [`fit`](crate::fit()).
+    pub fit: bool,
+    /// Whether the fitted result is annealed: faces are redistributed. Not without `fit`. See
+    /// [`anneal`](crate::anneal()).
+    pub anneal: bool,
+    /// Whether the largest errors are reduced at the end. See [`reduce_max_error`](crate::reduce_max_error()).
+    pub max_error: bool,
+    /// Error norm that all of these minimise. With [`FitNorm::L1`] the largest errors are reduced only as far as the
+    /// root mean square does not rise; with [`FitNorm::Max`] in more rounds, and the mean may rise.
+    pub norm: FitNorm,
+    /// Seed of the random numbers.
+    pub seed: u64,
+    /// Settings for experts.
+    pub tuning: Tuning,
 }
 
-impl RefineOptions {
-    /// The same, for another norm: fits and annealing make that small. The largest errors are taken down
-    /// only as far as the root mean square does not rise with [`FitNorm::L1`], and whatever happens to the
-    /// mean, in more rounds, with [`FitNorm::Max`].
-    #[must_use]
-    pub fn minimising(mut self, norm: FitNorm) -> Self {
-        let fits = self.fit.iter_mut().chain(self.anneal.iter_mut().map(|anneal| &mut anneal.fit));
-        fits.for_each(|fit| fit.norm = norm);
-        if let Some(max_error) = &mut self.max_error {
-            match norm {
-                FitNorm::L1 => max_error.max_rise = 1.0,
-                FitNorm::Max => {
-                    max_error.max_rise = max_error.max_rise.max(MAX_RISE);
-                    max_error.fit.rounds = max_error.fit.rounds.max(ROUNDS_FOR_MAX);
-                }
-                _ => {}
-            }
-        }
-        self
-    }
-}
-
-/// What the mean may rise by where the largest distance is all that counts.
-const MAX_RISE: f64 = 1.5;
-/// How many rounds the largest distances are fitted for then.
-const ROUNDS_FOR_MAX: usize = 60;
-
-/// How far the result may be from the original.
+/// Settings of the refinement for experts; [`RefineOptions`] overrides the norm, the seed and what is protected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct LimitOptions {
-    /// The largest allowed distance from the original, in model units, both ways. The result is
-    /// the coarsest one in the sequence of collapses, up to three percent of its vertices, that was
-    /// found within it after it was finished. Needs `check`.
+pub struct Tuning {
+    /// Settings of the fit.
+    pub fit: FitOptions,
+    /// Settings of the annealing.
+    pub anneal: AnnealOptions,
+    /// Settings of the reduction of the largest error.
+    pub max_error: MaxErrorOptions,
+}
+
+/// How far the result may be from the input.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ToleranceOptions {
+    /// Largest allowed distance from the input, in model units, both ways. The result is the coarsest level of the
+    /// sequence of collapses that was found within it after refinement, up to three percent of its vertices. Needs
+    /// `check`.
     pub distance: Option<f64>,
-    /// Whether and how the distance of the result is found.
+    /// Whether and how the distance of the result is measured.
     pub check: Option<ErrorCheck>,
-    /// Whether a level within `distance`, where that is what ends the collapses, is collapsed further,
-    /// edge by edge, wherever that leaves it within. The result has far fewer faces than a finished
-    /// level, most of them nearly as far from the original as they may be, and is not finished. Needs
-    /// `distance`; not with attributes that count, nor with limits of vertices, cost, collapses or
-    /// time.
+    /// Whether a level within `distance` is collapsed further, edge by edge, wherever the distance allows it. The
+    /// result has far fewer faces than a refined level, and is not refined. Needs `distance`; not with attributes that
+    /// count, nor with a target of vertices, cost, collapses or time.
     pub decimate: bool,
 }
 
-/// What should stay at the corners of the faces, besides the shape.
+/// Values at the corners of the faces that should change as little as the shape.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AttributeOptions {
-    /// The values; see [`AttributeDeviation`](crate::AttributeDeviation). The seams between wedges are not kept by this: give
-    /// them as features. Not with the curvature norms.
+    /// The values; see [`AttributeDeviation`](crate::AttributeDeviation). This does not keep the seams between wedges:
+    /// give them as features. Not with the curvature norms.
     pub corners: Option<CornerAttributes>,
     /// Their weight; 0 for none.
     pub weight: f64,
@@ -152,7 +123,7 @@ impl AttributeOptions {
 }
 
 /// A cost by name.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Metric {
@@ -168,6 +139,16 @@ pub enum Metric {
     CurvatureL1,
     /// [`CurvatureNorm`](crate::CurvatureNorm) with KKL02 eq. 2.
     CurvatureL2,
+    /// The cost of the policies that [`simplify_with`](crate::simplify_with) is given; see [`Options::custom`].
+    Custom,
+}
+
+impl Metric {
+    /// Whether it is one of the curvature norms, which no factor and no attribute cost comes on top of.
+    #[must_use]
+    pub fn is_norm(self) -> bool {
+        matches!(self, Self::CurvatureL1 | Self::CurvatureL2)
+    }
 }
 
 /// A placement by name.
@@ -175,98 +156,166 @@ pub enum Metric {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum PlacementRule {
-    /// [`Optimal`](crate::Optimal) among the places that keep the volume.
+    /// [`Optimal`](crate::Optimal) among the positions that keep the volume.
     OptimalVolume,
-    /// [`Optimal`](crate::Optimal) among all places.
+    /// [`Optimal`](crate::Optimal) among all positions.
     Optimal,
-    /// [`BestEndpoint`](crate::BestEndpoint): the vertices are some of the original ones.
+    /// [`BestEndpoint`](crate::BestEndpoint): the vertices are a subset of the original ones.
     Endpoint,
     /// [`Midpoint`](crate::Midpoint).
     Midpoint,
     /// [`ButterflyPoint`](crate::ButterflyPoint).
     Butterfly,
+    /// The placement of the policies that [`simplify_with`](crate::simplify_with) is given; see [`Options::custom`].
+    Custom,
 }
 
-impl Metric {
-    /// Whether it is one of the curvature norms, which nothing comes on top of.
+/// How much the mean may rise where only the largest distance counts.
+const MAX_RISE: f64 = 1.5;
+/// Rounds of fitting the largest distances then.
+const ROUNDS_FOR_MAX: usize = 60;
+
+impl RefineOptions {
+    /// No refinement.
     #[must_use]
-    pub fn is_norm(self) -> bool {
-        matches!(self, Self::CurvatureL1 | Self::CurvatureL2)
+    pub fn none() -> Self {
+        Self {
+            fit: false,
+            anneal: false,
+            max_error: false,
+            norm: FitNorm::L2,
+            seed: 1,
+            tuning: Tuning::default(),
+        }
     }
-}
 
-impl CollapseOptions {
-    /// The guards that the options name.
+    /// Whether there is any refinement.
     #[must_use]
-    pub fn constraints(&self) -> Constraints {
-        let mut constraints = Constraints::default();
-        if let Some(min_vertices) = self.min_component_vertices {
-            constraints.push(ComponentConstraint::new(min_vertices));
+    pub fn is_any(&self) -> bool {
+        self.fit || self.max_error
+    }
+
+    /// The stages with all their settings, for a mesh that keeps what `protect` says and at least `min_faces` faces.
+    #[must_use]
+    pub fn steps(&self, protect: &Protect, min_faces: usize) -> Steps {
+        let Self { norm, seed, tuning, .. } = *self;
+        let fitted = |fit: FitOptions| FitOptions {
+            seed,
+            forbid_intersections: fit.forbid_intersections || protect.forbid_intersections,
+            ..fit
+        };
+        let (fit, anneal, mut reduce) = (tuning.fit, tuning.anneal, tuning.max_error);
+        match norm {
+            FitNorm::L1 => reduce.max_rise = 1.0,
+            FitNorm::Max => {
+                reduce.max_rise = reduce.max_rise.max(MAX_RISE);
+                reduce.fit.rounds = reduce.fit.rounds.max(ROUNDS_FOR_MAX);
+            }
+            _ => {}
         }
-        if let Some(min_cosine) = self.min_cosine {
-            constraints.push(NormalConstraint { min_cosine });
+        Steps {
+            fit: self.fit.then(|| fitted(FitOptions { norm, ..fit })),
+            anneal: self.anneal.then(|| AnnealOptions {
+                fit: fitted(FitOptions { norm, ..anneal.fit }),
+                ..anneal
+            }),
+            max_error: self.max_error.then(|| MaxErrorOptions {
+                min_faces: reduce.min_faces.max(min_faces),
+                forbid_intersections: reduce.forbid_intersections || protect.forbid_intersections,
+                min_component_vertices: protect.min_component_vertices,
+                fit: FitOptions { seed: reduce.fit.seed, ..fitted(reduce.fit) },
+                ..reduce
+            }),
         }
-        if let Some(min_shape) = self.min_shape {
-            constraints.push(ShapeConstraint { min_shape });
-        }
-        // The most expensive check comes last.
-        if self.forbid_intersections {
-            constraints.push(IntersectionConstraint::default());
-        }
-        constraints
     }
 }
 
 impl Options {
-    /// The same for a run whose stages become levels of detail: it is recorded, the metric that it ends
-    /// with makes all of it, and nothing is finished, which would move the last stage away from the others.
+    /// These options for policies of one's own: [`simplify_with`](crate::simplify_with) takes cost and placement from
+    /// the policies, and refuses options that name another cost or placement.
+    #[must_use]
+    pub fn custom(mut self) -> Self {
+        self.cost = CostOptions { metric: Metric::Custom, curvature_weight: 0.0, ..self.cost };
+        self.placement = PlacementRule::Custom;
+        self
+    }
+
+    /// These options for a run whose stages become levels of detail: it is recorded, the metric that it ends with makes
+    /// all of it, and nothing is refined, which would move the last stage away from the others.
     #[must_use]
     pub fn for_levels(mut self) -> Self {
-        self.collapse.record = true;
-        self.refine = RefineOptions::default();
-        self.collapse.switch_ratio = None;
+        self.record = true;
+        self.refine = RefineOptions::none();
+        self.cost.switch_ratio = None;
         self
     }
 
-    /// The same with a number of faces to stop at.
+    /// These options with a number of faces to stop at.
     #[must_use]
     pub fn to_faces(mut self, faces: usize) -> Self {
-        self.collapse.limits.faces = Some(faces);
+        self.target.faces = Some(faces);
         self
     }
 
-    /// The same with a largest distance from the original, in model units, and how that is found. To be
-    /// called last: where vertices may be placed freely, or the options take care of the largest errors
-    /// ([`RefineOptions::peaks`]), and nothing in them speaks against it, as few faces are left as can be
-    /// ([`LimitOptions::squeeze`]).
+    /// These options with a largest distance from the input, in model units, and how it is measured. Call it last:
+    /// where vertices may be placed freely, or the largest errors are reduced ([`RefineOptions::max_error`]), and no
+    /// other option excludes it, the result has as few faces as the distance allows ([`ToleranceOptions::decimate`]).
     #[must_use]
     pub fn within(mut self, distance: f64, check: ErrorCheck) -> Self {
-        let CollapseOptions { metric, placement, .. } = self.collapse;
-        let is_free = matches!(placement, PlacementRule::Optimal | PlacementRule::OptimalVolume)
-            && !metric.is_norm();
-        let decimate =
-            (is_free || self.refine.max_error.is_some()) && self.squeeze_conflict().is_none();
-        self.limit = LimitOptions { distance: Some(distance), check: Some(check), decimate };
+        let is_free =
+            matches!(self.placement, PlacementRule::Optimal | PlacementRule::OptimalVolume)
+                && !self.cost.metric.is_norm();
+        let decimate = (is_free || self.refine.max_error) && self.decimate_conflict().is_none();
+        self.tolerance =
+            ToleranceOptions { distance: Some(distance), check: Some(check), decimate };
         self
     }
 
-    /// What a mesh cannot be squeezed with: what is left of other limits would not be known, and
-    /// attributes would be passed over.
-    fn squeeze_conflict(&self) -> Option<&'static str> {
-        let Target { vertices, cost, collapses, time, .. } = self.collapse.limits;
+    /// What excludes decimation to a tolerance: what is left of other targets would not be known, and attributes would
+    /// be ignored.
+    fn decimate_conflict(&self) -> Option<&'static str> {
+        let Target { vertices, cost, collapses, time, .. } = self.target;
         let conflicts = [
-            (vertices.is_some(), "collapse.limits.vertices"),
-            (cost.is_some(), "collapse.limits.cost"),
-            (collapses.is_some(), "collapse.limits.collapses"),
-            (time.is_some(), "collapse.limits.time"),
+            (vertices.is_some(), "target.vertices"),
+            (cost.is_some(), "target.cost"),
+            (collapses.is_some(), "target.collapses"),
+            (time.is_some(), "target.time"),
             (self.attributes.counting().is_some(), "attributes.corners"),
         ];
         conflicts.into_iter().find_map(|(is_set, option)| is_set.then_some(option))
     }
 
-    /// Whether the options make sense, each by itself and all together.
+    /// An error unless every option is in range and no two exclude each other.
     pub(crate) fn check(&self) -> Result<(), SimplifyError> {
-        let Self { collapse, refine, limit, attributes } = self;
+        self.check_ranges()?;
+        let Self { cost, refine, tolerance, attributes, .. } = self;
+        let conflict =
+            |option: Option<&'static str>, with: Option<&'static str>, cure| match (option, with) {
+                (Some(option), Some(with)) => Err(SimplifyError::Conflict { option, with, cure }),
+                _ => Ok(()),
+            };
+        let norm = cost.metric.is_norm().then_some("cost.metric, a curvature norm");
+        let decimate = tolerance.decimate.then_some("tolerance.decimate");
+        let factor = (cost.curvature_weight > 0.0).then_some("cost.curvature_weight");
+        conflict(factor, norm, "set it to 0")?;
+        let corners = attributes.counting().map(|_| "attributes.corners");
+        conflict(corners, norm, "choose another metric, or no attributes")?;
+        let no_fit = (!refine.fit).then_some("refine.fit = false");
+        conflict(
+            refine.anneal.then_some("refine.anneal"),
+            no_fit,
+            "fit as well, or do not anneal",
+        )?;
+        let unchecked = tolerance.check.is_none().then_some("tolerance.check = None");
+        let cure = "say how the distance is measured: sampled or certified";
+        conflict(tolerance.distance.map(|_| "tolerance.distance"), unchecked, cure)?;
+        let unlimited = tolerance.distance.is_none().then_some("tolerance.distance = None");
+        conflict(decimate, unlimited, "set a distance")?;
+        conflict(decimate, self.decimate_conflict(), "remove one of them")
+    }
+
+    fn check_ranges(&self) -> Result<(), SimplifyError> {
+        let Self { target, cost, protect, refine, tolerance, attributes, .. } = self;
         let check = |option, value: Option<f64>, fits: fn(f64) -> bool, expected| match value {
             Some(value) if !fits(value) => Err(SimplifyError::Option { option, value, expected }),
             _ => Ok(()),
@@ -276,38 +325,18 @@ impl Options {
         let weight = |option, value: f64| {
             check(option, Some(value), |x| x >= 0.0 && x.is_finite(), "at least 0 and finite")
         };
-        check("collapse.limits.ratio", collapse.limits.ratio, share, "between 0 and 1")?;
-        check("collapse.limits.cost", collapse.limits.cost, |x| x >= 0.0, "at least 0")?;
-        weight("collapse.curvature_weight", collapse.curvature_weight)?;
+        check("target.ratio", target.ratio, share, "between 0 and 1")?;
+        check("target.cost", target.cost, |x| x >= 0.0, "at least 0")?;
+        weight("cost.curvature_weight", cost.curvature_weight)?;
         let cosine = |x: f64| (-1.0..=1.0).contains(&x);
-        check("collapse.min_cosine", collapse.min_cosine, cosine, "between -1 and 1")?;
-        check("collapse.min_shape", collapse.min_shape, share, "between 0 and 1")?;
+        check("protect.min_cosine", protect.min_cosine, cosine, "between -1 and 1")?;
+        check("protect.min_shape", protect.min_shape, share, "between 0 and 1")?;
         let factor = |x: f64| x >= 1.0 && x.is_finite();
-        check("collapse.switch_ratio", collapse.switch_ratio, factor, "at least 1 and finite")?;
-        check("limit.distance", limit.distance, positive, "positive and finite")?;
+        check("cost.switch_ratio", cost.switch_ratio, factor, "at least 1 and finite")?;
+        check("tolerance.distance", tolerance.distance, positive, "positive and finite")?;
         weight("attributes.weight", attributes.weight)?;
-        refine.fit.as_ref().map_or(Ok(()), FitOptions::check)?;
-        refine.anneal.as_ref().map_or(Ok(()), AnnealOptions::check)?;
-        refine.max_error.as_ref().map_or(Ok(()), MaxErrorOptions::check)?;
-
-        let norm = collapse.metric.is_norm().then_some("collapse.metric, a curvature norm");
-        let decimate = limit.decimate.then_some("limit.decimate");
-        let conflict =
-            |option: Option<&'static str>, with: Option<&'static str>, cure| match (option, with) {
-                (Some(option), Some(with)) => Err(SimplifyError::Conflict { option, with, cure }),
-                _ => Ok(()),
-            };
-        let factor = (collapse.curvature_weight > 0.0).then_some("collapse.curvature_weight");
-        conflict(factor, norm, "set it to 0")?;
-        let corners = attributes.counting().map(|_| "attributes.corners");
-        conflict(corners, norm, "take another metric, or none of the attributes")?;
-        let no_fit = refine.fit.is_none().then_some("refine.fit = None");
-        conflict(refine.anneal.map(|_| "refine.anneal"), no_fit, "fit as well, or do not anneal")?;
-        let unchecked = limit.check.is_none().then_some("limit.check = None");
-        let cure = "say how the distance is found: sampled or certified";
-        conflict(limit.distance.map(|_| "limit.distance"), unchecked, cure)?;
-        let unlimited = limit.distance.is_none().then_some("limit.distance = None");
-        conflict(decimate, unlimited, "set a distance")?;
-        conflict(decimate, self.squeeze_conflict(), "do without one of them")
+        refine.tuning.fit.check()?;
+        refine.tuning.anneal.check()?;
+        Ok(refine.tuning.max_error.check()?)
     }
 }

@@ -1,4 +1,4 @@
-//! Simplification from options to result: collapses, finish, error limit.
+//! Simplification from options to result: collapses, refinement, tolerance.
 
 use core::ops::ControlFlow;
 
@@ -6,53 +6,56 @@ use glam::DVec3;
 use mesh_core::{TriMesh, VertexId, VertexMap};
 use mesh_metric::Surface;
 
-use crate::dispatch::collapse_with;
-use crate::error::SimplifyError;
-use crate::memory::check_memory;
-use crate::options::Options;
-use crate::plan::collapse_to_level;
-use crate::tolerance::level_search::LevelSearch;
-use crate::tolerance::measure::{AchievedError, Measuring};
 use mesh_collapse::{
     CollapseLog, Constraints, Cost, Level, Placement, Policies, Policy, Progress, Protected,
     Rejections, Run, Start, StopReason,
 };
 use mesh_refine::{
-    AnnealOptions, AnnealReport, CollapseBack, Curve, FitConstraints, FitOptions, FitReport,
-    MaxErrorOptions, MaxErrorReport, Observer, Pipeline, Refined, Steps, Texture,
+    AnnealReport, CollapseBack, Curve, FitConstraints, FitReport, MaxErrorReport, Observer,
+    Pipeline, Refined, Steps, Texture,
 };
 
-/// A simplified mesh and how it came about.
+use crate::collapse::collapse_to_level;
+use crate::dispatch::collapse_with;
+use crate::error::SimplifyError;
+use crate::memory::check_memory;
+use crate::options::{Metric, Options, PlacementRule};
+use crate::plan::Plan;
+use crate::tolerance::level_search::LevelSearch;
+use crate::tolerance::measure::{AchievedError, Measuring};
+
+/// A simplified mesh, and a report of the run.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Simplified {
     /// The mesh, without gaps.
     pub mesh: TriMesh,
-    /// For each vertex of the original, the vertex of the result that it has become; `None` where
-    /// the original had a removed vertex.
+    /// For each vertex of the input, the vertex of the result that it was merged into; `None` where the input had a
+    /// removed vertex.
     pub vertex_map: VertexMap<Option<VertexId>>,
-    /// The number of collapses, before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze).
+    /// Number of collapses, before [`ToleranceOptions::decimate`](crate::ToleranceOptions::decimate).
     pub collapses: usize,
-    /// Every collapse, before fitting and before [`LimitOptions::squeeze`](crate::LimitOptions::squeeze);
-    /// empty unless [`CollapseOptions::record`](crate::CollapseOptions::record) is set.
+    /// Every collapse, before refinement and before [`ToleranceOptions::decimate`](crate::ToleranceOptions::decimate);
+    /// empty unless [`Options::record`] is set.
     pub log: CollapseLog,
     /// Why it stopped.
     pub stop: StopReason,
-    /// How often edges were refused, by reason; in regions also by collapses that a largest error has taken back.
+    /// Number of rejected edges, by reason; in blocks this includes collapses that a largest error has undone.
     pub rejections: Rejections,
-    /// The largest cost of a collapse, in the unit of the cost.
+    /// Largest cost of a collapse, in the unit of the cost.
     pub max_cost: f64,
-    /// The distance from the original, if it was asked for.
+    /// Distance from the input, if it was asked for.
     pub error: Option<AchievedError>,
-    /// The largest distance of a boundary vertex of the original to the boundary of the result;
-    /// `None` when there is no boundary.
+    /// Largest distance of a boundary vertex of the input from the boundary of the result; `None` when one of them has
+    /// no boundary.
     pub boundary_shift: Option<f64>,
-    /// What fitting did, if it was asked for.
+    /// Report of the fit; `None` when it was not asked for, or undone because it did not lower the error.
     pub fit: Option<FitReport>,
-    /// What annealing did, if it was asked for; `None` when there was nothing to do, see
-    /// [`AnnealOptions::has_work`], or when it was undone because it folded the texture.
+    /// Report of the annealing; `None` when it was not asked for, had nothing to do (see
+    /// [`AnnealOptions::has_work`](crate::AnnealOptions::has_work)), or was undone because it folded the texture.
     pub anneal: Option<AnnealReport>,
-    /// What was done about the largest errors; `None` when not asked for or undone as well.
+    /// Report of the reduction of the largest errors; `None` when it was not asked for, or undone because it folded the
+    /// texture.
     pub max_error: Option<MaxErrorReport>,
 }
 
@@ -76,34 +79,42 @@ pub fn simplify(mesh: &TriMesh, options: &Options) -> Result<Simplified, Simplif
     simplify_observed(mesh, options, &mut |_| ControlFlow::Continue(()))
 }
 
-/// Simplifies a mesh, showing its progress and asking whether to go on, in all phases.
+/// Simplifies a mesh; `observe` sees the progress of all phases and may stop the run.
 ///
-/// When it was told to stop, the result is the best that there is by then, whole, and
-/// [`Simplified::stop`] is [`StopReason::Cancelled`]: the collapses so far, not finished, or finished
-/// as far as that has come; its distance from the original is not known. With a largest error it is
-/// the coarsest level that was measured to be within it by then, and when none was, the original.
+/// A stopped run returns the best mesh so far, and [`Simplified::stop`] is [`StopReason::Cancelled`]. That mesh is valid:
+/// it has the collapses so far, and refinement as far as it came; its distance from the input is not measured. With a
+/// largest error, it is the coarsest level that was measured to be within it, and the input when there was none.
 ///
 /// # Errors
-/// An option makes no sense, or a position is not finite.
+/// An option is out of range, options exclude each other, a position is not finite, or there is too little memory.
 pub fn simplify_observed(
     mesh: &TriMesh,
     options: &Options,
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
     check(mesh, options)?;
-    check_memory(mesh, options)?;
+    if options.cost.metric == Metric::Custom || options.placement == PlacementRule::Custom {
+        return Err(SimplifyError::Conflict {
+            option: "a custom cost or placement",
+            with: "a run without policies",
+            cure: "call simplify_with, or name a metric and a placement",
+        });
+    }
+    let plan = Plan::of(options, mesh);
+    check_memory(&plan, mesh, options)?;
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
-    let (level, run) = collapse_to_level(mesh, options, see);
-    finish(mesh, level, run, &Constraints::default(), options, observer)
+    let (level, run) = collapse_to_level(mesh, plan, options, see);
+    let constraints = Constraints::default();
+    AfterCollapses { mesh, constraints: &constraints, options }.result(level, run, observer)
 }
 
-/// Simplifies a mesh with a cost, a placement, surcharges and guards of one's own: these, not those
-/// that `options.collapse` names. Attributes, limits, and what comes after the collapses are as the
-/// options say; there, only the guards are asked.
+/// Simplifies a mesh with a cost, a placement, cost modifiers and constraints of one's own. The options must be
+/// [`Options::custom`]. What they protect, their target, attributes, refinement and tolerance apply as in [`simplify()`];
+/// constraints of one's own are also obeyed by the refinement.
 ///
 /// # Errors
-/// As [`simplify()`].
+/// As [`simplify()`]; the options name a cost or a placement.
 pub fn simplify_with(
     mesh: &TriMesh,
     mut policies: Policies<impl Cost, impl Placement>,
@@ -111,6 +122,13 @@ pub fn simplify_with(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Simplified, SimplifyError> {
     check(mesh, options)?;
+    if options.cost.metric != Metric::Custom || options.placement != PlacementRule::Custom {
+        return Err(SimplifyError::Conflict {
+            option: "a cost or placement by name",
+            with: "policies of one's own",
+            cure: "call Options::custom, so that the policies decide",
+        });
+    }
     let constraints = core::mem::take(&mut policies.constraints);
     let mut followers = constraints.clone();
     followers.prepare(mesh);
@@ -118,7 +136,8 @@ pub fn simplify_with(
     let mut observer = observer(mesh, options, observe);
     let see = &mut |now: &_| observer.observe(now);
     let run = collapse_with(&mut working, policies, Start::followed_by(followers), options, see);
-    finish(mesh, Level::at_end(working, &run), run, &constraints, options, observer)
+    let level = Level::at_end(working, &run);
+    AfterCollapses { mesh, constraints: &constraints, options }.result(level, run, observer)
 }
 
 fn observer<'a>(
@@ -127,98 +146,166 @@ fn observer<'a>(
     observe: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Observer<'a> {
     let faces_before = mesh.topology().face_count();
-    Observer::new(faces_before, options.collapse.limits.face_target(faces_before), observe)
+    Observer::new(faces_before, options.target.face_target(faces_before), observe)
 }
 
-/// What comes after the collapses, which have left `level`; the guards are as they were before.
-fn finish(
-    mesh: &TriMesh,
-    level: Level,
-    mut run: Run,
-    constraints: &Constraints,
-    options: &Options,
-    mut observer: Observer<'_>,
-) -> Result<Simplified, SimplifyError> {
-    let Options { collapse, refine, limit, .. } = options;
-    let is_changed = !observer.is_stopped() && run.collapses > 0;
-    let wants_finish = is_changed && (refine.fit.is_some() || refine.max_error.is_some());
-    let has_faces = mesh.topology().face_count() > 0;
-    let target = collapse.limits.face_target(mesh.topology().face_count());
-    let mut error = None;
-    let untouched = |level: Level| {
-        (Refined::untouched(level.mesh, FitConstraints::default()), level.vertex_map)
-    };
-    let (finished, vertex_map) = if has_faces && (wants_finish || limit.check.is_some()) {
-        let original = Surface::new(mesh)?;
-        let steps = if wants_finish { steps(options, target) } else { Steps::default() };
-        let texture = texture(mesh, options);
-        let finishing = Pipeline::new(mesh, &original, &collapse.protect, steps, texture);
-        let measuring = limit.check.map(|check| Measuring {
+/// A refined mesh, and what the vertices of the input are in the level that it was made from.
+type RefinedLevel = (Refined, VertexMap<Option<VertexId>>);
+
+/// What follows the collapses.
+struct AfterCollapses<'a> {
+    /// The input.
+    mesh: &'a TriMesh,
+    /// Constraints of one's own, as they were before the run.
+    constraints: &'a Constraints,
+    options: &'a Options,
+}
+
+impl AfterCollapses<'_> {
+    /// The result of a run that has left `level`.
+    fn result(
+        &self,
+        level: Level,
+        mut run: Run,
+        mut observer: Observer<'_>,
+    ) -> Result<Simplified, SimplifyError> {
+        let Self { mesh, options, .. } = *self;
+        let is_changed = !observer.is_stopped() && run.collapses > 0;
+        let is_refined = is_changed && options.refine.is_any();
+        let has_faces = mesh.topology().face_count() > 0;
+        let mut error = None;
+        let (refined, vertex_map) =
+            if has_faces && (is_refined || options.tolerance.check.is_some()) {
+                let steps = if is_refined { self.steps() } else { Steps::default() };
+                self.refined(level, &mut run, steps, &mut error, &mut observer)?
+            } else {
+                untouched(level)
+            };
+        if observer.is_stopped() {
+            run.stop = StopReason::Cancelled;
+        }
+        let follow = |&v: &Option<VertexId>| match &refined.vertex_map {
+            Some(map) => v.and_then(|v| map.get(v).copied().flatten()),
+            None => v,
+        };
+        Ok(Simplified {
+            vertex_map: VertexMap::from_vec(vertex_map.as_slice().iter().map(follow).collect()),
+            boundary_shift: boundary_shift(mesh, &refined.mesh),
+            mesh: refined.mesh,
+            collapses: run.collapses,
+            log: if options.record { run.log } else { CollapseLog::default() },
+            stop: run.stop,
+            rejections: run.rejections,
+            max_cost: run.max_cost,
+            error,
+            fit: refined.fit,
+            anneal: refined.anneal,
+            max_error: refined.max_error,
+        })
+    }
+
+    /// The level refined and measured, or with a largest error the coarsest one within it.
+    fn refined(
+        &self,
+        level: Level,
+        run: &mut Run,
+        steps: Steps,
+        error: &mut Option<AchievedError>,
+        observer: &mut Observer<'_>,
+    ) -> Result<RefinedLevel, SimplifyError> {
+        let original = Surface::new(self.mesh)?;
+        let tolerance = self.options.tolerance;
+        let protect = &self.options.protect;
+        let pipeline = Pipeline::new(self.mesh, &original, protect, steps, self.texture());
+        let measuring = tolerance.check.map(|check| Measuring {
             original: &original,
             check,
-            limit: limit.distance,
+            limit: tolerance.distance,
         });
-        if let (Some(limit), Some(measuring)) = (limit.distance, measuring) {
-            let mut constraints = constraints.clone();
-            constraints.prepare(mesh);
-            let snapshots = core::mem::take(&mut run.snapshots);
-            let search = LevelSearch {
-                mesh,
-                protected: Protected::new(mesh, &collapse.protect, constraints),
-                log: &run.log,
-                finishing: &finishing,
-                measuring,
-                limit,
-                decimate: decimate(options, target),
-            };
+        if let (Some(limit), Some(measuring)) = (tolerance.distance, measuring) {
             // The search makes levels of its own.
             drop(level);
-            let found =
-                if observer.is_stopped() { None } else { search.run(snapshots, &mut observer)? };
-            if let Some(found) = found {
-                if found.collapses < run.log.len() || !found.error.is_within(limit) {
-                    run.truncate(found.collapses);
-                    let faces = found.finished.mesh.topology().face_count();
-                    run.stop = if faces <= target { StopReason::Faces } else { StopReason::Error };
-                }
-                error = Some(found.error);
-                (found.finished, found.vertex_map)
-            } else {
-                run.truncate(0);
-                let protected = Protected::new(mesh, &collapse.protect, Constraints::default());
-                untouched(Level::new(mesh, &protected, &run.log, 0)?)
-            }
-        } else {
-            let (finished, vertex_map) = finishing.finish(level, &mut observer)?;
-            if let Some(measuring) = measuring {
-                error = measuring.measure(&finished.mesh, &mut observer)?;
-            }
-            (finished, vertex_map)
+            return self.within(limit, run, &pipeline, measuring, error, observer);
         }
-    } else {
-        untouched(level)
-    };
-    if observer.is_stopped() {
-        run.stop = StopReason::Cancelled;
+        let (refined, vertex_map) = pipeline.finish(level, observer)?;
+        if let Some(measuring) = measuring {
+            *error = measuring.measure(&refined.mesh, observer)?;
+        }
+        Ok((refined, vertex_map))
     }
-    let follow = |&v: &Option<VertexId>| match &finished.vertex_map {
-        Some(map) => v.and_then(|v| map.get(v).copied().flatten()),
-        None => v,
-    };
-    Ok(Simplified {
-        vertex_map: VertexMap::from_vec(vertex_map.as_slice().iter().map(follow).collect()),
-        boundary_shift: boundary_shift(mesh, &finished.mesh),
-        mesh: finished.mesh,
-        collapses: run.collapses,
-        log: if collapse.record { run.log } else { CollapseLog::default() },
-        stop: run.stop,
-        rejections: run.rejections,
-        max_cost: run.max_cost,
-        error,
-        fit: finished.fit,
-        anneal: finished.anneal,
-        max_error: finished.max_error,
-    })
+
+    /// The coarsest level within a distance; the input when the observer stops the search before there is one.
+    fn within(
+        &self,
+        limit: f64,
+        run: &mut Run,
+        pipeline: &Pipeline<'_>,
+        measuring: Measuring<'_>,
+        error: &mut Option<AchievedError>,
+        observer: &mut Observer<'_>,
+    ) -> Result<RefinedLevel, SimplifyError> {
+        let Self { mesh, options, .. } = *self;
+        let mut constraints = self.constraints.clone();
+        constraints.prepare(mesh);
+        let snapshots = core::mem::take(&mut run.snapshots);
+        let search = LevelSearch {
+            mesh,
+            protected: Protected::new(mesh, &options.protect, constraints),
+            log: &run.log,
+            pipeline,
+            measuring,
+            limit,
+            decimate: self.decimation(),
+        };
+        let found = if observer.is_stopped() { None } else { search.run(snapshots, observer)? };
+        let Some(found) = found else {
+            run.truncate(0);
+            let protected = Protected::new(mesh, &options.protect, Constraints::default());
+            return Ok(untouched(Level::new(mesh, &protected, &run.log, 0)?));
+        };
+        if found.collapses < run.log.len() || !found.error.is_within(limit) {
+            run.truncate(found.collapses);
+            let faces = found.refined.mesh.topology().face_count();
+            run.stop =
+                if faces <= self.face_target() { StopReason::Faces } else { StopReason::Error };
+        }
+        *error = Some(found.error);
+        Ok((found.refined, found.vertex_map))
+    }
+
+    fn face_target(&self) -> usize {
+        self.options.target.face_target(self.mesh.topology().face_count())
+    }
+
+    /// The stages of the refinement; at least the wanted faces are left, or one fewer.
+    fn steps(&self) -> Steps {
+        self.options.refine.steps(&self.options.protect, self.face_target().saturating_sub(1))
+    }
+
+    /// The texture that must not fold over, if there is one that counts.
+    fn texture(&self) -> Option<Texture<'_>> {
+        let attributes = self.options.attributes.counting()?;
+        let seams = self.options.protect.features.as_ref()?;
+        let texture = Texture { original: self.mesh, attributes, seams };
+        attributes.has_texture().then_some(texture)
+    }
+
+    /// Whether and how a mesh within the tolerance is collapsed further.
+    fn decimation(&self) -> Option<CollapseBack<'static>> {
+        let Options { protect, tolerance, .. } = self.options;
+        tolerance.decimate.then_some(CollapseBack {
+            faces: self.face_target(),
+            locked: &[],
+            boundary: protect.boundary,
+            forbid_intersections: protect.forbid_intersections,
+            min_component_vertices: protect.min_component_vertices,
+            first: None,
+        })
+    }
+}
+
+fn untouched(level: Level) -> RefinedLevel {
+    (Refined::untouched(level.mesh, FitConstraints::default()), level.vertex_map)
 }
 
 fn check(mesh: &TriMesh, options: &Options) -> Result<(), SimplifyError> {
@@ -228,47 +315,6 @@ fn check(mesh: &TriMesh, options: &Options) -> Result<(), SimplifyError> {
         Some((vertex, position)) => Err(SimplifyError::NotFinite { vertex, position }),
         None => Ok(()),
     }
-}
-
-/// What the options do with a level; at least `target` faces are left, or one fewer.
-fn steps(options: &Options, target: usize) -> Steps {
-    let Options { collapse, refine, .. } = options;
-    let forbids = collapse.forbid_intersections;
-    let guarded = |fit: FitOptions| FitOptions {
-        forbid_intersections: fit.forbid_intersections || forbids,
-        ..fit
-    };
-    Steps {
-        fit: refine.fit.map(guarded),
-        anneal: refine.anneal.map(|anneal| AnnealOptions { fit: guarded(anneal.fit), ..anneal }),
-        max_error: refine.max_error.map(|max_error| MaxErrorOptions {
-            min_faces: max_error.min_faces.max(target.saturating_sub(1)),
-            forbid_intersections: max_error.forbid_intersections || forbids,
-            min_component_vertices: collapse.min_component_vertices,
-            fit: guarded(max_error.fit),
-            ..max_error
-        }),
-    }
-}
-
-/// The texture that must not fold over, if there is one that counts.
-fn texture<'a>(mesh: &'a TriMesh, options: &'a Options) -> Option<Texture<'a>> {
-    let attributes = options.attributes.counting().filter(|corners| corners.has_texture())?;
-    let seams = options.collapse.protect.features.as_ref()?;
-    Some(Texture { original: mesh, attributes, seams })
-}
-
-/// Whether and how a mesh within the limit is collapsed further.
-fn decimate(options: &Options, target: usize) -> Option<CollapseBack<'static>> {
-    let Options { collapse, limit, .. } = options;
-    limit.decimate.then_some(CollapseBack {
-        faces: target,
-        locked: &[],
-        boundary: collapse.protect.boundary,
-        forbid_intersections: collapse.forbid_intersections,
-        min_component_vertices: collapse.min_component_vertices,
-        first: None,
-    })
 }
 
 /// The largest distance of a boundary vertex of one mesh to the boundary of another.

@@ -20,9 +20,9 @@ fn sphere() -> TriMesh {
 /// Of the preset, with annealing of one layout alone and less of it.
 fn annealing(sweeps: usize) -> Options {
     let mut options = Options::preset(Preset::Extreme);
-    options.refine.max_error = None;
+    options.refine.max_error = false;
     let one = AnnealOptions { sweeps, starts: 1, rounds: 0, ..AnnealOptions::default() };
-    options.refine.anneal = Some(one);
+    options.refine.tuning.anneal = one;
     options
 }
 
@@ -50,7 +50,7 @@ fn rms_over_limit(mesh: &TriMesh) -> f64 {
 fn a_sphere_comes_nearer_to_the_limit() {
     let mesh = sphere();
     let mut without = annealing(0).to_faces(300);
-    without.refine.anneal = None;
+    without.refine.anneal = false;
     let plain = rms_over_limit(&simplify(&mesh, &without).unwrap().mesh);
     let result = simplify(&mesh, &annealing(60).to_faces(300)).unwrap();
     let report = result.anneal.unwrap();
@@ -157,7 +157,7 @@ fn the_closest_of_several_layouts_is_kept_on_smooth_surfaces_alone() {
         *p *= 1.0 + 0.2 * x * y * z;
     }
     let mut options = annealing(12).to_faces(400);
-    options.refine.anneal.as_mut().unwrap().starts = 6;
+    options.refine.tuning.anneal.starts = 6;
     let result = simplify(&mesh, &options).unwrap();
     assert_eq!(result.anneal.unwrap().layouts, 1);
 }
@@ -167,7 +167,7 @@ fn the_closest_of_several_layouts_is_kept_on_smooth_surfaces_alone() {
 fn a_layout_that_is_better_outlives_a_stop() {
     let mesh = sphere();
     let mut options = annealing(20).to_faces(400);
-    options.refine.anneal.as_mut().unwrap().starts = 6;
+    options.refine.tuning.anneal.starts = 6;
     let mut asked = 0;
     let result = simplify_observed(&mesh, &options, &mut |now| {
         asked += usize::from(now.phase == Phase::Anneal);
@@ -187,8 +187,8 @@ fn threads_do_not_change_a_bit() {
     for norm in [FitNorm::L2, FitNorm::Max] {
         let mut options = Options::preset(Preset::Extreme).to_faces(400);
         let quick = AnnealOptions { sweeps: 12, starts: 6, rounds: 1, ..AnnealOptions::default() };
-        options.refine.anneal = Some(quick);
-        options.refine = options.refine.minimising(norm);
+        options.refine.tuning.anneal = quick;
+        options.refine.norm = norm;
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let result = pool.install(|| simplify(&mesh, &options).unwrap());
@@ -243,8 +243,8 @@ fn features_stay_where_they_are() {
     let marked = features.as_slice().iter().filter(|&&feature| feature).count();
     assert_eq!(marked, 64);
     let mut options = annealing(20).to_faces(300);
-    options.refine.anneal.as_mut().unwrap().rounds = 2;
-    options.collapse.protect.features = Some(features);
+    options.refine.tuning.anneal.rounds = 2;
+    options.protect.features = Some(features);
     let result = simplify(&mesh, &options).unwrap();
     assert!(result.anneal.unwrap().sweeps == 20);
     let new = result.mesh.topology();
@@ -276,7 +276,7 @@ fn new_layouts_do_not_cross_when_that_is_forbidden() {
         (0..faces.len()).flat_map(|i| (0..i).map(move |j| (i, j))).filter(crosses).count()
     };
     let mut options = annealing(12).to_faces(800);
-    options.collapse.forbid_intersections = true;
+    options.protect.forbid_intersections = true;
     let result = simplify(&mesh, &options).unwrap();
     assert!(result.anneal.unwrap().sweeps >= 12);
     assert_eq!(crossings(&result.mesh), 0);
@@ -287,7 +287,7 @@ fn new_layouts_do_not_cross_when_that_is_forbidden() {
 fn rounds_are_in_proportion_to_the_reduction() {
     let mesh = sphere();
     let options = Options::preset(Preset::Quality);
-    let few = options.refine.anneal.unwrap();
+    let few = options.refine.tuning.anneal;
     let faces = mesh.topology().face_count();
     let original = Surface::new(&mesh).unwrap();
     for (wanted, most) in [(30, 4), (60, 2), (200, 0)] {

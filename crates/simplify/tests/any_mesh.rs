@@ -45,8 +45,8 @@ proptest! {
         prop_assume!(mesh.is_some());
         let mesh = mesh.unwrap();
         let mut options = Options::preset(Preset::ALL[preset]).to_faces(floor);
-        options.collapse.record = true;
-        options.collapse.protect.boundary =
+        options.record = true;
+        options.protect.boundary =
             [Boundary::Quadrics, Boundary::Lock, Boundary::Free][boundary];
         let result = simplify(&mesh, &options).unwrap();
         let topology = result.mesh.topology();

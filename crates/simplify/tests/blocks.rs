@@ -35,7 +35,7 @@ fn hills(cells: usize) -> TriMesh {
 fn quick(preset: Preset) -> Options {
     let mut options = Options::preset(preset);
     options.refine = simplify::RefineOptions::default();
-    options.collapse.record = true;
+    options.record = true;
     options
 }
 
@@ -110,7 +110,7 @@ fn the_record_replays_to_the_same_bits_and_to_levels() {
             level.topology().validate().unwrap();
             let of_level = mean_error(&mesh, &level);
             let mut alone = quick(preset);
-            alone.collapse.schedule = Schedule::Lazy;
+            alone.cost.schedule = Schedule::Lazy;
             let alone = simplify(&mesh, &alone.to_faces(2 * faces)).unwrap();
             let of_alone = mean_error(&mesh, &alone.mesh);
             assert!(of_level < 1.3 * of_alone, "{preset} {faces}: {of_level} {of_alone}");
@@ -144,7 +144,7 @@ fn the_rest_after_passes_made_elsewhere_is_recorded_too() {
         let faces = mesh.topology().face_count();
         assert!(start.topology().face_count() < 2 * faces / 3);
         let mut finish = |record: bool| {
-            options.collapse.record = record;
+            options.record = record;
             let go_on = &mut |_: &_| ControlFlow::Continue(());
             finish_collapses(left.clone(), &options, size, faces, go_on).unwrap()
         };
@@ -198,7 +198,7 @@ fn nothing_is_recorded_unless_asked() {
     let bare = simplify(&mesh, &options).unwrap();
     assert!(bare.log.is_empty() && bare.collapses > 10_000);
     let mut recorded = options;
-    recorded.collapse.record = true;
+    recorded.record = true;
     let recorded = simplify(&mesh, &recorded).unwrap();
     assert!(bits(&bare.mesh) == bits(&recorded.mesh));
     assert_eq!(bare.vertex_map, recorded.vertex_map);
@@ -214,7 +214,7 @@ fn regions_cost_no_accuracy() {
         for faces in [1500, 25_000] {
             let error = |schedule: Schedule| {
                 let mut options = quick(Preset::Fast).to_faces(faces);
-                options.collapse.schedule = schedule;
+                options.cost.schedule = schedule;
                 mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
             };
             let (regions, lazy) = (error(Schedule::Parallel), error(Schedule::Lazy));
@@ -228,7 +228,7 @@ fn regions_cost_no_accuracy() {
             let error = |schedule: Schedule| {
                 let faces = (mesh.topology().face_count() as f64 / part) as usize;
                 let mut options = quick(Preset::Default).to_faces(faces);
-                options.collapse.schedule = schedule;
+                options.cost.schedule = schedule;
                 mean_error(&mesh, &simplify(&mesh, &options).unwrap().mesh)
             };
             let (regions, lazy) = (error(Schedule::Parallel), error(Schedule::Lazy));
@@ -245,7 +245,7 @@ fn the_metric_may_take_over_late() {
         let faces = mesh.topology().face_count();
         let run = |takeover: Option<f64>, wanted: usize| {
             let mut options = quick(Preset::Default).to_faces(wanted);
-            options.collapse.switch_ratio = takeover;
+            options.cost.switch_ratio = takeover;
             let result = simplify(&mesh, &options).unwrap();
             assert_whole(&mesh, &result, wanted);
             let (level, _) = result.log.level(&mesh, result.log.len()).unwrap();
@@ -265,7 +265,7 @@ fn the_metric_may_take_over_late() {
     }
     for factor in [0.5, f64::NAN, f64::INFINITY] {
         let mut options = quick(Preset::Default).to_faces(100);
-        options.collapse.switch_ratio = Some(factor);
+        options.cost.switch_ratio = Some(factor);
         assert!(matches!(simplify(&torus(20), &options), Err(SimplifyError::Option { .. })));
     }
 }
@@ -277,7 +277,7 @@ fn regions_do_all_that_comes_before_a_squeeze() {
     let mesh = torus(200);
     let within = |options: &Options| {
         let options = options.clone().within(0.01, ErrorCheck::Sampled);
-        assert!(options.limit.decimate);
+        assert!(options.tolerance.decimate);
         let result = simplify(&mesh, &options).unwrap();
         assert!(result.error.unwrap().is_within(0.01));
         let (level, _) = result.log.level(&mesh, result.collapses).unwrap();
@@ -289,8 +289,8 @@ fn regions_do_all_that_comes_before_a_squeeze() {
     let default = Options::preset(Preset::Default);
     assert!(within(&default) == fast);
     let mut others = [default.clone(), default];
-    others[0].collapse.curvature_weight = 0.2;
-    others[1].collapse.switch_ratio = None;
+    others[0].cost.curvature_weight = 0.2;
+    others[1].cost.switch_ratio = None;
     for options in others {
         assert!(within(&options).0 != fast.0);
     }
@@ -384,7 +384,7 @@ fn no_time_is_no_collapse() {
     for mesh in [torus(20), torus(300)] {
         for &preset in Preset::ALL {
             let mut options = Options::preset(preset).to_faces(100);
-            options.collapse.limits.time = Some(Duration::ZERO);
+            options.target.time = Some(Duration::ZERO);
             let result = simplify(&mesh, &options).unwrap();
             assert_eq!((result.stop, result.collapses), (StopReason::Time, 0), "{preset}");
             assert!(bits(&result.mesh) == bits(&mesh));

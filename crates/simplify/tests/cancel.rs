@@ -59,7 +59,7 @@ fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
     for squeeze in [false, true] {
         let limit = 0.01;
         let mut options = Options::preset(Preset::Default).within(limit, ErrorCheck::Certified);
-        options.limit.decimate = squeeze;
+        options.tolerance.decimate = squeeze;
         let whole = simplify(&mesh, &options).unwrap();
         let (mut coarser, mut squeezed) = (0, 0);
         for phase in
@@ -91,8 +91,8 @@ fn a_run_with_a_largest_error_that_is_cancelled_is_within_it() {
 fn fit_annealing_and_peaks_can_be_cancelled_between_rounds() {
     let mesh = wave();
     let mut options = Options::preset(Preset::Quality).to_faces(400);
-    options.refine.anneal = Some(AnnealOptions { rounds: 3, ..AnnealOptions::default() });
-    options.limit.check = Some(ErrorCheck::Sampled);
+    options.refine.tuning.anneal = AnnealOptions { rounds: 3, ..AnnealOptions::default() };
+    options.tolerance.check = Some(ErrorCheck::Sampled);
     let whole = simplify(&mesh, &options).unwrap();
     assert!(whole.error.is_some());
     for phase in [Phase::Collapse, Phase::Fit, Phase::Anneal, Phase::MaxError, Phase::Measure] {

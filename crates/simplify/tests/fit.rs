@@ -6,7 +6,7 @@ use mesh_core::shapes::{Irregular, Plane, Wave};
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_metric::{CompareOptions, Surface, compare};
 use simplify::{
-    AnnealOptions, Boundary, Curve, FitOptions, MaxErrorOptions, Options, Preset, simplify,
+    AnnealOptions, Boundary, Curve, FitOptions, MaxErrorOptions, Options, Preset, Tuning, simplify,
 };
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
@@ -50,7 +50,7 @@ fn boundary_vertices_slide_along_the_boundary() {
     let options = Options::default().to_faces(400);
     let fitted = simplify(&original, &options).unwrap();
     let mut unfitted = options.clone();
-    unfitted.refine.fit = None;
+    unfitted.refine.fit = false;
     let collapsed = simplify(&original, &unfitted).unwrap();
     let before = boundary(&collapsed.mesh);
     let moved: Vec<DVec3> =
@@ -68,7 +68,7 @@ fn boundary_vertices_slide_along_the_boundary() {
     assert!(mean(&fitted.mesh) < mean(&collapsed.mesh));
 
     let mut locked = options;
-    locked.collapse.protect.boundary = Boundary::Lock;
+    locked.protect.boundary = Boundary::Lock;
     let stays = simplify(&original, &locked).unwrap();
     let all = boundary(&original);
     assert!(boundary(&stays.mesh).iter().all(|p| all.contains(p)));
@@ -94,11 +94,12 @@ fn the_last_seed_is_as_good_as_any() {
     let soup = mesh_core::shapes::Sphere { radius: 1.0 }.icosphere(2).unwrap();
     let original = mesh(&soup);
     let mut options = Options::preset(Preset::Extreme).to_faces(60);
+    options.refine.seed = u64::MAX;
     let fit = FitOptions { rounds: 3, seed: u64::MAX, ..FitOptions::default() };
-    options.refine.fit = Some(fit);
-    options.refine.anneal = Some(AnnealOptions { rounds: 2, fit, ..AnnealOptions::default() });
+    let anneal = AnnealOptions { rounds: 2, fit, ..AnnealOptions::default() };
     let tailed = FitOptions { tail: 300.0, ..fit };
-    options.refine.max_error = Some(MaxErrorOptions { fit: tailed, ..MaxErrorOptions::default() });
+    let max_error = MaxErrorOptions { fit: tailed, ..MaxErrorOptions::default() };
+    options.refine.tuning = Tuning { fit, anneal, max_error };
     let result = simplify(&original, &options).unwrap();
     assert_eq!(result.mesh.topology().face_count(), 60);
     assert_eq!(result.fit.unwrap().rounds, 3);
@@ -112,7 +113,7 @@ fn samples_are_limited_by_the_triangles_of_the_original() {
     let rms = |samples_per_face, samples_per_triangle| {
         let fit = FitOptions { samples_per_face, samples_per_triangle, ..FitOptions::default() };
         let mut options = Options::default().to_faces(1000);
-        (options.refine.fit, options.refine.max_error) = (Some(fit), None);
+        (options.refine.tuning.fit, options.refine.max_error) = (fit, false);
         let result = simplify(&original, &options).unwrap();
         let fitted = Surface::new(&result.mesh).unwrap();
         compare(&surface, &fitted, &CompareOptions::default()).rms()

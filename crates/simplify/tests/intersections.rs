@@ -58,7 +58,7 @@ fn forbidden_intersections_do_not_arise() {
         let Some(mesh) = model(name) else { return };
         let mut options = Options::preset(preset).to_faces(faces);
         free_count += piercings(&simplify(&mesh, &options).unwrap().mesh).len();
-        options.collapse.forbid_intersections = true;
+        options.protect.forbid_intersections = true;
         let guarded = simplify(&mesh, &options).unwrap();
         assert_eq!(guarded.mesh.topology().face_count(), faces, "{name} {preset}");
         assert_eq!(piercings(&guarded.mesh), [], "{name} {preset}");
@@ -72,8 +72,9 @@ fn forbidden_intersections_do_not_arise() {
 fn annealing_keeps_faces_apart_too() {
     let Some(mesh) = model("rocker-arm.obj") else { return };
     let mut options = Options::default().to_faces(602);
-    options.refine.anneal = Some(AnnealOptions { rounds: 2, ..AnnealOptions::default() });
-    options.collapse.forbid_intersections = true;
+    options.refine.anneal = true;
+    options.refine.tuning.anneal = AnnealOptions { rounds: 2, ..AnnealOptions::default() };
+    options.protect.forbid_intersections = true;
     let result = simplify(&mesh, &options).unwrap();
     assert!(result.anneal.unwrap().kept > 0);
     assert_eq!(piercings(&result.mesh), []);

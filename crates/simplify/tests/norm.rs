@@ -20,7 +20,7 @@ fn distances(mesh: &TriMesh, surface: &impl SignedDistance) -> [f64; 3] {
 fn each_norm_makes_its_own_distance_least(mesh: &TriMesh, surface: &impl SignedDistance) {
     let found = [FitNorm::L1, FitNorm::L2, FitNorm::Max].map(|norm| {
         let mut options = Options::preset(Preset::Quality).to_faces(400);
-        options.refine = options.refine.minimising(norm);
+        options.refine.norm = norm;
         let result = simplify(mesh, &options).unwrap();
         assert_eq!(result.fit.unwrap().norm, norm);
         distances(&result.mesh, surface)

@@ -59,7 +59,7 @@ fn options_of_fit_max_error_and_annealing_are_checked() {
             named(fit(&mut mesh, &surface, free, &options).map_err(SimplifyError::from)),
             name
         );
-        assert_eq!(whole(&|all| all.refine.fit = Some(options)), name);
+        assert_eq!(whole(&|all| all.refine.tuning.fit = options), name);
     }
     for (name, options) in bad_peaks {
         assert_eq!(
@@ -68,14 +68,14 @@ fn options_of_fit_max_error_and_annealing_are_checked() {
             ),
             name
         );
-        assert_eq!(whole(&|all| all.refine.max_error = Some(options)), name);
+        assert_eq!(whole(&|all| all.refine.tuning.max_error = options), name);
     }
     for (name, options) in bad_anneals {
         assert_eq!(
             named(anneal(&mut mesh, &surface, free, &options).map_err(SimplifyError::from)),
             name
         );
-        assert_eq!(whole(&|all| all.refine.anneal = Some(options)), name);
+        assert_eq!(whole(&|all| all.refine.tuning.anneal = options), name);
     }
     // Seeds are numbers as any other.
     let options = FitOptions { seed: u64::MAX, ..fit_ok };
@@ -86,7 +86,7 @@ fn options_of_fit_max_error_and_annealing_are_checked() {
 fn a_largest_error_is_positive_and_finite() {
     for limit in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let options = Options::default().within(limit, ErrorCheck::Sampled);
-        assert_eq!(named(simplify(&sphere(1), &options)), "limit.distance", "{limit}");
+        assert_eq!(named(simplify(&sphere(1), &options)), "tolerance.distance", "{limit}");
     }
 }
 

@@ -6,9 +6,9 @@ use mesh_core::shapes::{Irregular, Sphere};
 use mesh_core::{Remap, TriMesh, VertexMap};
 use simplify::{
     AnnealOptions, Collapse, Constraint, Cost, EdgePatch, ErrorCheck, Hybrid, Memoryless, Metric,
-    NormalConstraint, Optimal, Options, Place, Placement, PlacementRule, Policies, Policy, Preset,
-    Protect, Quadric, Rejection, Schedule, Scratch, ShapeConstraint, Simplified, SimplifyError,
-    Target, collapse_edges, simplify, simplify_with,
+    Optimal, Options, Place, Placement, PlacementRule, Policies, Policy, Preset, Protect, Quadric,
+    Rejection, Schedule, Scratch, Simplified, SimplifyError, Target, collapse_edges, simplify,
+    simplify_with,
 };
 use std::collections::HashSet;
 use std::ops::ControlFlow;
@@ -53,10 +53,8 @@ fn guarded<C: Cost, P: Placement>(
     mut policies: Policies<C, P>,
     options: &Options,
 ) -> Result<Simplified, SimplifyError> {
-    policies.constraints.push(NormalConstraint::default());
-    policies.constraints.push(ShapeConstraint::default());
     policies.constraints.push(Painted(painted(mesh)));
-    simplify_with(mesh, policies, options, &mut |_| ControlFlow::Continue(()))
+    simplify_with(mesh, policies, &options.clone().custom(), &mut |_| ControlFlow::Continue(()))
 }
 
 /// All painted vertices are there, each by itself, whatever was done after the collapses.
@@ -65,19 +63,19 @@ fn a_guard_from_outside_holds_in_all_steps() {
     let mesh = ball();
     let painted = painted(&mesh);
     let mut extreme = Options::preset(Preset::Extreme).to_faces(500);
-    extreme.refine.anneal = Some(AnnealOptions { rounds: 4, ..AnnealOptions::default() });
+    extreme.refine.tuning.anneal = AnnealOptions { rounds: 4, ..AnnealOptions::default() };
     let peaks_only = {
         let mut options = Options::preset(Preset::Quality).to_faces(500);
-        options.refine.fit = None;
-        options.refine.anneal = None;
+        options.refine.fit = false;
+        options.refine.anneal = false;
         options
     };
     let within = Options::default().within(0.05, ErrorCheck::Sampled);
-    assert!(within.limit.decimate);
+    assert!(within.tolerance.decimate);
     let mut levels = Options::preset(Preset::Fast);
-    levels.collapse.limits.time = Some(Duration::from_secs(3600));
+    levels.target.time = Some(Duration::from_secs(3600));
     let levels = levels.within(0.05, ErrorCheck::Certified);
-    assert!(!levels.limit.decimate);
+    assert!(!levels.tolerance.decimate);
     for options in [extreme, peaks_only, within, levels] {
         let policies = Policies::new(Hybrid::default(), Optimal::default());
         let result = guarded(&mesh, policies, &options).unwrap();
@@ -98,12 +96,11 @@ fn a_guard_from_outside_holds_in_all_steps() {
 fn policies_by_hand_are_those_by_name() {
     let mesh = ball();
     let mut options = Options::preset(Preset::Fast).to_faces(300);
-    options.collapse.metric = Metric::Memoryless;
+    options.cost.metric = Metric::Memoryless;
     let named = simplify(&mesh, &options).unwrap();
-    let mut policies = Policies::new(Memoryless, Optimal::default());
-    policies.constraints = options.collapse.constraints();
+    let policies = Policies::new(Memoryless, Optimal::default());
     let go_on = &mut |_: &_| ControlFlow::Continue(());
-    let by_hand = simplify_with(&mesh, policies, &options, go_on).unwrap();
+    let by_hand = simplify_with(&mesh, policies, &options.custom(), go_on).unwrap();
     assert_eq!(named.log, by_hand.log);
     assert_eq!(named.mesh.positions(), by_hand.mesh.positions());
 }
@@ -119,17 +116,23 @@ fn options_that_exclude_each_other_are_errors() {
             other => panic!("{other:?}"),
         }
     };
-    let time = |o: &mut Options| o.collapse.limits.time = Some(Duration::from_secs(1));
-    assert_eq!(conflict(time), ("limit.decimate", "collapse.limits.time"));
-    assert_eq!(conflict(|o| o.limit.check = None), ("limit.distance", "limit.check = None"));
-    assert_eq!(conflict(|o| o.limit.distance = None), ("limit.decimate", "limit.distance = None"));
+    let time = |o: &mut Options| o.target.time = Some(Duration::from_secs(1));
+    assert_eq!(conflict(time), ("tolerance.decimate", "target.time"));
+    assert_eq!(
+        conflict(|o| o.tolerance.check = None),
+        ("tolerance.distance", "tolerance.check = None")
+    );
+    assert_eq!(
+        conflict(|o| o.tolerance.distance = None),
+        ("tolerance.decimate", "tolerance.distance = None")
+    );
     let anneal = |o: &mut Options| {
-        o.refine.anneal = Some(AnnealOptions::default());
-        o.refine.fit = None;
+        o.refine.anneal = true;
+        o.refine.fit = false;
     };
-    assert_eq!(conflict(anneal), ("refine.anneal", "refine.fit = None"));
-    let norm = |o: &mut Options| o.collapse.metric = Metric::CurvatureL1;
-    assert_eq!(conflict(norm).0, "collapse.curvature_weight");
+    assert_eq!(conflict(anneal), ("refine.anneal", "refine.fit = false"));
+    let norm = |o: &mut Options| o.cost.metric = Metric::CurvatureL1;
+    assert_eq!(conflict(norm).0, "cost.curvature_weight");
 }
 
 /// What is chosen at run time does what is chosen at compile time.
@@ -154,16 +157,16 @@ fn policies_in_boxes_do_the_same() {
     for metric in metrics {
         for placement in rules {
             let mut options = Options::preset(Preset::Fast).to_faces(400);
-            options.collapse.metric = metric;
-            options.collapse.placement = placement;
-            options.collapse.curvature_weight = 0.0;
-            options.collapse.schedule = Schedule::Lazy;
+            options.cost.metric = metric;
+            options.placement = placement;
+            options.cost.curvature_weight = 0.0;
+            options.cost.schedule = Schedule::Lazy;
             let named = simplify(&mesh, &options).unwrap();
-            let mut policies = Policies::new(metric.cost(), placement.placement());
-            policies.constraints = options.collapse.constraints();
+            let (cost, placement) = (metric.cost().unwrap(), placement.placement().unwrap());
+            let policies = Policies::new(cost, placement);
             let go_on = &mut |_: &_| ControlFlow::Continue(());
-            let boxed = simplify_with(&mesh, policies, &options, go_on).unwrap();
-            assert_eq!(named.mesh.positions(), boxed.mesh.positions(), "{metric:?} {placement:?}");
+            let boxed = simplify_with(&mesh, policies, &options.custom(), go_on).unwrap();
+            assert_eq!(named.mesh.positions(), boxed.mesh.positions(), "{metric:?}");
             assert_eq!(named.mesh.to_soup().corners(), boxed.mesh.to_soup().corners());
         }
     }

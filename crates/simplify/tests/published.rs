@@ -83,11 +83,11 @@ fn the_largest_error_is_not_above_that_of_plain_quadrics() {
     let original = Surface::new(&mesh).unwrap();
     for min_component_vertices in [None, Some(4)] {
         let mut default = Options::preset(Preset::Default).to_faces(3280);
-        default.collapse.min_component_vertices = min_component_vertices;
+        default.protect.min_component_vertices = min_component_vertices;
         let mut plain = Options::preset(Preset::Fast).to_faces(3280);
-        plain.collapse.min_component_vertices = min_component_vertices;
-        plain.collapse.metric = Metric::Quadric;
-        plain.collapse.placement = PlacementRule::Optimal;
+        plain.protect.min_component_vertices = min_component_vertices;
+        plain.cost.metric = Metric::Quadric;
+        plain.placement = PlacementRule::Optimal;
         let samples = CompareOptions { samples: 200_000, ..CompareOptions::default() };
         let [ours, theirs] = [default, plain].map(|options| {
             let result = simplify(&mesh, &options).unwrap();

@@ -66,12 +66,12 @@ fn trap_1_the_number_of_faces_is_what_was_asked_for() {
         }
         let vertices = Target { vertices: Some(123), ..Target::default() };
         let mut options = Options::preset(preset);
-        options.collapse.limits = vertices;
+        options.target = vertices;
         let result = simplify(&sphere, &options).unwrap();
         assert_eq!(result.mesh.topology().vertex_count(), 123);
         assert_eq!(result.stop, StopReason::Vertices);
         let ratio = Target { ratio: Some(0.25), faces: Some(10), ..Target::default() };
-        options.collapse.limits = ratio;
+        options.target = ratio;
         let result = simplify(&sphere, &options).unwrap();
         assert_eq!(result.mesh.topology().face_count(), 1280);
     }
@@ -121,12 +121,12 @@ fn trap_4_the_boundary_stays_or_the_result_says_how_far_it_moved() {
     };
     for preset in QUICK {
         let mut options = Options::preset(preset).to_faces(300);
-        options.collapse.protect.boundary = Boundary::Lock;
+        options.protect.boundary = Boundary::Lock;
         let locked = simplify(&open, &options).unwrap();
         assert_eq!(on_boundary(&locked.mesh), on_boundary(&open));
         assert_eq!(locked.boundary_shift, Some(0.0));
 
-        options.collapse.protect.boundary = Boundary::Quadrics;
+        options.protect.boundary = Boundary::Quadrics;
         let kept = simplify(&open, &options).unwrap();
         assert!(on_boundary(&kept.mesh).len() < on_boundary(&open).len());
         let shift = kept.boundary_shift.unwrap();
@@ -149,7 +149,7 @@ fn trap_5_two_plates_far_apart_reduce_alike() {
     for preset in QUICK {
         // The log has the collapses of the run, not those of the squeeze.
         let mut options = Options::preset(preset).within(0.1, ErrorCheck::Sampled);
-        options.limit.decimate = false;
+        options.tolerance.decimate = false;
         let result = simplify(&plates, &options).unwrap();
         assert_eq!(result.stop, StopReason::Error);
         let reduced = result.log.entries();
@@ -199,7 +199,7 @@ fn trap_7_closed_components_end_as_tetrahedra() {
         }
     }
     let mut options = Options::preset(Preset::Fast);
-    options.collapse.min_component_vertices = Some(20);
+    options.protect.min_component_vertices = Some(20);
     let kept = simplify(&two, &options).unwrap();
     assert_eq!(kept.mesh.topology().vertex_count(), 40);
     assert!(kept.rejections.of(Rejection::Component) > 0);
@@ -293,7 +293,7 @@ fn trap_15_locked_vertices_and_feature_edges_stay() {
     let bounds = cube.bounding_box().unwrap();
     for preset in QUICK {
         let mut options = Options::preset(preset).to_faces(60);
-        options.collapse.protect.features = Some(features.clone());
+        options.protect.features = Some(features.clone());
         let result = simplify(&cube, &options).unwrap();
         result.mesh.topology().validate().unwrap();
         let simplified = &result.mesh;
@@ -327,7 +327,7 @@ fn trap_15_locked_vertices_and_feature_edges_stay() {
     }
     for &preset in Preset::ALL {
         let mut options = Options::preset(preset).to_faces(100);
-        options.collapse.protect.locked = Some(locked.clone());
+        options.protect.locked = Some(locked.clone());
         let result = simplify(&sphere, &options).unwrap();
         for (v, _) in locked.iter().filter(|(_, locked)| **locked) {
             let new = result.vertex_map[v].unwrap();
@@ -344,7 +344,7 @@ fn trap_17_one_thread_and_eight_threads_give_the_same_bits() {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| {
                 let mut options = Options::preset(preset).to_faces(400);
-                options.limit.check = Some(ErrorCheck::Certified);
+                options.tolerance.check = Some(ErrorCheck::Certified);
                 let result = simplify(&original, &options).unwrap();
                 let bits: Vec<_> = result
                     .mesh

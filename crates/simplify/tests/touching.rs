@@ -98,7 +98,7 @@ fn boxes_side_by_side_come_to_their_target() {
     for preset in [Preset::Fast, Preset::Default] {
         let target = before / 10;
         let mut options = Options::preset(preset).to_faces(target);
-        options.collapse.forbid_intersections = true;
+        options.protect.forbid_intersections = true;
         let result = simplify(&boxes, &options).unwrap();
         let faces = result.mesh.topology().face_count();
         assert!(faces <= target, "{preset}: {faces} of {before}, not {target}");
@@ -113,7 +113,7 @@ fn spheres_that_touch_at_their_poles_come_to_their_target_and_do_not_cross() {
     for preset in [Preset::Fast, Preset::Default] {
         let target = before / 10;
         let mut options = Options::preset(preset).to_faces(target);
-        options.collapse.forbid_intersections = true;
+        options.protect.forbid_intersections = true;
         let result = simplify(&spheres, &options).unwrap();
         let faces = result.mesh.topology().face_count();
         assert!(faces <= target, "{preset}: {faces} of {before}, not {target}");

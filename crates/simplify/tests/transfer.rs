@@ -52,8 +52,8 @@ fn linear_data_is_reproduced() {
     let place = |h: HalfEdgeId| mesh.position(topology.origin(h)).to_array();
     for preset in [Preset::Fast, Preset::Default, Preset::Extreme] {
         let mut options = Options::preset(preset).to_faces(60);
-        options.collapse.protect.features = Some(seams.clone());
-        options.collapse.protect.locked = Some(seam_nodes(topology, &seams));
+        options.protect.features = Some(seams.clone());
+        options.protect.locked = Some(seam_nodes(topology, &seams));
         options.attributes.corners = Some(CornerAttributes::new(&mesh, true, place).unwrap());
         let result = simplify(&mesh, &options).unwrap();
         let sources = corner_sources(&mesh, &seams, &result.mesh, &result.vertex_map);

@@ -41,7 +41,7 @@ fn an_unused_vertex_far_away_does_not_spoil_the_search_for_an_error_limit() {
     let [mesh, stray] = wave_and_stray();
     for squeeze in [false, true] {
         let mut options = Options::preset(Preset::Default).within(0.02, ErrorCheck::Sampled);
-        options.limit.decimate = squeeze;
+        options.tolerance.decimate = squeeze;
         let [expected, got] = [&mesh, &stray].map(|mesh| simplify(mesh, &options).unwrap());
         assert!(2 * expected.mesh.topology().face_count() < mesh.topology().face_count());
         assert_eq!(expected.log.len(), got.log.len());

@@ -27,10 +27,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = simplify::Options::default().to_faces(mesh.topology().face_count() / 2);
     let cost = simplify::Hybrid::default();
     let mut policies = Policies::new(cost, simplify::Optimal::default());
-    policies.guards = options.collapse.guards();
-    policies.guards.push(Above(0.9 * top));
+    policies.constraints.push(Above(0.9 * top));
     let go_on = &mut |_: &_| ControlFlow::Continue(());
-    let result = simplify::simplify_with(&mesh, policies, &options, go_on)?;
+    let result = simplify::simplify_with(&mesh, policies, &options.custom(), go_on)?;
     mesh_io::write(output, &result.mesh, &Default::default())?;
     println!("{} flips, {} faces", flips.flips, result.mesh.topology().face_count());
     Ok(())

@@ -7,7 +7,7 @@ use dtri_flip::feature_edges;
 use mesh_core::TriMesh;
 use simplify::{
     AnnealOptions, Boundary, CornerAttributes, ErrorCheck, FitOptions, Options, PlacementRule,
-    Preset, Simplified, StopReason, simplify_observed,
+    Preset, Simplified, StopReason, Tuning, simplify_observed,
 };
 
 use crate::shape::{assert_sound, mesh};
@@ -37,30 +37,24 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
 fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
     let mut options = Options::preset(*u.choose(Preset::ALL)?);
     // The presets, but on a small scale.
-    if let Some(fit) = &mut options.refine.fit {
-        *fit = FitOptions { rounds: fit.rounds.min(2), samples_per_face: 4, ..*fit };
-    }
-    if let Some(anneal) = &mut options.refine.anneal {
-        *anneal = AnnealOptions { starts: 3, rounds: 2, samples_per_face: 4, ..*anneal };
-        anneal.fit.samples_per_face = 4;
-    }
-    if let Some(peaks) = &mut options.refine.max_error {
-        peaks.fit =
-            FitOptions { rounds: peaks.fit.rounds.min(2), samples_per_face: 4, ..peaks.fit };
-        peaks.share = 0.5;
-        peaks.rounds = 2;
-    }
+    let Tuning { fit, anneal, max_error } = &mut options.refine.tuning;
+    *fit = FitOptions { rounds: fit.rounds.min(2), samples_per_face: 4, ..*fit };
+    *anneal = AnnealOptions { starts: 3, rounds: 2, samples_per_face: 4, ..*anneal };
+    anneal.fit.samples_per_face = 4;
+    let rounds = max_error.fit.rounds.min(2);
+    max_error.fit = FitOptions { rounds, samples_per_face: 4, ..max_error.fit };
+    (max_error.share, max_error.rounds) = (0.5, 2);
     let faces = mesh.topology().face_count();
     let mut distance = None;
     match u.int_in_range(0..=5)? {
-        0 => options.collapse.limits.ratio = Some(f64::from(u.int_in_range(0..=10)?) / 10.0),
-        1 => options.collapse.limits.vertices = Some(u.int_in_range(0..=20)?),
-        2 => options.collapse.limits.cost = Some(f64::from(u.int_in_range(0..=20)?) / 10.0),
+        0 => options.target.ratio = Some(f64::from(u.int_in_range(0..=10)?) / 10.0),
+        1 => options.target.vertices = Some(u.int_in_range(0..=20)?),
+        2 => options.target.cost = Some(f64::from(u.int_in_range(0..=20)?) / 10.0),
         3 => distance = Some(f64::from(u.int_in_range(1..=20)?) / 10.0),
-        _ => options.collapse.limits.faces = Some(u.int_in_range(0..=faces)?),
+        _ => options.target.faces = Some(u.int_in_range(0..=faces)?),
     }
     if u.ratio(1, 3)? {
-        options.collapse.placement = *u.choose(&[
+        options.placement = *u.choose(&[
             PlacementRule::OptimalVolume,
             PlacementRule::Optimal,
             PlacementRule::Endpoint,
@@ -73,19 +67,18 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
     if check == Some(ErrorCheck::Sampled) && !u.ratio(1, 16)? {
         check = Some(ErrorCheck::Certified);
     }
-    options.limit.check = check;
-    options.collapse.protect.boundary =
-        *u.choose(&[Boundary::Quadrics, Boundary::Lock, Boundary::Free])?;
+    options.tolerance.check = check;
+    options.protect.boundary = *u.choose(&[Boundary::Quadrics, Boundary::Lock, Boundary::Free])?;
     if u.ratio(1, 4)? {
         let angle = f64::from(u.int_in_range(0..=30)?) / 10.0;
-        options.collapse.protect.features = Some(feature_edges(mesh, angle));
+        options.protect.features = Some(feature_edges(mesh, angle));
     }
-    options.collapse.forbid_intersections = u.ratio(1, 3)?;
+    options.protect.forbid_intersections = u.ratio(1, 3)?;
     if u.ratio(1, 4)? {
-        options.collapse.min_component_vertices = Some(u.int_in_range(0..=8)?);
+        options.protect.min_component_vertices = Some(u.int_in_range(0..=8)?);
     }
     if u.ratio(1, 4)? {
-        options.collapse.curvature_weight = f64::from(u.int_in_range(0..=20)?) / 2.0;
+        options.cost.curvature_weight = f64::from(u.int_in_range(0..=20)?) / 2.0;
     }
     if u.ratio(1, 4)? {
         let has_texture = u.arbitrary()?;
@@ -99,8 +92,8 @@ fn options(u: &mut Unstructured<'_>, mesh: &TriMesh) -> Result<Options> {
     if let Some(distance) = distance {
         // Now and then what does not go together.
         if u.ratio(1, 8)? {
-            options.limit.distance = Some(distance);
-            options.limit.decimate = u.arbitrary()?;
+            options.tolerance.distance = Some(distance);
+            options.tolerance.decimate = u.arbitrary()?;
         } else {
             options = options.within(distance, check.unwrap_or_default());
         }
@@ -119,18 +112,15 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
     }
     assert!(result.max_cost.is_finite(), "the largest cost is {}", result.max_cost);
     if result.stop == StopReason::Faces {
-        let ratio = options
-            .collapse
-            .limits
-            .ratio
-            .map_or(0, |r| (r * old.face_count() as f64).ceil() as usize);
-        let target = options.collapse.limits.faces.unwrap_or(0).max(ratio);
+        let ratio =
+            options.target.ratio.map_or(0, |r| (r * old.face_count() as f64).ceil() as usize);
+        let target = options.target.faces.unwrap_or(0).max(ratio);
         assert!(new.face_count() <= target, "{} faces, not {target}", new.face_count());
     }
     // The log belongs to the mesh, whatever became of it afterwards.
     let replayed = result.log.replay(mesh, result.log.len()).expect("the log fits the mesh");
     replayed.topology().validate().expect("a replay keeps the invariants");
-    if options.collapse.protect.boundary == Boundary::Lock {
+    if options.protect.boundary == Boundary::Lock {
         for vertex in old.vertices().filter(|&v| old.is_boundary_vertex(v)) {
             let became = result.vertex_map[vertex].expect("locked vertices stay");
             assert_eq!(result.mesh.position(became), mesh.position(vertex), "{vertex:?} is locked");
@@ -141,8 +131,9 @@ fn check(mesh: &TriMesh, options: &Options, result: &Simplified) {
         if let Some(upper) = error.upper {
             assert!(error.lower <= upper, "bounds {} and {upper}", error.lower);
         }
-        let is_limited = options.limit.distance.is_some() && result.stop != StopReason::Cancelled;
-        if let (Some(limit), true) = (options.limit.distance, is_limited) {
+        let is_limited =
+            options.tolerance.distance.is_some() && result.stop != StopReason::Cancelled;
+        if let (Some(limit), true) = (options.tolerance.distance, is_limited) {
             assert!(error.is_within(limit), "{error:?} with a limit of {limit}");
         }
     }

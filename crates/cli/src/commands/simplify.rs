@@ -212,7 +212,7 @@ fn reduce(
     let goals = options.targets.goals(mesh, options.job.loading.relative)?;
     let mut settings = options.policy.options(mesh, goals.limits);
     attributes.constrain(mesh, &mut settings);
-    settings.collapse.record = false;
+    settings.record = false;
     if let Some(error) = goals.max_error {
         settings = settings.within(error, options.policy.check());
     }

@@ -91,6 +91,13 @@ impl Constraints {
         self.0.push(Box::new(constraint));
     }
 
+    /// These constraints, and then others.
+    #[must_use]
+    pub fn and(mut self, others: Self) -> Self {
+        self.0.extend(others.0);
+        self
+    }
+
     /// Asks one after the other.
     pub(crate) fn check(
         &self,

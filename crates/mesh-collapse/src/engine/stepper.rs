@@ -161,6 +161,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         policies.cost.prepare(mesh);
         policies.placement.prepare(mesh);
         policies.modifiers.iter_mut().for_each(|modifier| modifier.prepare(mesh));
+        policies.constraints = protect.constraints().and(policies.constraints);
         policies.constraints.prepare(mesh);
         let topology = mesh.topology();
         let used_vertices = topology.vertices().filter(|&v| !topology.is_isolated_vertex(v));

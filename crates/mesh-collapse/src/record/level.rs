@@ -97,7 +97,7 @@ mod tests {
     use core::ops::ControlFlow;
 
     use super::*;
-    use crate::constraint::{Constraints, NormalConstraint, ShapeConstraint};
+    use crate::constraint::Constraints;
     use crate::cost::Hybrid;
     use crate::engine::edge_collapse::collapse_edges;
     use crate::placement::Optimal;
@@ -118,15 +118,17 @@ mod tests {
         topology.edges().filter(|e| e.index() % 19 == 0).for_each(|e| features[e] = true);
         let mut locked = topology.vertex_map(false);
         topology.vertices().filter(|v| v.index() % 50 == 0).for_each(|v| locked[v] = true);
-        let protect =
-            Protect { boundary: Boundary::Lock, locked: Some(locked), features: Some(features) };
+        let protect = Protect {
+            boundary: Boundary::Lock,
+            locked: Some(locked),
+            features: Some(features),
+            ..Protect::default()
+        };
         let protected = Protected::new(&mesh, &protect, Constraints::default());
         for schedule in [Schedule::Lazy, Schedule::Exact] {
             let run = |collapses: Option<usize>| {
                 let mut mesh = mesh.clone();
                 let mut policies = Policies::new(Hybrid::default(), Optimal::default());
-                policies.constraints.push(NormalConstraint::default());
-                policies.constraints.push(ShapeConstraint::default());
                 policies.schedule = schedule;
                 let limits = Target { collapses, ..Target::default() };
                 let go_on = &mut |_: &_| ControlFlow::Continue(());

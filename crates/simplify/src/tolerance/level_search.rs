@@ -1,4 +1,4 @@
-//! The coarsest level of a run that is within a distance of the original once it is finished.
+//! The coarsest level of a run that is within a distance of the original once it is refined.
 
 use mesh_collapse::{CollapseLog, Level, Phase, Protected, Snapshot};
 use mesh_core::{TriMesh, VertexId, VertexMap};
@@ -17,11 +17,11 @@ pub(crate) struct LevelSearch<'a> {
     pub(crate) protected: Protected,
     /// The run on the mesh.
     pub(crate) log: &'a CollapseLog,
-    pub(crate) finishing: &'a Pipeline<'a>,
+    pub(crate) pipeline: &'a Pipeline<'a>,
     pub(crate) measuring: Measuring<'a>,
     pub(crate) limit: f64,
     /// Whether and to what end a level within the limit is collapsed further, instead of being
-    /// finished.
+    /// refined.
     pub(crate) decimate: Option<CollapseBack<'a>>,
 }
 
@@ -30,15 +30,15 @@ pub(crate) struct LevelSearch<'a> {
 pub(crate) struct Found {
     pub(crate) collapses: usize,
     pub(crate) vertex_map: VertexMap<Option<VertexId>>,
-    pub(crate) finished: Refined,
+    pub(crate) refined: Refined,
     pub(crate) error: AchievedError,
 }
 
 impl LevelSearch<'_> {
-    /// The coarsest level whose finished mesh is within the limit; the original when not even that
+    /// The coarsest level whose refined mesh is within the limit; the original when not even that
     /// is measured to be within the limit of itself. Errors do not grow strictly with the number of
     /// collapses, so that a coarser one may exist. Where the level is collapsed further anyway, the
-    /// first one that is found will do, and it is not finished.
+    /// first one that is found will do, and it is not refined.
     ///
     /// `snapshots` are what the run has left on the way, if anything.
     ///
@@ -56,7 +56,7 @@ impl LevelSearch<'_> {
             log: self.log,
             original: self.measuring.original,
             limit: self.limit,
-            // What is not finished stays as it is.
+            // What is not refined stays as it is.
             both_ways: self.decimate.is_some(),
         };
         let (level, mut collapses) = guess.level(snapshots, observer)?;
@@ -89,7 +89,7 @@ impl LevelSearch<'_> {
         }
     }
 
-    /// A level, collapsed further or finished, and measured; `None` when the observer says to stop before
+    /// A level, collapsed further or refined, and measured; `None` when the observer says to stop before
     /// that.
     fn attempt(
         &self,
@@ -100,9 +100,9 @@ impl LevelSearch<'_> {
         if observer.stops(Phase::Search, self.mesh) {
             return Ok(None);
         }
-        let (finished, vertex_map, error) = match &self.decimate {
+        let (refined, vertex_map, error) = match &self.decimate {
             Some(to) if collapses < self.log.len() => {
-                let (mut level, vertex_map) = self.finishing.leave(level);
+                let (mut level, vertex_map) = self.pipeline.leave(level);
                 let error = decimate_to_tolerance(
                     &mut level,
                     self.mesh,
@@ -114,12 +114,12 @@ impl LevelSearch<'_> {
                 (level, vertex_map, error)
             }
             _ => {
-                let (finished, vertex_map) = self.finishing.finish(level, observer)?;
-                let error = self.measuring.measure(&finished.mesh, observer)?;
-                (finished, vertex_map, error)
+                let (refined, vertex_map) = self.pipeline.finish(level, observer)?;
+                let error = self.measuring.measure(&refined.mesh, observer)?;
+                (refined, vertex_map, error)
             }
         };
-        Ok(error.map(|error| Found { collapses, vertex_map, finished, error }))
+        Ok(error.map(|error| Found { collapses, vertex_map, refined, error }))
     }
 
     fn level(&self, collapses: usize) -> Result<Level, SimplifyError> {

@@ -176,8 +176,9 @@ fn vertices_and_middles(mesh: &TriMesh) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::collapse::collapse_to_level;
     use crate::options::Options;
-    use crate::plan::collapse_to_level;
+    use crate::plan::Plan;
     use crate::preset::Preset;
     use crate::tolerance::measure::ErrorCheck;
     use core::ops::ControlFlow;
@@ -203,7 +204,10 @@ mod tests {
             let mesh = wave(cells);
             let options = Options::preset(Preset::Fast).to_faces(0);
             let options = options.within(1.0, ErrorCheck::Sampled);
-            let (_, run) = collapse_to_level(&mesh, &options, &mut |_| ControlFlow::Continue(()));
+            let (_, run) = {
+                let plan = Plan::of(&options, &mesh);
+                collapse_to_level(&mesh, plan, &options, &mut |_| ControlFlow::Continue(()))
+            };
             let (log, snapshots) = (run.log, run.snapshots);
             assert_eq!(snapshots.len(), passes);
             let original = &Surface::new(&mesh).unwrap();

@@ -10,7 +10,7 @@ use crate::tolerance::measure::{ErrorCheck, Measuring};
 
 /// How many of the collapses of a run may be carried out for the level to be within a distance of
 /// the mesh that the run was made on, both ways, up to half a percent of the vertices. The distance
-/// is measured as for [`LimitOptions::distance`](crate::LimitOptions::distance).
+/// is measured as for [`ToleranceOptions::distance`](crate::ToleranceOptions::distance).
 ///
 /// # Errors
 /// The limit makes no sense, the mesh has no faces, or the log is that of another mesh.

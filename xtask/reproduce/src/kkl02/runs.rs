@@ -2,7 +2,7 @@
 
 use mesh_core::TriMesh;
 use simplify::{
-    CollapseOptions, Metric, Options, PlacementRule, RefineOptions, Schedule, Simplified, simplify,
+    CostOptions, Metric, Options, PlacementRule, RefineOptions, Schedule, Simplified, simplify,
 };
 
 use xtask_common::Failure;
@@ -15,27 +15,31 @@ pub(super) const CHAINS: f64 = 0.02;
 
 /// Distance only: the quadrics of the paper's first reference, as published.
 pub(super) fn distance_only() -> Options {
-    let collapse = CollapseOptions {
+    let cost = CostOptions {
         metric: Metric::Quadric,
         curvature_weight: 0.0,
-        placement: PlacementRule::Optimal,
         // One edge after the other over the whole mesh, as the paper has it.
         schedule: Schedule::Lazy,
-        ..CollapseOptions::default()
+        ..CostOptions::default()
     };
-    Options { collapse, refine: RefineOptions::default(), ..Options::default() }
+    Options {
+        cost,
+        placement: PlacementRule::Optimal,
+        refine: RefineOptions::none(),
+        ..Options::default()
+    }
 }
 
 /// The same, raised where a collapse changes the curvature.
 pub(super) fn with_curvature(weight: f64) -> Options {
     let mut options = distance_only();
-    options.collapse.curvature_weight = weight;
+    options.cost.curvature_weight = weight;
     options
 }
 
 /// The same with the new vertex where the paper puts it.
 pub(super) fn butterfly(mut options: Options) -> Options {
-    options.collapse.placement = PlacementRule::Butterfly;
+    options.placement = PlacementRule::Butterfly;
     options
 }
 

@@ -50,7 +50,7 @@ const QUADRIC: usize = 4;
 /// The first norm with the new vertex elsewhere than the paper puts it.
 fn l1_placed(placement: PlacementRule) -> Options {
     let mut options = Options::preset(Preset::PaperL1);
-    options.collapse.placement = placement;
+    options.placement = placement;
     options
 }
 

@@ -54,7 +54,7 @@ const WAYS: [Way; 7] = [
 
 /// Every part keeps some vertices.
 fn guarded(mut options: Options) -> Options {
-    options.collapse.min_component_vertices = Some(8);
+    options.protect.min_component_vertices = Some(8);
     options
 }
 
@@ -159,9 +159,10 @@ fn outcomes(
 ) -> Result<Outcomes, Failure> {
     let options = (way.options)();
     // Fitting is done for one face count; without, all come from the same run.
-    let mut levels = match options.refine.fit {
-        Some(_) => vec![simplified(mesh, options, FACES)?.mesh],
-        None => levels(mesh, options, &CURVE)?,
+    let mut levels = if options.refine.fit {
+        vec![simplified(mesh, options, FACES)?.mesh]
+    } else {
+        levels(mesh, options, &CURVE)?
     };
     let kept = |mesh: &TriMesh| -> Result<f64, Failure> {
         let Some(points) = blades else { return Ok(f64::NAN) };

@@ -142,7 +142,7 @@ fn collapses(
     if let Some(error) = steps.max_error() {
         settings = settings.within(error, options.policy.check());
         // What is squeezed is no stage of the run any more.
-        settings.limit.decimate = false;
+        settings.tolerance.decimate = false;
     }
     let bar = console.progress(mesh.topology().face_count() as u64, "collapsing");
     let result = simplify_observed(mesh, &settings, &mut |now| show(&bar, now));

@@ -9,8 +9,8 @@ use glam::DVec3;
 use mesh_core::shapes::Sphere;
 use mesh_core::{Remap, TriMesh, VertexMap};
 use simplify::{
-    Constraint, CurvatureFactor, EdgePatch, Hybrid, NormalConstraint, Optimal, Options, Policies,
-    Policy, Rejection, Scratch, simplify_with,
+    Constraint, CurvatureFactor, EdgePatch, Hybrid, Optimal, Options, Policies, Policy, Rejection,
+    Scratch, simplify_with,
 };
 
 /// Vertices that are painted are not collapsed, nor is anything collapsed into them.
@@ -40,9 +40,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let mut policies = Policies::new(Hybrid::default(), Optimal::default());
     policies.modifiers.push(Box::new(CurvatureFactor::new(0.1)));
-    policies.constraints.push(NormalConstraint::default());
     policies.constraints.push(Painted(painted));
-    let options = Options::default().to_faces(1500);
+    let options = Options::default().to_faces(1500).custom();
     let result = simplify_with(&mesh, policies, &options, &mut |_| ControlFlow::Continue(()))?;
 
     let vertices = result.mesh.topology().vertices();
