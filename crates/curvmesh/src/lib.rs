@@ -25,3 +25,9 @@ pub use mesh_work;
 pub use out_of_core;
 #[cfg(feature = "simplify")]
 pub use simplify;
+
+/// The programs of the front page and of the tutorial compile.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+#[doc = include_str!("../../../docs/tutorials/rust.md")]
+struct Documentation;
