@@ -5,6 +5,8 @@ mod camera;
 pub mod colorbar;
 pub mod colormap;
 mod error;
+#[cfg(feature = "textures")]
+mod painting;
 mod picture;
 mod raster;
 pub mod render;
@@ -25,6 +27,9 @@ pub use colorbar::ColorBar;
 pub use colormap::{ColorMap, UnknownColorMap};
 #[doc(inline)]
 pub use error::RenderError;
+#[cfg(feature = "textures")]
+#[doc(inline)]
+pub use painting::Painting;
 #[doc(inline)]
 pub use picture::{LARGEST_SIDE, Picture};
 #[doc(inline)]

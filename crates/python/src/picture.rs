@@ -2,10 +2,9 @@
 
 use mesh_core::glam::DVec3;
 use mesh_render::{
-    ColorBar, ColorMap, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style, View,
+    ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style, View,
     render as draw, sheet,
 };
-use mesh_work::Painting;
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -140,10 +139,10 @@ pub(crate) fn render<'py>(
     let (png, picture, range) = run(py, call, move |_| -> Result<_, Ended> {
         let source = content.source()?;
         let painting = match &shown {
-            Some((true, values)) => Painting::of_vertex_values(source, values, scale),
-            Some((false, values)) => Painting::of_face_values(source, values, scale),
+            Some((true, values)) => Painting::of_vertex_values(source.provenance, values, scale),
+            Some((false, values)) => Painting::of_face_values(source.provenance, values, scale),
             None if style.plain => Painting::Plain,
-            None => Painting::of_content(source, |_| None).map_err(Failure::from)?,
+            None => Painting::of_content(source.model, source.provenance, |_| None).map_err(Failure::from)?,
         };
         let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
         let from = |toward, up| -> Result<Picture, Ended> {

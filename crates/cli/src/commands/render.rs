@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use glam::DVec3;
 use mesh_render::{
-    ColorBar, Picture, RenderError, Scene, SheetOptions, Side, Style, View, render, sheet,
+    ColorBar, Painting, Picture, RenderError, Scene, SheetOptions, Side, Style, View, render, sheet,
 };
-use mesh_work::{Loaded, Painting};
+use mesh_work::Loaded;
 use serde::Serialize;
 
 use crate::args::{parse_angle, parse_not_negative};
@@ -160,9 +160,9 @@ impl Render {
     }
 
     fn made(&self, loaded: &Loaded) -> Result<Painting, Failure> {
-        let source = loaded.source();
+        let (model, provenance) = (&loaded.model, &loaded.provenance);
         if let Some(squares) = self.chessboard {
-            return Painting::chessboard(source, squares)
+            return Painting::chessboard(model, provenance, squares)
                 .ok_or_else(|| Failure::refused("the file has no texture coordinates"));
         }
         if let Some(name) = &self.property {
@@ -170,10 +170,10 @@ impl Render {
         }
         let load = picture_beside(&self.source.input);
         match self.paint {
-            PaintName::Auto => Painting::of_content(source, load).map_err(failed),
-            PaintName::Colors => Painting::of_colors(source)
+            PaintName::Auto => Painting::of_content(model, provenance, load).map_err(failed),
+            PaintName::Colors => Painting::of_colors(model, provenance)
                 .ok_or_else(|| Failure::refused("the file has no colours")),
-            PaintName::Materials => Painting::of_materials(source, load)
+            PaintName::Materials => Painting::of_materials(model, provenance, load)
                 .map_err(failed)?
                 .ok_or_else(|| Failure::refused("the file has no materials")),
             PaintName::Plain => Ok(Painting::Plain),
@@ -181,13 +181,13 @@ impl Render {
     }
 
     fn property_colors(&self, name: &str, loaded: &Loaded) -> Result<Painting, Failure> {
-        let (model, source) = (&loaded.model, loaded.source());
+        let (model, provenance) = (&loaded.model, &loaded.provenance);
         let options = self.colors.options(false, self.log);
         if let Some(found) = model.vertex_scalars.iter().find(|s| s.name == name) {
-            return Ok(Painting::of_vertex_values(source, &found.values, options));
+            return Ok(Painting::of_vertex_values(provenance, &found.values.to_f64(), options));
         }
         if let Some(found) = model.face_scalars.iter().find(|s| s.name == name) {
-            return Ok(Painting::of_face_values(source, &found.values, options));
+            return Ok(Painting::of_face_values(provenance, &found.values.to_f64(), options));
         }
         let names = model.vertex_scalars.iter().chain(&model.face_scalars).map(|s| &*s.name);
         let names = names.collect::<Vec<_>>().join(", ");

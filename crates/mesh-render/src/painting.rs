@@ -1,42 +1,50 @@
-//! Colours for pictures: of values, of the content itself, of texture coordinates.
+//! Colours for pictures: of values, of the content of a file, of texture coordinates.
 
+use mesh_core::build::Provenance;
 use mesh_core::{FaceMap, VertexMap};
-use mesh_render::{Paint, RenderError, Scale, ScaleOptions, Texture};
+use mesh_io::Model;
 
-use crate::loaded::Source;
+use crate::error::RenderError;
+use crate::scale::{Scale, ScaleOptions};
+use crate::scene::Paint;
+use crate::texture::Texture;
 
-/// Colours that are made before a scene borrows them.
+/// Colours that are computed before a [`Scene`](crate::Scene) borrows them.
+///
+/// The mesh in the picture is built from `model`; `provenance` holds the vertex, face or corner of
+/// the model that each element of the mesh comes from.
 #[derive(Clone, Debug)]
 pub enum Painting {
-    /// None.
+    /// No colours.
     Plain,
-    /// Of the vertices, and the scale that they follow if they show values.
+    /// Colours of the vertices, and the scale of the values that they show.
     Vertices(VertexMap<[u8; 3]>, Option<Scale>),
-    /// Of the faces, likewise.
+    /// Colours of the faces, and the scale of the values that they show.
     Faces(FaceMap<[u8; 3]>, Option<Scale>),
     /// Materials and textures.
     Texture(Texture),
 }
 
 impl Painting {
-    /// What the content itself has: colours of vertices, of faces, then materials; `load` finds the
-    /// bytes of pictures in files of their own.
+    /// The colours in the content: of the vertices, else of the faces, else the materials. `load`
+    /// returns the bytes of an image in a file of its own.
     ///
     /// # Errors
-    /// A picture cannot be decoded.
+    /// An image cannot be decoded.
     pub fn of_content(
-        source: Source<'_>,
+        model: &Model,
+        provenance: &Provenance,
         load: impl Fn(&str) -> Option<Vec<u8>>,
     ) -> Result<Self, RenderError> {
-        match Self::of_colors(source) {
+        match Self::of_colors(model, provenance) {
             Some(colors) => Ok(colors),
-            None => Ok(Self::of_materials(source, load)?.unwrap_or(Self::Plain)),
+            None => Ok(Self::of_materials(model, provenance, load)?.unwrap_or(Self::Plain)),
         }
     }
 
-    /// Colours of the vertices, or else of the faces, if the content has any.
+    /// The colours of the vertices, else of the faces; `None` if the content has neither.
     #[must_use]
-    pub fn of_colors(Source { model, provenance, .. }: Source<'_>) -> Option<Self> {
+    pub fn of_colors(model: &Model, provenance: &Provenance) -> Option<Self> {
         let eight_bits =
             |c: [f32; 4]| [c[0], c[1], c[2]].map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
         if let Some(colors) = &model.vertex_colors {
@@ -50,41 +58,49 @@ impl Painting {
         Some(Self::Faces(FaceMap::from_vec(colors), None))
     }
 
-    /// Materials with their textures, if the content has any.
+    /// The materials with their textures; `None` if the content has none.
     ///
     /// # Errors
-    /// A picture cannot be decoded.
+    /// An image cannot be decoded.
     pub fn of_materials(
-        Source { model, provenance, .. }: Source<'_>,
+        model: &Model,
+        provenance: &Provenance,
         load: impl Fn(&str) -> Option<Vec<u8>>,
     ) -> Result<Option<Self>, RenderError> {
         let (faces, corners) = (&provenance.face_source, &provenance.corner_source);
         Ok(Texture::of_model(model, faces, corners, load)?.map(Self::Texture))
     }
 
-    /// Values of the vertices of the content; signed if there are some on both sides of zero.
+    /// Colours of values, one for each vertex of the model. The scale is signed if there are values on
+    /// both sides of zero.
     #[must_use]
-    pub fn of_vertex_values(source: Source<'_>, values: &[f64], options: ScaleOptions) -> Self {
-        let (colors, scale) = colors(values, &source.provenance.vertex_source, options);
+    pub fn of_vertex_values(
+        provenance: &Provenance,
+        values: &[f64],
+        options: ScaleOptions,
+    ) -> Self {
+        let (colors, scale) = colors(values, &provenance.vertex_source, options);
         Self::Vertices(VertexMap::from_vec(colors), Some(scale))
     }
 
-    /// Values of the faces of the content, likewise.
+    /// Colours of values, one for each face of the model. The scale is signed if there are values on
+    /// both sides of zero.
     #[must_use]
-    pub fn of_face_values(source: Source<'_>, values: &[f64], options: ScaleOptions) -> Self {
-        let (colors, scale) = colors(values, &source.provenance.face_source, options);
+    pub fn of_face_values(provenance: &Provenance, values: &[f64], options: ScaleOptions) -> Self {
+        let (colors, scale) = colors(values, &provenance.face_source, options);
         Self::Faces(FaceMap::from_vec(colors), Some(scale))
     }
 
-    /// A chessboard of so many squares over the texture coordinates, if there are any.
+    /// A chessboard with `squares` squares along each side of the texture; `None` without texture
+    /// coordinates.
     #[must_use]
-    pub fn chessboard(Source { model, provenance, .. }: Source<'_>, squares: u32) -> Option<Self> {
+    pub fn chessboard(model: &Model, provenance: &Provenance, squares: u32) -> Option<Self> {
         let uvs = model.corner_uvs.as_ref()?;
         let corners = provenance.corner_source.iter().map(|c| c.map(|c| uvs[c as usize]));
         Some(Self::Texture(Texture::chessboard(squares, corners)))
     }
 
-    /// For a scene.
+    /// The paint of a scene.
     #[must_use]
     pub fn paint(&self) -> Paint<'_> {
         match self {
@@ -95,7 +111,7 @@ impl Painting {
         }
     }
 
-    /// The scale of values, for a bar of colours.
+    /// The scale of the values, for a colour bar.
     #[must_use]
     pub fn scale(&self) -> Option<Scale> {
         match self {
