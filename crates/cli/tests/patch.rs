@@ -33,12 +33,26 @@ fn number(report: &serde_json::Value, key: &str) -> f64 {
     report[key].as_f64().unwrap_or_else(|| panic!("{key} of {report}"))
 }
 
-fn face_numbers<'m>(model: &'m Model, name: &str) -> &'m [f64] {
-    &model.face_scalars.iter().find(|scalars| scalars.name == name).unwrap().values
+fn face_numbers(model: &Model, name: &str) -> Vec<f64> {
+    model
+        .face_scalars
+        .iter()
+        .find(|scalars| scalars.name == name)
+        .unwrap()
+        .values
+        .to_f64()
+        .into_owned()
 }
 
-fn vertex_numbers<'m>(model: &'m Model, name: &str) -> &'m [f64] {
-    &model.vertex_scalars.iter().find(|scalars| scalars.name == name).unwrap().values
+fn vertex_numbers(model: &Model, name: &str) -> Vec<f64> {
+    model
+        .vertex_scalars
+        .iter()
+        .find(|scalars| scalars.name == name)
+        .unwrap()
+        .values
+        .to_f64()
+        .into_owned()
 }
 
 #[test]

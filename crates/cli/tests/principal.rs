@@ -17,8 +17,15 @@ fn torus(folder: &Path) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-fn numbers<'m>(model: &'m Model, name: &str) -> &'m [f64] {
-    &model.vertex_scalars.iter().find(|scalars| scalars.name == name).unwrap().values
+fn numbers(model: &Model, name: &str) -> Vec<f64> {
+    model
+        .vertex_scalars
+        .iter()
+        .find(|scalars| scalars.name == name)
+        .unwrap()
+        .values
+        .to_f64()
+        .into_owned()
 }
 
 /// The two curvatures at a point of the torus, and the directions of the circles there: the small one,

@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         [share, 0.2, 1.0 - share, 1.0]
     };
     model.vertex_colors = Some(heights.iter().map(color).collect());
-    model.vertex_scalars.push(Scalars { name: "height".to_owned(), values: heights });
+    model.vertex_scalars.push(Scalars::new("height", heights));
 
     // Both files or none.
     let staged = [Format::Ply, Format::Glb].map(|format| {

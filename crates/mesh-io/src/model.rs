@@ -1,6 +1,7 @@
 //! What a mesh file holds, in one shape for all formats.
 
 use crate::color::are_bytes;
+use crate::scalars::{ScalarValues, Scalars};
 use crate::text::brief;
 use glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh};
@@ -48,16 +49,6 @@ pub struct Model {
     /// What the reader passed over, in words: for people, not for programs. No more than a hundred,
     /// and [printable](crate::printable).
     pub notes: Vec<String>,
-}
-
-/// A number per vertex or per face under a name, such as PLY's `quality`.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Scalars {
-    /// The name.
-    pub name: String,
-    /// The numbers.
-    pub values: Vec<f64>,
 }
 
 /// A named part of a mesh.
@@ -218,11 +209,12 @@ impl Model {
         same_length("face_colors", self.face_colors.as_deref(), "faces", faces)?;
         same_length("face_groups", self.face_groups.as_deref(), "faces", faces)?;
         same_length("face_materials", self.face_materials.as_deref(), "faces", faces)?;
-        for scalars in &self.vertex_scalars {
-            same_length(&scalars.name, Some(&scalars.values), "vertices", vertices)?;
-        }
-        for scalars in &self.face_scalars {
-            same_length(&scalars.name, Some(&scalars.values), "faces", faces)?;
+        for (all, of, expected) in
+            [(&self.vertex_scalars, "vertices", vertices), (&self.face_scalars, "faces", faces)]
+        {
+            for Scalars { name, values, .. } in all {
+                length_is(name, values.len(), of, expected)?;
+            }
         }
         let none = Some(Self::NONE);
         in_range(
@@ -314,6 +306,14 @@ impl Blend {
         Self { sources: [source; 3], weights: [1.0, 0.0, 0.0] }
     }
 
+    /// The source with the largest weight, the first of those with equal weights.
+    #[must_use]
+    pub fn nearest(&self) -> u32 {
+        let [a, b, c] = self.weights;
+        let place = if a >= b && a >= c { 0 } else { 1 + usize::from(c > b) };
+        self.sources[place]
+    }
+
     fn of<const N: usize>(&self, values: &[[f32; N]]) -> [f32; N] {
         core::array::from_fn(|i| self.sum(|source| f64::from(values[source][i])) as f32)
     }
@@ -326,8 +326,8 @@ impl Blend {
 
 impl Model {
     /// The model of a mesh whose vertices lie between those of this one: as [`Model::reindexed`],
-    /// with data of vertices and corners interpolated. Normals get unit length, and colours of
-    /// eight bits stay colours of eight bits.
+    /// with data of vertices and corners interpolated. Normals get unit length, colours of eight bits
+    /// stay colours of eight bits, and labels are those of the nearest vertex.
     ///
     /// # Errors
     /// As [`Model::reindexed`].
@@ -341,8 +341,8 @@ impl Model {
     ) -> Result<Self, ModelError> {
         let flat = corners.as_flattened();
         let nearest =
-            |blends: &[Blend]| -> Vec<u32> { blends.iter().map(|b| b.sources[0]).collect() };
-        let nearest_corners: Vec<_> = corners.iter().map(|c| c.map(|b| b.sources[0])).collect();
+            |blends: &[Blend]| -> Vec<u32> { blends.iter().map(Blend::nearest).collect() };
+        let nearest_corners: Vec<_> = corners.iter().map(|c| c.map(|b| b.nearest())).collect();
         let mut model = self.reindexed(
             positions,
             triangles,
@@ -364,8 +364,10 @@ impl Model {
         model.corner_normals = self.corner_normals.as_ref().map(|n| unit(flat, n));
         model.corner_uvs = self.corner_uvs.as_ref().map(|uvs| all(flat, uvs));
         model.vertex_colors = self.vertex_colors.as_ref().map(|c| blend_colors(c, vertices));
-        for (new, old) in model.vertex_scalars.iter_mut().zip(&self.vertex_scalars) {
-            new.values = vertices.iter().map(|b| b.sum(|source| old.values[source])).collect();
+        let old = &self.vertex_scalars;
+        for (new, old) in model.vertex_scalars.iter_mut().zip(old).filter(|(new, _)| !new.is_label)
+        {
+            new.values = blend_scalars(&old.values, vertices);
         }
         Ok(model)
     }
@@ -473,15 +475,19 @@ fn same_length<T>(
     of: &'static str,
     expected: usize,
 ) -> Result<(), ModelError> {
-    match values {
-        Some(values) if values.len() != expected => Err(ModelError::Length {
-            attribute: attribute.to_owned(),
-            found: values.len(),
-            of,
-            expected,
-        }),
-        _ => Ok(()),
+    values.map_or(Ok(()), |values| length_is(attribute, values.len(), of, expected))
+}
+
+fn length_is(
+    attribute: &str,
+    found: usize,
+    of: &'static str,
+    expected: usize,
+) -> Result<(), ModelError> {
+    if found == expected {
+        return Ok(());
     }
+    Err(ModelError::Length { attribute: attribute.to_owned(), found, of, expected })
 }
 
 fn in_range(
@@ -503,11 +509,14 @@ fn gather<T: Copy>(values: Option<&[T]>, source: &[u32]) -> Option<Vec<T>> {
 }
 
 fn gather_scalars(scalars: &[Scalars], source: &[u32]) -> Vec<Scalars> {
-    scalars
-        .iter()
-        .map(|Scalars { name, values }| Scalars {
-            name: name.clone(),
-            values: source.iter().map(|&index| values[index as usize]).collect(),
-        })
-        .collect()
+    scalars.iter().map(|scalars| scalars.with(scalars.values.gather(source))).collect()
+}
+
+/// Interpolated numbers, in the type of the old ones.
+fn blend_scalars(values: &ScalarValues, blends: &[Blend]) -> ScalarValues {
+    let blended: ScalarValues = {
+        let old = values.to_f64();
+        blends.iter().map(|blend| blend.sum(|source| old[source])).collect()
+    };
+    blended.cast(values.scalar_type())
 }

@@ -35,8 +35,8 @@ fn rich() -> Model {
     let mut model = read_from(&mut obj.as_bytes(), &ReadOptions::default()).unwrap();
     model.vertex_normals = Some(vec![[0.0, 0.0, 1.0]; 5]);
     let values = vec![0.5, 1.5, 2.5, 0.1, 1e9];
-    model.vertex_scalars.push(Scalars { name: "quality".into(), values });
-    model.face_scalars.push(Scalars { name: "area".into(), values: vec![1.0, 2.0, 3.0] });
+    model.vertex_scalars.push(Scalars::new("quality", values));
+    model.face_scalars.push(Scalars::new("area", vec![1.0, 2.0, 3.0]));
     model.face_colors = Some(vec![[0.0, 0.5, 1.0, 1.0]; 3]);
     model.materials[0].base_color = [1.0, 0.0, 0.0, 1.0];
     model.materials[0].base_color_image = Some(0);

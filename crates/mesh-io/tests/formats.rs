@@ -162,9 +162,7 @@ fn georeferenced_coordinates_survive_gltf() {
 fn seams_materials_and_scalars_survive_glb() {
     let text = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0.5\nvt 1 1\nvt 0 1\nusemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 2/1 4/2 3/3\n";
     let mut model = parse(text).unwrap();
-    model
-        .vertex_scalars
-        .push(mesh_io::Scalars { name: "h".into(), values: vec![1.0, 2.0, 3.0, 4.0] });
+    model.vertex_scalars.push(mesh_io::Scalars::new("h", vec![1.0_f32, 2.0, 3.0, 4.0]));
     let back = again(&model, Format::Glb, Encoding::Usual);
     // Vertex 2 has one coordinate in both faces, vertex 1 has two.
     assert_eq!(back.soup.vertex_count(), 5);
@@ -366,7 +364,7 @@ fn what_gltf_may_not_hold_is_not_in_it() {
     model.corner_uvs.as_mut().unwrap()[1] = [0.0, f32::INFINITY];
     model.vertex_colors = Some(vec![[f32::NAN, 0.5, 0.0, 1.0]; 4]);
     let values = vec![1.0, f64::NAN, 1e300, 2.0];
-    model.vertex_scalars = vec![mesh_io::Scalars { name: "h".into(), values }];
+    model.vertex_scalars = vec![mesh_io::Scalars::new("h", values)];
     // An image without a content, which no view can hold; the one after it moves up.
     let ImageData::Bytes(bytes) = &mut model.images[0].data else { panic!() };
     bytes.clear();
@@ -385,7 +383,7 @@ fn what_gltf_may_not_hold_is_not_in_it() {
     assert_eq!(again.images.len(), 1);
     assert_eq!(again.materials[1].base_color_image, Some(0));
     assert!(again.corner_uvs.unwrap().as_flattened().iter().all(|value| value.is_finite()));
-    assert!(again.vertex_scalars[0].values.iter().all(|value| value.is_finite()));
+    assert!(again.vertex_scalars[0].values.iter().all(f64::is_finite));
 }
 
 #[test]
@@ -433,8 +431,7 @@ fn materials_of_equal_names_stay_apart_in_obj() {
 fn numbers_in_ply_do_not_become_something_else() {
     let mut model = parse(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let scalars = |names: &[&str], value: f64| -> Vec<_> {
-        let scalars =
-            |name: &&str| mesh_io::Scalars { name: (*name).into(), values: vec![value; 3] };
+        let scalars = |name: &&str| mesh_io::Scalars::new(*name, vec![value; 3]);
         names.iter().map(scalars).collect()
     };
     // A coordinate, a normal, a colour, texture coordinates, two of one name, two words.

@@ -9,6 +9,7 @@ mod peers;
 mod real_meshes;
 mod robustness;
 mod roundtrip;
+mod scalar_types;
 mod scan;
 mod serde;
 mod strangers;

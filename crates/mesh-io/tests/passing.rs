@@ -5,8 +5,8 @@
 use glam::DVec3;
 use mesh_core::PolygonSoup;
 use mesh_io::{
-    Encoding, Format, Model, NO_COLOR, Passing, Precision, Scalars, WriteError, WriteOptions,
-    stage_passing, write_passing, write_to,
+    Encoding, Format, Model, NO_COLOR, Passing, Precision, ScalarType, Scalars, WriteError,
+    WriteOptions, stage_passing, write_passing, write_to,
 };
 
 /// Triangles, a quadrilateral, a concave pentagon, and a triangle without area.
@@ -30,7 +30,7 @@ fn passed(
 ) -> Result<(Vec<u8>, f64), WriteError> {
     let soup = &model.soup;
     let single = |x: f64| f64::from(x as f32) == x;
-    let is_single = |s: &Scalars| (s.name.clone(), s.values.iter().all(|&x| single(x)));
+    let is_single = |s: &Scalars| (s.name.clone(), s.values.scalar_type() == ScalarType::F32);
     let passing = Passing {
         vertices: soup.vertex_count() as u64,
         faces: soup.face_count() as u64,
@@ -47,7 +47,8 @@ fn passed(
                 .vertex_colors
                 .as_ref()
                 .map_or(NO_COLOR, |colors| colors[v].map(|c| (c * 255.0).round() as u8));
-            let numbers: Vec<f64> = model.vertex_scalars.iter().map(|s| s.values[v]).collect();
+            let numbers: Vec<f64> =
+                model.vertex_scalars.iter().map(|s| s.values.get(v).unwrap()).collect();
             out.vertex(at, color, &numbers)?;
         }
         for face in soup.faces() {
@@ -70,8 +71,13 @@ fn the_bytes_are_those_of_a_model() {
                 let color = |v: u8| [v, 255 - v, 7, 255].map(|c| f32::from(c) / 255.0);
                 model.vertex_colors = Some((0..9).map(color).collect());
                 for (name, step) in [("height", 0.5), ("tenth", 0.1)] {
-                    let values = (0..9).map(|v| f64::from(v) * step).collect();
-                    model.vertex_scalars.push(Scalars { name: name.to_owned(), values });
+                    let values = (0..9).map(|v| f64::from(v) * step);
+                    let single: Vec<f32> = values.clone().map(|value| value as f32).collect();
+                    model.vertex_scalars.push(if name == "height" {
+                        Scalars::new(name, single)
+                    } else {
+                        Scalars::new(name, values.collect::<Vec<f64>>())
+                    });
                 }
             }
             for format in [Format::Ply, Format::Stl, Format::Obj] {

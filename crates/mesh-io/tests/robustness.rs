@@ -19,7 +19,7 @@ fn rich_model() -> Model {
         f 1/1/1 2/2/1 3/3/1\nf 1/1/2 4/2/2 2/3/2\ng b\nusemtl blue\nf 2/1/1 5/2/1 3/3/1 4/1/2\n";
     let mut model = parse(obj.as_bytes(), None).unwrap();
     let values = vec![0.5, 1.5, 2.5, 0.1, 1e9];
-    model.vertex_scalars.push(mesh_io::Scalars { name: "quality".into(), values });
+    model.vertex_scalars.push(mesh_io::Scalars::new("quality", values));
     model
 }
 

@@ -23,7 +23,7 @@ fn models() -> impl Strategy<Value = Model> {
             faces.iter().for_each(|face| model.soup.push_face(face).unwrap());
             let unit = |color: &[u8; 4]| color.map(|byte| f32::from(byte) / 255.0);
             model.vertex_colors = Some(colors.iter().map(unit).collect());
-            model.vertex_scalars = vec![Scalars { name: "quality".to_owned(), values }];
+            model.vertex_scalars = vec![Scalars::new("quality", values)];
             let uv = |corner| [corner as f32 / 3.0, -(corner as f32)];
             model.corner_uvs = Some((0..model.soup.corners().len()).map(uv).collect());
             model
@@ -123,7 +123,7 @@ fn rich_models() -> impl Strategy<Value = Model> {
                     rest = after;
                 }
                 let scalars = |named: Vec<(String, Vec<f64>)>| -> Vec<Scalars> {
-                    named.into_iter().map(|(name, values)| Scalars { name, values }).collect()
+                    named.into_iter().map(|(name, values)| Scalars::new(name, values)).collect()
                 };
                 (model.vertex_normals, model.vertex_colors) = (of_vertices.0, of_vertices.1);
                 model.vertex_scalars = scalars(of_vertices.2);
@@ -358,7 +358,7 @@ fn describe(model: &Model, corner: usize) -> Corner {
         color: model.vertex_colors.as_ref().map(|colors| colors[vertex]),
         scalars: {
             let mut values: Vec<f32> =
-                model.vertex_scalars.iter().map(|s| s.values[vertex] as f32).collect();
+                model.vertex_scalars.iter().map(|s| s.values.get(vertex).unwrap() as f32).collect();
             values.sort_by(f32::total_cmp);
             values
         },
@@ -389,7 +389,7 @@ fn numbers_that_fit_into_32_bits_come_back_from_text() {
         model.soup.push_vertex(DVec3::from(position));
     }
     model.soup.push_face(&[0, 1, 0]).unwrap();
-    model.vertex_scalars = vec![Scalars { name: "quality".to_owned(), values: vec![number; 2] }];
+    model.vertex_scalars = vec![Scalars::new("quality", vec![number; 2])];
     for format in [Format::Ply, Format::Obj, Format::Off] {
         let options = WriteOptions { encoding: Encoding::Text, ..WriteOptions::default() };
         let mut bytes = Vec::new();

@@ -20,7 +20,7 @@ fn a_model_comes_back_as_it_was() {
     let (vertices, faces) = (model.soup.vertex_count(), model.soup.face_count());
     model.vertex_colors = Some(vec![[0.1, 0.2, 0.3, 1.0]; vertices]);
     model.corner_uvs = Some(vec![[0.25, 0.5]; model.soup.corners().len()]);
-    model.vertex_scalars = vec![Scalars { name: "h".into(), values: vec![0.1 + 0.2; vertices] }];
+    model.vertex_scalars = vec![Scalars::new("h", vec![0.1 + 0.2; vertices])];
     model.face_groups = Some(vec![0; faces]);
     model.groups = vec![Group { object: "o".into(), name: "g".into() }];
     model.face_materials = Some(vec![Model::NONE; faces]);

@@ -228,10 +228,14 @@ impl Exhibit {
         let of_faces = |values: &[f64]| parts.face.iter().map(|&f| values[f as usize]).collect();
         let mut fields: Vec<Field> = Vec::new();
         for scalars in &model.vertex_scalars {
-            fields.push(Field::new(&scalars.name, On::Vertices, scalars.values.clone()));
+            fields.push(Field::new(
+                &scalars.name,
+                On::Vertices,
+                scalars.values.to_f64().into_owned(),
+            ));
         }
         for scalars in &model.face_scalars {
-            fields.push(Field::new(&scalars.name, On::Faces, of_faces(&scalars.values)));
+            fields.push(Field::new(&scalars.name, On::Faces, of_faces(&scalars.values.to_f64())));
         }
         let eight_bits = |c: &[f32; 4]| c.map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
         let face_colors = model.face_colors.as_ref();

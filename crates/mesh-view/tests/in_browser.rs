@@ -324,7 +324,7 @@ fn hostile_names_do_nothing() {
     let triangles: Vec<[u32; 3]> = mesh.topology().triangles().collect();
     let soup = mesh_core::PolygonSoup::from_triangles(mesh.positions(), &triangles).unwrap();
     let values: Vec<f64> = mesh.positions().iter().map(|p| p.x).collect();
-    let scalars = names.map(|name| Scalars { name: name.into(), values: values.clone() });
+    let scalars = names.map(|name| Scalars::new(name, values.clone()));
     let model = Model { vertex_scalars: scalars.into(), ..Model::from(soup) };
     let mut page = Page::new(names.join(" "), vec![]);
     for name in names {

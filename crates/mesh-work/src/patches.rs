@@ -104,12 +104,12 @@ fn single(mesh: &TriMesh, patch: Option<CoverPatch>, tolerance: f64) -> Cover {
 pub fn cover_model(mesh: &TriMesh, cover: &Cover, cut: f64) -> Result<Model, PatchWorkError> {
     let parts = cover.to_mesh(mesh, cut)?;
     let soup = PolygonSoup::from_triangles(&parts.positions, &parts.triangles)?;
-    let number = |patch: &Option<u32>| patch.map_or(-1.0, f64::from);
-    let patches = parts.patch_of_triangle.iter().map(number).collect();
+    let number = |patch: &Option<u32>| patch.and_then(|p| i32::try_from(p).ok()).unwrap_or(-1);
+    let patches: Vec<i32> = parts.patch_of_triangle.iter().map(number).collect();
     Ok(Model {
         vertex_normals: Some(parts.normals.iter().map(|n| n.as_vec3().to_array()).collect()),
         vertex_colors: Some(parts.colors.iter().map(|&color| opaque(color)).collect()),
-        face_scalars: vec![Scalars { name: "patch".into(), values: patches }],
+        face_scalars: vec![Scalars::new("patch", patches)],
         ..Model::from(soup)
     })
 }
@@ -122,9 +122,9 @@ pub fn splat_model(splats: &[Splat]) -> Model {
         soup.push_vertex(splat.center);
     }
     let names = [["u_x", "u_y", "u_z"], ["v_x", "v_y", "v_z"]];
-    let component = |axis: usize, i: usize| Scalars {
-        name: names[axis][i].into(),
-        values: splats.iter().map(|splat| splat.axes[axis][i]).collect(),
+    let component = |axis: usize, i: usize| {
+        let values: Vec<f64> = splats.iter().map(|splat| splat.axes[axis][i]).collect();
+        Scalars::new(names[axis][i], values)
     };
     let colors = (0_u32..).take(splats.len()).map(patch_color);
     Model {

@@ -180,7 +180,7 @@ fn numbers_of_vertices_have_the_same_bits() {
         assert_eq!(model.soup.positions(), mesh.positions());
         for (column, scalars) in model.vertex_scalars.iter().enumerate() {
             let expected = whole.iter().skip(column).step_by(3).map(|x| x.to_bits());
-            assert!(scalars.values.iter().map(|x| x.to_bits()).eq(expected), "{}", scalars.name);
+            assert!(scalars.values.iter().map(f64::to_bits).eq(expected), "{}", scalars.name);
         }
         let is_used = |v| !mesh.topology().is_isolated_vertex(v);
         let used: Vec<usize> = (mesh.topology().vertices().zip(0..))

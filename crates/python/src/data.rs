@@ -1,6 +1,6 @@
 //! Data of vertices, corners and faces by name: out as arrays, in from arrays.
 
-use mesh_io::{Model, Scalars};
+use mesh_io::{Model, ScalarValues, Scalars};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -85,7 +85,24 @@ pub(crate) fn data<'py>(
     // SAFETY: as above.
     let numbers = |all: &[Scalars]| {
         let found = all.iter().find(|scalars| scalars.name == name)?;
-        Some(unsafe { view(&found.values, owner()) }.into_any())
+        // SAFETY: as above.
+        macro_rules! typed {
+            ($values:expr) => {
+                unsafe { view($values, owner()) }.into_any()
+            };
+        }
+        Some(match &found.values {
+            ScalarValues::I8(values) => typed!(values),
+            ScalarValues::U8(values) => typed!(values),
+            ScalarValues::I16(values) => typed!(values),
+            ScalarValues::U16(values) => typed!(values),
+            ScalarValues::I32(values) => typed!(values),
+            ScalarValues::U32(values) => typed!(values),
+            ScalarValues::I64(values) => typed!(values),
+            ScalarValues::U64(values) => typed!(values),
+            ScalarValues::F32(values) => typed!(values),
+            ScalarValues::F64(values) => typed!(values),
+        })
     };
     Ok(match (of, name) {
         (On::Vertices, NORMALS) => model.vertex_normals.as_ref().map(three),
@@ -195,16 +212,38 @@ fn set_numbers(
         place.map(|place| all.remove(place));
         return Ok(());
     };
-    let array: PyReadonlyArray1<'_, f64> = array.extract()?;
-    if array.len() != count {
-        return Err(shape(name, array.shape(), &format!("({count},)")).into());
-    }
-    let scalars = Scalars { name: name.to_owned(), values: array.as_array().to_vec() };
+    let scalars = Scalars::new(name, numbers_of(name, array, count)?);
     match place {
         Some(place) => all[place] = scalars,
         None => all.push(scalars),
     }
     Ok(())
+}
+
+/// The numbers of an array, in its own type.
+fn numbers_of(
+    name: &str,
+    array: &Bound<'_, PyAny>,
+    count: usize,
+) -> Result<ScalarValues, Refused> {
+    macro_rules! try_type {
+        ($($number:ty),*) => {
+            $(
+                if let Ok(array) = array.extract::<PyReadonlyArray1<'_, $number>>() {
+                    if array.len() != count {
+                        return Err(shape(name, array.shape(), &format!("({count},)")).into());
+                    }
+                    return Ok(array.as_array().to_vec().into());
+                }
+            )*
+        };
+    }
+    try_type!(i8, u8, i16, u16, i32, u32, i64, u64, f32);
+    let array: PyReadonlyArray1<'_, f64> = array.extract()?;
+    if array.len() != count {
+        return Err(shape(name, array.shape(), &format!("({count},)")).into());
+    }
+    Ok(array.as_array().to_vec().into())
 }
 
 fn ids(

@@ -119,8 +119,8 @@ fn model(u: &mut Unstructured<'_>) -> Result<Model> {
         model.corner_normals = Some(vec![[0.0, u.arbitrary()?, 0.5]; corners]);
     }
     if u.arbitrary()? {
-        let values = vec![u.arbitrary()?; vertices];
-        model.vertex_scalars.push(Scalars { name: name(u)?, values });
+        let values: Vec<f64> = vec![u.arbitrary()?; vertices];
+        model.vertex_scalars.push(Scalars::new(name(u)?, values));
     }
     if u.arbitrary()? {
         model.groups = vec![Group { object: name(u)?, name: name(u)? }; 2];

@@ -281,7 +281,7 @@ fn color(model: &mut Model, to: &Surface, options: &Distance, console: &Console)
     let scale = options.colors.scale(false, distances.clone());
     model.vertex_colors = Some(distances.iter().map(|&d| opaque(scale.color(d))).collect());
     model.vertex_scalars.retain(|scalars| scalars.name != "distance");
-    model.vertex_scalars.push(Scalars { name: "distance".to_owned(), values: distances });
+    model.vertex_scalars.push(Scalars::new("distance", distances));
     console.message(options.colors.explain(&scale));
 }
 

@@ -2,6 +2,7 @@
 
 use super::schema::{Accessor, Root, Shape, SparsePart};
 use crate::error::{Location, ReadErrorKind};
+use crate::scalars::ScalarType;
 use std::rc::Rc;
 
 /// A document with the bytes of its buffers.
@@ -239,6 +240,27 @@ impl Values<'_> {
                 *component = decode(bytes, self.kind, self.normalized) as f32;
             }
             put(index, value);
+        })
+    }
+
+    /// The type of the numbers as they are in the file; floating point where they are normalised.
+    pub(super) fn scalar_type(&self) -> ScalarType {
+        match self.kind {
+            _ if self.normalized => ScalarType::F32,
+            Kind::I8 => ScalarType::I8,
+            Kind::U8 => ScalarType::U8,
+            Kind::I16 => ScalarType::I16,
+            Kind::U16 => ScalarType::U16,
+            Kind::U32 => ScalarType::U32,
+            Kind::F32 => ScalarType::F32,
+        }
+    }
+
+    /// Calls `put` with the place and the first component of every value.
+    pub(super) fn each_number(&self, mut put: impl FnMut(usize, f64)) -> Result<(), ReadErrorKind> {
+        self.each_bytes(|index, bytes| {
+            let component = bytes.get(..size(self.kind)).unwrap_or_default();
+            put(index, decode(component, self.kind, self.normalized));
         })
     }
 

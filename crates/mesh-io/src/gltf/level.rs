@@ -7,6 +7,7 @@ use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
 use crate::format::Format;
 use crate::model::Model;
+use crate::scalars::{ScalarType, ScalarValues};
 use crate::single::{are_finite, finite_or};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
@@ -22,8 +23,58 @@ pub(super) enum Column {
     /// Colours of eight bits.
     ByteColor,
     Color,
-    /// One of the named numbers.
-    Scalar(usize),
+    /// A column of named numbers, in the component type that holds them.
+    Scalar(usize, Component),
+}
+
+/// The component type of an attribute of named numbers. glTF has no 32-bit integers there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    F32,
+}
+
+impl Component {
+    /// The type of a column in the file: its own one, or the narrowest integer type that holds all of
+    /// its whole numbers.
+    fn of(values: &ScalarValues) -> Self {
+        match values {
+            ScalarValues::I8(_) => return Self::I8,
+            ScalarValues::U8(_) => return Self::U8,
+            ScalarValues::I16(_) => return Self::I16,
+            ScalarValues::U16(_) => return Self::U16,
+            ScalarValues::F32(_) | ScalarValues::F64(_) => return Self::F32,
+            _ => {}
+        }
+        let whole = (0..values.len()).filter_map(|place| values.whole(place));
+        let [least, most] = whole.fold([0, 0], |[l, m], w: i128| [l.min(w), m.max(w)]);
+        let fits =
+            |kind: ScalarType| kind.range().is_some_and(|[low, high]| low <= least && most <= high);
+        let kinds = [
+            (ScalarType::U8, Self::U8),
+            (ScalarType::I8, Self::I8),
+            (ScalarType::U16, Self::U16),
+            (ScalarType::I16, Self::I16),
+        ];
+        kinds
+            .into_iter()
+            .find(|(kind, _)| fits(*kind))
+            .map_or(Self::F32, |(_, component)| component)
+    }
+
+    /// The `componentType` of its accessor.
+    pub(super) fn code(self) -> u32 {
+        match self {
+            Self::I8 => 5120,
+            Self::U8 => 5121,
+            Self::I16 => 5122,
+            Self::U16 => 5123,
+            Self::F32 => 5126,
+        }
+    }
 }
 
 impl Column {
@@ -33,7 +84,7 @@ impl Column {
             Self::Position | Self::Normal => "VEC3",
             Self::Uv => "VEC2",
             Self::ByteColor | Self::Color => "VEC4",
-            Self::Scalar(_) => "SCALAR",
+            Self::Scalar(..) => "SCALAR",
         }
     }
 
@@ -43,7 +94,7 @@ impl Column {
             Self::Position | Self::Normal => 12,
             Self::Uv => 8,
             Self::Color => 16,
-            Self::ByteColor | Self::Scalar(_) => 4,
+            Self::ByteColor | Self::Scalar(..) => 4,
         }
     }
 }
@@ -170,9 +221,11 @@ impl<'m> Level<'m> {
         let name = |name: &str| format!("_{}", name.to_uppercase());
         let names = distinct_names(model.vertex_scalars.iter().map(|s| name(&s.name)), &[]);
         let scalars = names.into_iter().enumerate();
-        self.columns.extend(scalars.map(|(index, name)| (name, Column::Scalar(index))));
-        let mut values = model.vertex_scalars.iter().flat_map(|scalars| &scalars.values);
-        if values.any(|&value| !(value as f32).is_finite()) {
+        let component = |index: usize| Component::of(&model.vertex_scalars[index].values);
+        self.columns
+            .extend(scalars.map(|(index, name)| (name, Column::Scalar(index, component(index)))));
+        let mut values = model.vertex_scalars.iter().flat_map(|scalars| scalars.values.iter());
+        if values.any(|value| !(value as f32).is_finite()) {
             self.dropped.push("numbers that are not finite in 32 bits (zero instead)");
         }
     }
@@ -194,9 +247,16 @@ impl<'m> Level<'m> {
             }
             Column::ByteColor => writer.write_all(&to_bytes(&self.color(vertex))),
             Column::Color => floats(writer, self.color(vertex)),
-            Column::Scalar(index) => {
-                let value = model.vertex_scalars[index].values[vertex] as f32;
-                floats(writer, finite_or([value], 0.0))
+            Column::Scalar(index, component) => {
+                let values = &model.vertex_scalars[index].values;
+                match (component, values.whole(vertex)) {
+                    (Component::F32, _) | (_, None) => {
+                        let value = values.get(vertex).unwrap_or_default() as f32;
+                        floats(writer, finite_or([value], 0.0))
+                    }
+                    // The low bytes of a number that fits; the rest of the four is padding.
+                    (_, Some(whole)) => writer.write_all(&(whole as i32).to_le_bytes()),
+                }
             }
         })
     }

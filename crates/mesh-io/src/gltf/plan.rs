@@ -7,6 +7,7 @@ use crate::Group;
 use crate::error::ReadErrorKind;
 use crate::notes::Notes;
 use crate::numbering::Numbering;
+use crate::scalars::{ScalarType, ScalarValues, Scalars};
 use std::collections::HashMap;
 
 /// The meshes of a scene, and the size of the model that they make.
@@ -50,8 +51,16 @@ pub(super) struct VertexSet {
     pub positions: u32,
     pub normals: Option<u32>,
     pub colors: Option<u32>,
-    /// The number of the name, and the accessor.
-    pub scalars: Vec<(u32, u32)>,
+    /// The columns of named numbers.
+    pub scalars: Vec<NamedAccessor>,
+}
+
+/// The accessor of a column of named numbers.
+pub(super) struct NamedAccessor {
+    /// The number of the name.
+    pub name: u32,
+    pub accessor: u32,
+    pub kind: ScalarType,
 }
 
 /// The triangles of a primitive.
@@ -105,6 +114,30 @@ impl Plan {
         let model =
             self.vertices.saturating_mul(vertex).saturating_add(self.faces.saturating_mul(face));
         model.saturating_add(self.groups).saturating_add(self.passing)
+    }
+
+    /// Columns for the named numbers of all vertices, in a type that holds those of every mesh. A vertex
+    /// without a number has NaN, which needs floating point.
+    pub(super) fn columns(&self, vertices: usize) -> Vec<Scalars> {
+        let sets = || self.meshes.iter().flatten().flat_map(|mesh| &mesh.sets);
+        let column = |(number, name): (u32, &String)| {
+            let of_set = |set: &VertexSet| {
+                set.scalars.iter().find(|scalars| scalars.name == number).map(|s| s.kind)
+            };
+            let mut kinds = sets().filter_map(of_set);
+            let first = kinds.next().unwrap_or(ScalarType::F32);
+            let integers =
+                first.is_integer() && kinds.clone().all(|kind: ScalarType| kind.is_integer());
+            let all_equal = kinds.all(|kind| kind == first);
+            let everywhere = sets().all(|set| of_set(set).is_some());
+            let values = match (everywhere, all_equal, integers) {
+                (true, true, _) => ScalarValues::zeros(first, vertices),
+                (true, false, true) => ScalarValues::zeros(ScalarType::I64, vertices),
+                _ => vec![f64::NAN; vertices].into(),
+            };
+            Scalars { is_label: integers, ..Scalars::new(name, values) }
+        };
+        (0..).zip(self.scalars.names()).map(column).collect()
     }
 
     fn place(
@@ -271,7 +304,9 @@ impl Planner<'_> {
             let Some(own_name) = name.strip_prefix('_') else { continue };
             self.attribute(primitive, accessor, name, 1..=16, all, path)?;
             if self.document.width(accessor, path)? == 1 {
-                scalars.push((self.scalars.number(&own_name.to_lowercase()).0, accessor));
+                let kind = self.document.values(accessor, path, 1..=1)?.scalar_type();
+                let name = self.scalars.number(&own_name.to_lowercase()).0;
+                scalars.push(NamedAccessor { name, accessor, kind });
             }
         }
         scalars.shrink_to_fit();

@@ -11,7 +11,7 @@ use crate::external::Files;
 use crate::input::Input;
 use crate::notes::Notes;
 use crate::text::quote;
-use crate::{Group, Model, Scalars};
+use crate::{Group, Model};
 use glam::{DMat3, DMat4, DVec3};
 use mesh_core::PolygonSoup;
 use mesh_core::soup::TooManyCorners;
@@ -88,9 +88,7 @@ impl<'d> Reader<'d> {
         let corners = 3 * faces;
         model.soup = PolygonSoup::with_capacity(0, faces, corners);
         model.vertex_colors = plan.has_colors.then(|| vec![[1.0; 4]; vertices]);
-        let scalars =
-            |name: &String| Scalars { name: name.clone(), values: vec![f64::NAN; vertices] };
-        model.vertex_scalars = plan.scalars.names().iter().map(scalars).collect();
+        model.vertex_scalars = plan.columns(vertices);
         model.corner_normals = plan.has_normals.then(|| Vec::with_capacity(corners));
         model.corner_uvs = plan.has_uvs.then(|| Vec::with_capacity(corners));
         model.face_materials = plan.has_materials.then(|| Vec::with_capacity(faces));
@@ -172,14 +170,13 @@ impl<'d> Reader<'d> {
                 }
             })?;
         }
-        for &(column, accessor) in &set.scalars {
-            let column = self.model.vertex_scalars.get_mut(column as usize);
-            let column = column.and_then(|scalars| scalars.values.get_mut(range.clone()));
-            let column = column.unwrap_or_default();
-            document.values(accessor, path, 1..=1)?.each(0.0, |index, [value]: [f32; 1]| {
-                if let Some(slot) = column.get_mut(index) {
-                    *slot = f64::from(value);
-                }
+        for scalars in &set.scalars {
+            let Some(column) = self.model.vertex_scalars.get_mut(scalars.name as usize) else {
+                continue;
+            };
+            document.values(scalars.accessor, path, 1..=1)?.each_number(|index, value| {
+                // The column holds every number of its accessors.
+                let _ = column.values.set(range.start + index, value, None);
             })?;
         }
         let Some(accessor) = set.normals else { return Ok(None) };

@@ -4,7 +4,7 @@
 //! Neither the document nor the buffer is ever in memory as a whole: the document is written twice,
 //! the first time only to learn its length.
 
-use super::level::{Column, Level};
+use super::level::{Column, Component, Level};
 use crate::decimal::Decimal;
 use crate::error::WriteError;
 use crate::format::Format;
@@ -291,6 +291,10 @@ impl View<'_, '_> {
         let Self { start, length, content } = self;
         write!(writer, r#"{{"buffer":0,"byteOffset":{start},"byteLength":{length}"#)?;
         match content {
+            // Numbers shorter than four bytes are padded.
+            Content::Column(_, Column::Scalar(_, component)) if *component != Component::F32 => {
+                write!(writer, r#","byteStride":4,"target":{ARRAY_BUFFER}}}"#)
+            }
             Content::Column(..) => write!(writer, r#","target":{ARRAY_BUFFER}}}"#),
             Content::Indices(_) => write!(writer, r#","target":{ELEMENT_ARRAY_BUFFER}}}"#),
             Content::Image(_) => write!(writer, "}}"),
@@ -337,7 +341,11 @@ impl Accessor<'_, '_> {
     fn describe(&self, writer: &mut dyn Write) -> io::Result<()> {
         match *self {
             Self::Column { level, column, view } => {
-                let component = if column == Column::ByteColor { UNSIGNED_BYTE } else { FLOAT };
+                let component = match column {
+                    Column::ByteColor => UNSIGNED_BYTE,
+                    Column::Scalar(_, component) => component.code(),
+                    _ => FLOAT,
+                };
                 let (count, shape) = (level.vertex_count(), column.shape());
                 write!(
                     writer,

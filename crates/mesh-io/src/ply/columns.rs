@@ -1,9 +1,12 @@
 //! What the properties of PLY vertices and faces mean, by their names.
 
-use super::header::{Element, Property, no_positions};
+use super::header::{Element, Property, full_intensity, no_positions};
 use super::records::{Column, Record};
+use crate::Model;
 use crate::error::ReadErrorKind;
-use crate::{Model, Scalars};
+use crate::notes::Notes;
+use crate::scalars::{ScalarType, ScalarValues, Scalars};
+use crate::text::quote;
 use glam::DVec3;
 
 /// What a property says about its vertex or face.
@@ -41,8 +44,8 @@ pub(super) fn positions(element: &Element) -> Result<[usize; 3], ReadErrorKind> 
 }
 
 /// Assigns colours and whatever remains; returns the names of the remaining numbers.
-fn assign_colors_and_scalars(element: &Element, targets: &mut [Target]) -> Vec<Scalars> {
-    let full = |place: usize| element.properties[place].value.full_intensity();
+fn assign_colors_and_scalars(element: &Element, targets: &mut [Target]) -> NamedNumbers {
+    let full = |place: usize| full_intensity(element.properties[place].value);
     let color = COLORS.iter().zip(ALPHAS);
     if let Some((places, alpha)) =
         color.filter_map(|(names, alpha)| Some((find_all(element, *names)?, alpha))).next()
@@ -54,14 +57,86 @@ fn assign_colors_and_scalars(element: &Element, targets: &mut [Target]) -> Vec<S
             targets[place] = Target::Color(3, full(place));
         }
     }
-    let mut scalars = Vec::new();
+    let mut scalars = NamedNumbers::default();
     for (target, property) in targets.iter_mut().zip(&element.properties) {
         if *target == Target::Nothing && property.count.is_none() {
-            *target = Target::Scalar(scalars.len());
-            scalars.push(Scalars { name: property.name.clone(), values: Vec::new() });
+            *target = Target::Scalar(scalars.columns.len());
+            scalars.columns.push(NamedColumn::new(property));
         }
     }
     scalars
+}
+
+/// The named numbers of an element as they are read, each in the type of its property.
+#[derive(Default)]
+pub(super) struct NamedNumbers {
+    columns: Vec<NamedColumn>,
+}
+
+struct NamedColumn {
+    name: String,
+    declared: ScalarType,
+    values: ScalarValues,
+    /// The first number in a text file that the declared type cannot hold.
+    beyond: Option<f64>,
+}
+
+impl NamedColumn {
+    fn new(property: &Property) -> Self {
+        let values = ScalarValues::zeros(property.value, 0);
+        Self { name: property.name.clone(), declared: property.value, values, beyond: None }
+    }
+
+    /// Sets a number of a record, in a wider type where the declared one cannot hold it.
+    fn set(&mut self, row: usize, value: f64, whole: Option<i128>) {
+        if self.values.set(row, value, whole) {
+            return;
+        }
+        self.beyond.get_or_insert(value);
+        for wider in [ScalarType::I64, ScalarType::U64, ScalarType::F64] {
+            let negative = (0..row).any(|row| self.values.whole(row).is_some_and(|w| w < 0));
+            if wider == ScalarType::U64 && negative {
+                continue;
+            }
+            self.values = self.values.cast(wider);
+            if self.values.set(row, value, whole) {
+                return;
+            }
+        }
+    }
+}
+
+impl NamedNumbers {
+    fn reserve_exact(&mut self, room: usize) {
+        self.columns.iter_mut().for_each(|column| column.values.reserve_exact(room));
+    }
+
+    fn resize(&mut self, count: usize) {
+        self.columns.iter_mut().for_each(|column| column.values.resize(count));
+    }
+
+    /// The bytes that the numbers of one record take, after a change of type if there is one.
+    fn row(&self) -> u64 {
+        8 * self.columns.len() as u64
+    }
+
+    fn set(&mut self, index: usize, row: usize, record: &Record, property: usize) {
+        self.columns[index].set(row, record.values[property], record.wholes[property]);
+    }
+
+    fn finish(self, notes: &mut Notes) -> Vec<Scalars> {
+        let finish = |NamedColumn { name, declared, values, beyond }| {
+            if let Some(value) = beyond {
+                let (declared, kind) = (declared.ply_name(), values.scalar_type().ply_name());
+                notes.add(format!(
+                    "the PLY property {} is declared {declared} but holds {value}: read as {kind}",
+                    quote(name.as_bytes())
+                ));
+            }
+            Scalars::new(name, values)
+        };
+        self.columns.into_iter().map(finish).collect()
+    }
 }
 
 /// The attributes of the vertices as they are read.
@@ -71,7 +146,7 @@ pub(super) struct VertexColumns {
     normals: Option<Vec<[f32; 3]>>,
     colors: Option<Vec<[f32; 4]>>,
     uvs: Option<Vec<[f32; 2]>>,
-    scalars: Vec<Scalars>,
+    scalars: NamedNumbers,
     /// The records before the block that is being read.
     done: usize,
 }
@@ -118,9 +193,7 @@ impl VertexColumns {
         if let Some(uvs) = &mut self.uvs {
             uvs.reserve_exact(room);
         }
-        for Scalars { values, .. } in &mut self.scalars {
-            values.reserve_exact(room);
-        }
+        self.scalars.reserve_exact(room);
     }
 
     /// The bytes of a vertex.
@@ -129,7 +202,7 @@ impl VertexColumns {
         24 + of(self.normals.is_some(), 12)
             + of(self.colors.is_some(), 16)
             + of(self.uvs.is_some(), 8)
-            + 8 * self.scalars.len() as u64
+            + self.scalars.row()
     }
 
     /// Makes room for a block of records, to be filled by `set_block`.
@@ -146,9 +219,7 @@ impl VertexColumns {
         if let Some(uvs) = &mut self.uvs {
             uvs.resize(count, [0.0; 2]);
         }
-        for Scalars { values, .. } in &mut self.scalars {
-            values.resize(count, 0.0);
-        }
+        self.scalars.resize(count);
     }
 
     /// Takes the values of a property for the records last made room for.
@@ -172,19 +243,18 @@ impl VertexColumns {
                 column.each(|record, value| rows[record][axis] = value as f32);
             }
             (Target::Scalar(index), ..) => {
-                let rows = &mut self.scalars[index].values[done..];
-                column.each(|record, value| rows[record] = value);
+                column.fill(&mut self.scalars.columns[index].values, done);
             }
             _ => {}
         }
     }
 
     /// Takes one record.
-    pub(super) fn push(&mut self, values: &[f64]) {
+    pub(super) fn push(&mut self, record: &Record) {
         self.grow(1);
         let row = self.done;
         let all = (&mut self.normals, &mut self.colors, &mut self.uvs);
-        for (&target, &value) in self.targets.iter().zip(values) {
+        for (place, (&target, &value)) in self.targets.iter().zip(&record.values).enumerate() {
             match (target, &mut *all.0, &mut *all.1, &mut *all.2) {
                 (Target::Position(axis), ..) => self.positions[row][axis] = value,
                 (Target::Normal(axis), Some(normals), ..) => normals[row][axis] = value as f32,
@@ -192,18 +262,18 @@ impl VertexColumns {
                     colors[row][channel] = intensity(value, full);
                 }
                 (Target::Uv(axis), .., Some(uvs)) => uvs[row][axis] = value as f32,
-                (Target::Scalar(index), ..) => self.scalars[index].values[row] = value,
+                (Target::Scalar(index), ..) => self.scalars.set(index, row, record, place),
                 _ => {}
             }
         }
     }
 
     /// Moves everything into the model, save the texture coordinates, which wait for the corners.
-    pub(super) fn store(self, model: &mut Model) -> Option<Vec<[f32; 2]>> {
+    pub(super) fn store(self, model: &mut Model, notes: &mut Notes) -> Option<Vec<[f32; 2]>> {
         *model.soup.positions_mut() = self.positions;
         model.vertex_normals = self.normals;
         model.vertex_colors = self.colors;
-        model.vertex_scalars = self.scalars;
+        model.vertex_scalars = self.scalars.finish(notes);
         self.uvs
     }
 }
@@ -221,7 +291,9 @@ pub(super) struct FaceColumns {
     targets: Vec<Target>,
     uvs: Vec<[f32; 2]>,
     colors: Option<Vec<[f32; 4]>>,
-    scalars: Vec<Scalars>,
+    scalars: NamedNumbers,
+    /// The faces so far.
+    count: usize,
 }
 
 impl FaceColumns {
@@ -240,13 +312,14 @@ impl FaceColumns {
             targets,
             uvs: Vec::new(),
             scalars,
+            count: 0,
         })
     }
 
     /// The bytes of a face of so many corners, with texture coordinates of the corners or of their
     /// vertices.
     pub(super) fn row(&self, corners: usize) -> u64 {
-        12 * corners as u64 + 4 + 16 + 8 * self.scalars.len() as u64
+        12 * corners as u64 + 4 + 16 + self.scalars.row()
     }
 
     /// The place of the list of vertex indices.
@@ -269,21 +342,23 @@ impl FaceColumns {
             }
         }
         let mut color = [0.0, 0.0, 0.0, 1.0];
-        for (&target, &value) in self.targets.iter().zip(&record.values) {
+        self.scalars.resize(self.count + 1);
+        for (place, (&target, &value)) in self.targets.iter().zip(&record.values).enumerate() {
             match target {
                 Target::Color(channel, full) => color[channel] = intensity(value, full),
-                Target::Scalar(index) => self.scalars[index].values.push(value),
+                Target::Scalar(index) => self.scalars.set(index, self.count, record, place),
                 _ => {}
             }
         }
         if let Some(colors) = &mut self.colors {
             colors.push(color);
         }
+        self.count += 1;
     }
 
-    pub(super) fn store(self, model: &mut Model) {
+    pub(super) fn store(self, model: &mut Model, notes: &mut Notes) {
         model.corner_uvs = self.uv_list.map(|_| self.uvs);
         model.face_colors = self.colors;
-        model.face_scalars = self.scalars;
+        model.face_scalars = self.scalars.finish(notes);
     }
 }

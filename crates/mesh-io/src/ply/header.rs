@@ -3,6 +3,7 @@
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::input::{Input, Line, integer};
+use crate::scalars::ScalarType;
 use crate::text::quote;
 
 /// How the values are stored.
@@ -13,68 +14,35 @@ pub(super) enum Storage {
     BigEndian,
 }
 
-/// The type of a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Type {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
+/// The type of a word in a header. The types of 64-bit integers are an extension.
+fn parse_type(word: &[u8]) -> Option<ScalarType> {
+    Some(match word {
+        b"char" | b"int8" => ScalarType::I8,
+        b"uchar" | b"uint8" => ScalarType::U8,
+        b"short" | b"int16" => ScalarType::I16,
+        b"ushort" | b"uint16" => ScalarType::U16,
+        b"int" | b"int32" => ScalarType::I32,
+        b"uint" | b"uint32" => ScalarType::U32,
+        b"long" | b"int64" => ScalarType::I64,
+        b"ulong" | b"uint64" => ScalarType::U64,
+        b"float" | b"float32" => ScalarType::F32,
+        b"double" | b"float64" => ScalarType::F64,
+        _ => return None,
+    })
 }
 
-impl Type {
-    fn parse(word: &[u8]) -> Option<Self> {
-        Some(match word {
-            b"char" | b"int8" => Self::I8,
-            b"uchar" | b"uint8" => Self::U8,
-            b"short" | b"int16" => Self::I16,
-            b"ushort" | b"uint16" => Self::U16,
-            b"int" | b"int32" => Self::I32,
-            b"uint" | b"uint32" => Self::U32,
-            b"float" | b"float32" => Self::F32,
-            b"double" | b"float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    pub(super) fn bytes(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-
-    /// The value that stands for one in a colour of this type.
-    pub(super) fn full_intensity(self) -> f64 {
-        match self {
-            Self::I8 => f64::from(i8::MAX),
-            Self::U8 => f64::from(u8::MAX),
-            Self::I16 => f64::from(i16::MAX),
-            Self::U16 => f64::from(u16::MAX),
-            Self::I32 => f64::from(i32::MAX),
-            Self::U32 => f64::from(u32::MAX),
-            Self::F32 | Self::F64 => 1.0,
-        }
-    }
-
-    pub(super) fn is_integer(self) -> bool {
-        !matches!(self, Self::F32 | Self::F64)
-    }
+/// The value that stands for full intensity in a colour of this type.
+pub(super) fn full_intensity(kind: ScalarType) -> f64 {
+    kind.range().map_or(1.0, |[_, most]| most as f64)
 }
 
 /// A property of an element: one value, or a list of values behind their number.
 #[derive(Clone, Debug)]
 pub(super) struct Property {
     pub name: String,
-    pub value: Type,
+    pub value: ScalarType,
     /// The type of the number of values, for a list.
-    pub count: Option<Type>,
+    pub count: Option<ScalarType>,
 }
 
 /// A kind of records.
@@ -195,8 +163,8 @@ fn read_element(line: Line<'_>) -> Result<Element, ReadErrorKind> {
 fn read_property(line: Line<'_>) -> Result<Property, ReadErrorKind> {
     let mut words = line.words().skip(1);
     let read_type = |word: &[u8]| {
-        Type::parse(word).ok_or_else(|| {
-            line.unexpected("a type (char to uint, int8 to uint32, float, double)", word)
+        parse_type(word).ok_or_else(|| {
+            line.unexpected("a type (char to uint, int8 to uint64, float, double)", word)
         })
     };
     let first = words.next().unwrap_or_default();

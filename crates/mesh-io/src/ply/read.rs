@@ -5,12 +5,13 @@
 //! of their own. Everything else goes record by record.
 
 use super::columns::{FaceColumns, VertexColumns};
-use super::header::{self, Element, Storage, Type};
+use super::header::{self, Element, Storage};
 use super::records::{Column, Record, each_record};
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::input::Input;
 use crate::notes::Notes;
+use crate::scalars::ScalarType;
 use crate::text::quote;
 use crate::{Image, ImageData, Material, Model};
 use mesh_core::PolygonSoup;
@@ -81,13 +82,13 @@ impl Reader<'_, '_> {
         let cost = columns.row() * if room as u64 == element.count { 1 } else { GROWING };
         if self.storage == Storage::Text || element.has_lists() {
             each_record(self.input, self.storage, element, |record| {
-                columns.push(&record.values);
+                columns.push(record);
                 Ok(cost)
             })?;
         } else {
             self.fixed_records(element, &mut columns, cost)?;
         }
-        self.uvs = columns.store(&mut self.model);
+        self.uvs = columns.store(&mut self.model, &mut self.notes);
         Ok(())
     }
 
@@ -151,7 +152,7 @@ impl Reader<'_, '_> {
             Ok(GROWING * columns.row(face.len()))
         })?;
         self.note_small_faces(too_small);
-        columns.store(&mut self.model);
+        columns.store(&mut self.model, &mut self.notes);
         Ok(())
     }
 
@@ -277,7 +278,7 @@ impl Reader<'_, '_> {
             self.notes
                 .add(format!("took the first of {count} textures: no face says which it has"));
         }
-        let place = |&value: &f64| {
+        let place = |value: f64| {
             let is_place = value >= 0.0 && value < count as f64;
             if is_place { value as u32 } else { Model::NONE }
         };
@@ -299,8 +300,8 @@ impl Reader<'_, '_> {
 }
 
 fn is_plain_index_list(element: &Element) -> bool {
-    matches!(element.properties.as_slice(), [list] if list.count == Some(Type::U8)
-        && matches!(list.value, Type::I32 | Type::U32))
+    matches!(element.properties.as_slice(), [list] if list.count == Some(ScalarType::U8)
+        && matches!(list.value, ScalarType::I32 | ScalarType::U32))
 }
 
 /// A value of a list as the index of one of `limit` vertices.

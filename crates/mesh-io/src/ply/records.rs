@@ -1,21 +1,24 @@
 //! The values of PLY records, from text or either kind of binary.
 
-use super::header::{Element, Storage, Type};
+use super::header::{Element, Storage};
 use crate::error::{Location, ReadErrorKind};
-use crate::input::{Input, number};
+use crate::input::{Input, integer, number};
+use crate::scalars::{ScalarType, ScalarValues};
 
 /// Expands `decode!` for the Rust type of a PLY type.
 macro_rules! by_type {
     ($kind:expr, $decode:ident) => {
         match $kind {
-            Type::I8 => $decode!(i8),
-            Type::U8 => $decode!(u8),
-            Type::I16 => $decode!(i16),
-            Type::U16 => $decode!(u16),
-            Type::I32 => $decode!(i32),
-            Type::U32 => $decode!(u32),
-            Type::F32 => $decode!(f32),
-            Type::F64 => $decode!(f64),
+            ScalarType::I8 => $decode!(i8),
+            ScalarType::U8 => $decode!(u8),
+            ScalarType::I16 => $decode!(i16),
+            ScalarType::U16 => $decode!(u16),
+            ScalarType::I32 => $decode!(i32),
+            ScalarType::U32 => $decode!(u32),
+            ScalarType::I64 => $decode!(i64),
+            ScalarType::U64 => $decode!(u64),
+            ScalarType::F32 => $decode!(f32),
+            ScalarType::F64 => $decode!(f64),
         }
     };
 }
@@ -24,6 +27,8 @@ macro_rules! by_type {
 pub(super) struct Record {
     /// One entry per property; zero for a list.
     pub values: Vec<f64>,
+    /// One entry per property: the value of an integer that 64-bit floating point may round.
+    pub wholes: Vec<Option<i128>>,
     /// One entry per property; empty for a single value.
     pub lists: Vec<Vec<f64>>,
     /// Where the record begins.
@@ -43,6 +48,7 @@ pub(super) fn each_record(
     }
     let mut record = Record {
         values: vec![0.0; properties],
+        wholes: vec![None; properties],
         lists: vec![Vec::new(); properties],
         at: Location::Byte(0),
     };
@@ -65,14 +71,14 @@ fn read_binary(
     big_endian: bool,
 ) -> Result<(), ReadErrorKind> {
     record.at = input.here();
-    let slots = record.values.iter_mut().zip(&mut record.lists);
-    for (property, (value, list)) in element.properties.iter().zip(slots) {
+    let slots = record.values.iter_mut().zip(&mut record.wholes).zip(&mut record.lists);
+    for (property, ((value, whole), list)) in element.properties.iter().zip(slots) {
         let Some(count_type) = property.count else {
-            *value = scalar(input, property.value, big_endian, &property.name)?;
+            (*value, *whole) = scalar(input, property.value, big_endian, &property.name)?;
             continue;
         };
         let at = input.here();
-        let count = scalar(input, count_type, big_endian, &property.name)?;
+        let (count, _) = scalar(input, count_type, big_endian, &property.name)?;
         if count < 0.0 {
             let expected = format!("the length of the list {:?}", property.name);
             return Err(ReadErrorKind::malformed(at, expected, count.to_string()));
@@ -83,29 +89,50 @@ fn read_binary(
         list.clear();
         list.reserve(room);
         for _ in 0..count {
-            list.push(scalar(input, property.value, big_endian, &property.name)?);
+            list.push(scalar(input, property.value, big_endian, &property.name)?.0);
         }
     }
     Ok(())
 }
 
+/// A value, and its whole number where the value is rounded.
 fn scalar(
     input: &mut Input<'_>,
-    kind: Type,
+    kind: ScalarType,
     big_endian: bool,
     name: &str,
-) -> Result<f64, ReadErrorKind> {
+) -> Result<(f64, Option<i128>), ReadErrorKind> {
     macro_rules! decode {
         ($number:ty) => {{
             let bytes = input.array(name)?;
-            f64::from(if big_endian {
+            if big_endian {
                 <$number>::from_be_bytes(bytes)
             } else {
                 <$number>::from_le_bytes(bytes)
-            })
+            }
         }};
     }
-    Ok(by_type!(kind, decode))
+    macro_rules! exact {
+        ($number:ty) => {
+            (f64::from(decode!($number)), None)
+        };
+    }
+    Ok(match kind {
+        ScalarType::I64 => of_whole(decode!(i64).into()),
+        ScalarType::U64 => of_whole(decode!(u64).into()),
+        ScalarType::I8 => exact!(i8),
+        ScalarType::U8 => exact!(u8),
+        ScalarType::I16 => exact!(i16),
+        ScalarType::U16 => exact!(u16),
+        ScalarType::I32 => exact!(i32),
+        ScalarType::U32 => exact!(u32),
+        ScalarType::F32 => exact!(f32),
+        ScalarType::F64 => exact!(f64),
+    })
+}
+
+fn of_whole(whole: i128) -> (f64, Option<i128>) {
+    (whole as f64, Some(whole))
 }
 
 fn read_line(
@@ -116,24 +143,29 @@ fn read_line(
     let line = input.data_line(&element.name)?;
     record.at = line.location();
     let mut words = line.words();
-    let mut next = |name: &str| {
+    let mut next = |name: &str, kind: ScalarType| -> Result<(f64, Option<i128>), ReadErrorKind> {
         let word = words.next().unwrap_or_default();
-        number(word).ok_or_else(|| line.unexpected(format!("a number for {name:?}"), word))
-    };
-    let slots = record.values.iter_mut().zip(&mut record.lists);
-    for (property, (value, list)) in element.properties.iter().zip(slots) {
-        let first = next(&property.name)?;
-        if property.count.is_none() {
-            *value = first;
-            continue;
+        if let (8, true, Some(whole)) = (kind.bytes(), kind.is_integer(), integer::<i128>(word)) {
+            return Ok(of_whole(whole));
         }
+        let value = number(word);
+        let value = value.ok_or_else(|| line.unexpected(format!("a number for {name:?}"), word));
+        Ok((value?, None))
+    };
+    let slots = record.values.iter_mut().zip(&mut record.wholes).zip(&mut record.lists);
+    for (property, ((value, whole), list)) in element.properties.iter().zip(slots) {
+        let Some(count_type) = property.count else {
+            (*value, *whole) = next(&property.name, property.value)?;
+            continue;
+        };
+        let (first, _) = next(&property.name, count_type)?;
         if !(first >= 0.0 && first.fract() == 0.0) {
             let expected = format!("the length of the list {:?}", property.name);
             return Err(line.unexpected(expected, first.to_string().as_bytes()));
         }
         list.clear();
         for _ in 0..first as u64 {
-            list.push(next(&property.name)?);
+            list.push(next(&property.name, property.value)?.0);
         }
     }
     Ok(())
@@ -147,27 +179,59 @@ pub(super) struct Column<'b> {
     pub stride: usize,
     /// Where in a record the property begins.
     pub offset: usize,
-    pub kind: Type,
+    pub kind: ScalarType,
     pub big_endian: bool,
 }
 
 impl Column<'_> {
     /// Calls `put` with every value in turn; one loop for each type.
+    #[allow(clippy::unnecessary_cast, clippy::cast_lossless, reason = "one loop for all types")]
     pub(super) fn each(self, mut put: impl FnMut(usize, f64)) {
         macro_rules! decode {
             ($number:ty) => {
                 if self.big_endian {
                     self.each_chunk(|record, bytes| {
-                        put(record, f64::from(<$number>::from_be_bytes(bytes)));
+                        put(record, <$number>::from_be_bytes(bytes) as f64);
                     });
                 } else {
                     self.each_chunk(|record, bytes| {
-                        put(record, f64::from(<$number>::from_le_bytes(bytes)));
+                        put(record, <$number>::from_le_bytes(bytes) as f64);
                     });
                 }
             };
         }
         by_type!(self.kind, decode);
+    }
+
+    /// Puts every value into a column of the same type, from the row `first` on.
+    pub(super) fn fill(self, values: &mut ScalarValues, first: usize) {
+        macro_rules! fill {
+            ($rows:expr, $number:ty) => {{
+                let rows = $rows.get_mut(first..).unwrap_or_default();
+                let decode = if self.big_endian {
+                    <$number>::from_be_bytes
+                } else {
+                    <$number>::from_le_bytes
+                };
+                self.each_chunk(|record, bytes| {
+                    if let Some(row) = rows.get_mut(record) {
+                        *row = decode(bytes);
+                    }
+                });
+            }};
+        }
+        match values {
+            ScalarValues::I8(rows) => fill!(rows, i8),
+            ScalarValues::U8(rows) => fill!(rows, u8),
+            ScalarValues::I16(rows) => fill!(rows, i16),
+            ScalarValues::U16(rows) => fill!(rows, u16),
+            ScalarValues::I32(rows) => fill!(rows, i32),
+            ScalarValues::U32(rows) => fill!(rows, u32),
+            ScalarValues::I64(rows) => fill!(rows, i64),
+            ScalarValues::U64(rows) => fill!(rows, u64),
+            ScalarValues::F32(rows) => fill!(rows, f32),
+            ScalarValues::F64(rows) => fill!(rows, f64),
+        }
     }
 
     fn each_chunk<const N: usize>(self, mut put: impl FnMut(usize, [u8; N])) {

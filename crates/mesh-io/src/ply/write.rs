@@ -5,8 +5,9 @@ use crate::color::as_bytes;
 use crate::decimal::Decimal;
 use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
-use crate::model::{Model, Scalars};
+use crate::model::Model;
 use crate::passing::Passing;
+use crate::scalars::{ScalarType, ScalarValues, Scalars, each_type};
 use crate::single::{are_finite, finite_or, rounding};
 use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
 use glam::DVec3;
@@ -84,9 +85,9 @@ enum Uvs<'m> {
 struct Plan<'m> {
     model: &'m Model,
     wide_positions: bool,
-    /// For every vertex scalar, then for every face scalar.
-    wide_vertex_scalars: Vec<bool>,
-    wide_face_scalars: Vec<bool>,
+    /// The type of every column of vertices, and of every column of faces.
+    vertex_types: Vec<ScalarType>,
+    face_types: Vec<ScalarType>,
     vertex_names: Vec<String>,
     face_names: Vec<String>,
     vertex_colors: Colors<'m>,
@@ -135,9 +136,8 @@ impl<'m> Colors<'m> {
 
 impl<'m> Plan<'m> {
     fn new(model: &'m Model, precision: Precision) -> Self {
-        let scalars = |scalars: &[Scalars]| {
-            scalars.iter().map(|s| is_wide(s.values.iter().copied(), precision)).collect()
-        };
+        let types =
+            |scalars: &[Scalars]| scalars.iter().map(|s| type_of(&s.values, precision)).collect();
         let positions = model.soup.positions().iter().flat_map(DVec3::to_array);
         let uvs = plan_uvs(model);
         let has = Has {
@@ -150,8 +150,8 @@ impl<'m> Plan<'m> {
         Self {
             model,
             wide_positions: is_wide(positions, precision),
-            wide_vertex_scalars: scalars(&model.vertex_scalars),
-            wide_face_scalars: scalars(&model.face_scalars),
+            vertex_types: types(&model.vertex_scalars),
+            face_types: types(&model.face_scalars),
             vertex_names: has.scalar_names(&model.vertex_scalars),
             face_names: face_has.scalar_names(&model.face_scalars),
             vertex_colors: Colors::new(model.vertex_colors.as_deref()),
@@ -175,8 +175,8 @@ impl<'m> Plan<'m> {
         if matches!(self.uvs, Uvs::Vertex(_)) {
             writeln!(writer, "property float s\nproperty float t")?;
         }
-        for (name, &wide) in self.vertex_names.iter().zip(&self.wide_vertex_scalars) {
-            writeln!(writer, "property {} {name}", float(wide))?;
+        for (name, kind) in self.vertex_names.iter().zip(&self.vertex_types) {
+            writeln!(writer, "property {} {name}", kind.ply_name())?;
         }
         let count = length(self.long_lists);
         writeln!(writer, "element face {}", model.soup.face_count())?;
@@ -185,8 +185,8 @@ impl<'m> Plan<'m> {
             writeln!(writer, "property list {count} float texcoord")?;
         }
         self.face_colors.header(writer)?;
-        for (name, &wide) in self.face_names.iter().zip(&self.wide_face_scalars) {
-            writeln!(writer, "property {} {name}", float(wide))?;
+        for (name, kind) in self.face_names.iter().zip(&self.face_types) {
+            writeln!(writer, "property {} {name}", kind.ply_name())?;
         }
         writeln!(writer, "end_header")
     }
@@ -215,8 +215,8 @@ impl<'m> Plan<'m> {
         if let Uvs::Vertex(uvs) = &self.uvs {
             uvs[vertex].into_iter().try_for_each(|value| values.f32(value))?;
         }
-        for (scalars, &wide) in model.vertex_scalars.iter().zip(&self.wide_vertex_scalars) {
-            values.float(scalars.values[vertex], wide)?;
+        for (scalars, &kind) in model.vertex_scalars.iter().zip(&self.vertex_types) {
+            scalar(values, &scalars.values, vertex, kind)?;
         }
         Ok(())
     }
@@ -235,8 +235,8 @@ impl<'m> Plan<'m> {
             all.try_for_each(|value| values.f32(value))?;
         }
         self.face_colors.put(face, values)?;
-        for (scalars, &wide) in model.face_scalars.iter().zip(&self.wide_face_scalars) {
-            values.float(scalars.values[face], wide)?;
+        for (scalars, &kind) in model.face_scalars.iter().zip(&self.face_types) {
+            scalar(values, &scalars.values, face, kind)?;
         }
         Ok(())
     }
@@ -261,6 +261,33 @@ fn is_wide(mut values: impl Iterator<Item = f64>, precision: Precision) -> bool 
         Precision::Single => false,
         Precision::Double => true,
         Precision::Exact => values.any(|value| f64::from(value as f32) != value && !value.is_nan()),
+    }
+}
+
+/// The type that a column is written in. Whole numbers keep theirs; so does floating point, unless the
+/// precision says otherwise.
+fn type_of(values: &ScalarValues, precision: Precision) -> ScalarType {
+    match (values, precision) {
+        (ScalarValues::F64(_), Precision::Single) => ScalarType::F32,
+        (ScalarValues::F32(_), Precision::Double) => ScalarType::F64,
+        (values, _) => values.scalar_type(),
+    }
+}
+
+/// Puts a number of a column, in the type that the column is written in.
+fn scalar(
+    values: &mut impl Values,
+    column: &ScalarValues,
+    place: usize,
+    kind: ScalarType,
+) -> std::io::Result<()> {
+    match (column, kind) {
+        (ScalarValues::F64(all), _) => values.float(all[place], kind == ScalarType::F64),
+        (ScalarValues::F32(all), ScalarType::F64) => values.float(f64::from(all[place]), true),
+        (ScalarValues::F32(all), _) => values.f32(all[place]),
+        (whole, _) => {
+            each_type!(whole, all => values.number(&mut all[place].to_le_bytes(), &all[place]))
+        }
     }
 }
 
@@ -311,6 +338,8 @@ fn one_word(name: &str) -> String {
 
 /// Where values go, one after another.
 pub(super) trait Values {
+    /// A number by its bytes, the least significant first, and by its text.
+    fn number(&mut self, bytes: &mut [u8], text: &dyn std::fmt::Display) -> std::io::Result<()>;
     fn u8(&mut self, value: u8) -> std::io::Result<()>;
     fn u32(&mut self, value: u32) -> std::io::Result<()>;
     fn f32(&mut self, value: f32) -> std::io::Result<()>;
@@ -332,6 +361,10 @@ impl Text<'_> {
 }
 
 impl Values for Text<'_> {
+    fn number(&mut self, _: &mut [u8], text: &dyn std::fmt::Display) -> std::io::Result<()> {
+        self.word(text)
+    }
+
     fn u8(&mut self, value: u8) -> std::io::Result<()> {
         self.word(value)
     }
@@ -367,6 +400,13 @@ pub(super) struct Binary<'w> {
 }
 
 impl Values for Binary<'_> {
+    fn number(&mut self, bytes: &mut [u8], _: &dyn std::fmt::Display) -> std::io::Result<()> {
+        if self.big_endian {
+            bytes.reverse();
+        }
+        self.writer.write_all(bytes)
+    }
+
     fn u8(&mut self, value: u8) -> std::io::Result<()> {
         self.writer.write_all(&[value])
     }

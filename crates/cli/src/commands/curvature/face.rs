@@ -115,12 +115,12 @@ fn colored(
         model.face_scalars.retain(|scalars| scalars.name != name);
         let of_face =
             |disc: &Option<DiscCurvature>| disc.map_or(0.0, |disc| disc_quantity(&disc, quantity));
-        let values = discs.iter().map(of_face).collect();
-        model.face_scalars.push(Scalars { name: name.to_owned(), values });
+        let values: Vec<f64> = discs.iter().map(of_face).collect();
+        model.face_scalars.push(Scalars::new(name, values));
     }
     model.face_scalars.retain(|scalars| scalars.name != KNOWN);
-    let known = discs.iter().map(|disc| f64::from(u8::from(disc.is_some()))).collect();
-    model.face_scalars.push(Scalars { name: KNOWN.to_owned(), values: known });
+    let known: Vec<u8> = discs.iter().map(|disc| u8::from(disc.is_some())).collect();
+    model.face_scalars.push(Scalars::new(KNOWN, known));
     model.vertex_colors = None;
     model.face_colors = None;
     if in_faces {

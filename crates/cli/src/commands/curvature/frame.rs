@@ -115,8 +115,8 @@ fn colored(
     }
     let mut add = |name: &str, of: &dyn Fn(&FrameValue) -> f64| {
         model.vertex_scalars.retain(|scalars| scalars.name != name);
-        let values = known.iter().map(|v| v.as_ref().map_or(0.0, of)).collect();
-        model.vertex_scalars.push(Scalars { name: name.to_owned(), values });
+        let values: Vec<f64> = known.iter().map(|v| v.as_ref().map_or(0.0, of)).collect();
+        model.vertex_scalars.push(Scalars::new(name, values));
     };
     let pointwise = Quantity::ALL.iter().filter(|&&q| q != Quantity::Willmore);
     for &quantity in pointwise {

@@ -104,10 +104,8 @@ fn colored(
     for &quantity in Quantity::ALL {
         let name = quantity.property();
         model.vertex_scalars.retain(|scalars| scalars.name != name);
-        model.vertex_scalars.push(Scalars {
-            name: name.to_owned(),
-            values: values.of_quantity(quantity).into_vec(),
-        });
+        let values = values.of_quantity(quantity).into_vec();
+        model.vertex_scalars.push(Scalars::new(name, values));
     }
     model
 }
