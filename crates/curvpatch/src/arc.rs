@@ -1,7 +1,8 @@
-//! The arms of a patch: circle arcs of any curvature, zero included.
+//! Circular arcs of any signed curvature, zero included: the arms of a patch.
 
-/// How far an arc of signed curvature k and length s reaches along the tangent: sin(ks) / k, and
-/// the derivative cos(ks). Even in k; s itself for k = 0.
+/// Extent sin(ks) / k of an arc along its tangent, and its derivative cos(ks) by s.
+///
+/// `k` is the signed curvature, `s` the arc length. Even in k. The extent is s for k = 0.
 pub(crate) fn reach(k: f64, s: f64) -> (f64, f64) {
     let angle = k * s;
     if angle.abs() < 1e-4 {
@@ -12,7 +13,7 @@ pub(crate) fn reach(k: f64, s: f64) -> (f64, f64) {
     (sin / k, cos)
 }
 
-/// How far it leaves the tangent on its own side: (1 - cos ks) / k. Odd in k.
+/// Distance (1 - cos ks) / k of the end of an arc from its tangent. Odd in k.
 pub(crate) fn sagitta(k: f64, s: f64) -> f64 {
     let half = 0.5 * k * s;
     let sinc = if half.abs() < 1e-4 { 1.0 - half * half / 6.0 } else { half.sin() / half };

@@ -1,4 +1,4 @@
-//! Covering a mesh with patches that keep a tolerance.
+//! Covers of a mesh by patches within a tolerance.
 
 mod candidates;
 mod options;
@@ -6,10 +6,12 @@ mod selection;
 
 use mesh_core::{FaceId, FaceMap, parallel};
 
-use crate::curvature::CurvatureEstimator;
-use crate::fit::PatchFit;
-use crate::probe::{PatchErrors, PatchProbe};
-use crate::size::{OptionError, SizeOptions, StopReason};
+use crate::curvature_estimator::CurvatureEstimator;
+use crate::fit_test::FitTest;
+use crate::patch_errors::PatchErrors;
+use crate::patch_fit::PatchFit;
+use crate::patch_sizer::StopReason;
+use crate::size_options::{OptionError, SizeOptions};
 pub use candidates::{CoverCandidates, CoverProgress};
 pub use options::{CoverMethod, CoverOptions, Seeds};
 
@@ -19,53 +21,52 @@ pub use options::{CoverMethod, CoverOptions, Seeds};
 pub struct CoverPatch {
     /// The patch, with its point, curvature and shape.
     pub fit: PatchFit,
-    /// Why it is not larger.
+    /// The reason why it is not larger.
     pub stop: StopReason,
-    /// How far it is from the mesh.
+    /// Its errors.
     pub errors: PatchErrors,
-    /// The faces it covers: all their vertices lie in its footprint and within tolerance of it.
-    /// Patches overlap, so a face may be covered more than once.
+    /// The covered faces: all their vertices are over or under the footprint and within tolerance.
+    /// Patches overlap; several patches may cover a face.
     pub faces: Vec<FaceId>,
 }
 
-/// A mesh covered by patches, as far as the tolerance allows.
+/// A mesh covered by patches.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Cover {
-    /// The patches in the order in which they were chosen.
+    /// The patches, in the order of their selection.
     pub patches: Vec<CoverPatch>,
-    /// The faces that no patch covers; they stay triangles.
+    /// The faces that no patch covers. They remain triangles.
     pub residual: Vec<FaceId>,
-    /// The first patch that covers each face.
+    /// The index of the first patch that covers each face.
     pub patch_of_face: FaceMap<Option<u32>>,
     /// The tolerance, in model units.
     pub tolerance: f64,
-    /// How the patches were chosen; [`CoverMethod::Greedy`] or [`CoverMethod::Sequential`].
+    /// The selection method: [`CoverMethod::Greedy`] or [`CoverMethod::Sequential`].
     pub method: CoverMethod,
-    /// For how many faces a candidate was looked for.
+    /// Number of faces that were tried as base face.
     pub seeds: usize,
-    /// How many of them had one.
+    /// Number of candidates found.
     pub candidates: usize,
-    /// Whether the search for candidates was broken off: residual faces may then have patches that
-    /// were not looked for.
+    /// Whether the search for candidates was cancelled. Residual faces can then be untried.
     pub cancelled: bool,
 }
 
 impl Cover {
-    /// The number of faces that some patch covers.
+    /// Number of faces that at least one patch covers.
     #[must_use]
     pub fn covered_faces(&self) -> usize {
         self.patch_of_face.as_slice().iter().flatten().count()
     }
 
-    /// The largest error of any patch; 0 without patches.
+    /// The largest error of all patches; 0 without patches.
     #[must_use]
     pub fn max_error(&self) -> f64 {
         self.patches.iter().map(|patch| patch.errors.max()).fold(0.0, f64::max)
     }
 }
 
-/// Covers the estimator's mesh with patches: [`CoverCandidates::find`] and
+/// Covers the mesh of the estimator with patches: [`CoverCandidates::find`], then
 /// [`CoverCandidates::choose`].
 ///
 /// # Errors
@@ -78,24 +79,24 @@ pub fn cover(
 }
 
 impl CoverCandidates<'_> {
-    /// Takes patches until every face with a candidate is covered, and then drops those whose faces
-    /// others cover too. What is left are faces without any admissible patch. The result does not
-    /// depend on the number of threads.
+    /// Selects patches until every face with a candidate is covered, then removes redundant patches.
+    ///
+    /// Residual faces have no admissible patch. The result does not depend on the number of threads.
     #[must_use]
     pub fn choose(&self, method: CoverMethod) -> Cover {
-        let (method, chosen) = self.chosen(method);
+        let (method, chosen) = self.select(method);
         let mesh = self.mesh();
         let SizeOptions { tolerance, overhang, .. } = *self.size();
-        let probe = PatchProbe::new(mesh);
+        let test = FitTest::new(mesh);
         let patches = parallel::collect_with(
             chosen.len(),
-            || probe.clone(),
-            |probe, i| {
+            || test.clone(),
+            |test, i| {
                 let candidate = self.get(chosen[i]);
                 CoverPatch {
                     fit: candidate.fit,
                     stop: candidate.stop,
-                    errors: probe.full_error(&candidate.fit, tolerance, overhang),
+                    errors: test.full_error(&candidate.fit, tolerance, overhang),
                     faces: self.faces(chosen[i]).to_vec(),
                 }
             },
@@ -119,8 +120,8 @@ impl CoverCandidates<'_> {
         }
     }
 
-    /// The method that was used in the end, and the candidates that it chose.
-    fn chosen(&self, method: CoverMethod) -> (CoverMethod, Vec<usize>) {
+    /// The method used, and the indices of the selected candidates.
+    fn select(&self, method: CoverMethod) -> (CoverMethod, Vec<usize>) {
         let areas = || parallel::collect(self.face_capacity(), |index| self.face_area(index));
         let greedy = || (CoverMethod::Greedy, selection::greedy(self, &areas()));
         let sequential = || (CoverMethod::Sequential, selection::sequential(self));

@@ -1,15 +1,15 @@
-//! Why there is no curvature at a point.
+//! Errors of the curvature estimation at a point.
 
 use mesh_core::FaceId;
 
-/// Why there is no curvature at a point.
+/// The reason why the curvature at a point is undefined.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CurvatureError {
-    /// Fewer than three normal planes were asked for.
+    /// Fewer than three normal planes were requested.
     #[error("{planes} normal planes determine no curvature tensor; use at least 3")]
     TooFewPlanes {
-        /// How many were asked for.
+        /// Number of requested planes.
         planes: u16,
     },
     /// The radius of the disc is zero, negative or not finite.
@@ -24,7 +24,7 @@ pub enum CurvatureError {
         /// The face.
         face: FaceId,
     },
-    /// Barycentric coordinates that describe no point inside the face.
+    /// The barycentric coordinates are not those of an interior point of the face.
     #[error("barycentric coordinates {barycentric:?} of face {face} must be positive and finite")]
     BadPoint {
         /// The face.
@@ -32,13 +32,13 @@ pub enum CurvatureError {
         /// The coordinates.
         barycentric: [f64; 3],
     },
-    /// The face has no area, and so no normal.
-    #[error("face {face} has no area and so no normal; collapse or flip one of its edges")]
+    /// The face has no area and therefore no normal.
+    #[error("face {face} has no area and therefore no normal; collapse or flip one of its edges")]
     DegenerateFace {
         /// The face.
         face: FaceId,
     },
-    /// The mesh ends in all but one or two directions.
+    /// Fewer than three normal planes have both arcs.
     #[error(
         "the disc of face {face} has both arcs in fewer than 3 normal planes; the face is cut off from its neighbours"
     )]
@@ -46,7 +46,7 @@ pub enum CurvatureError {
         /// The face.
         face: FaceId,
     },
-    /// A curvature that double precision does not hold.
+    /// The curvature overflows double precision.
     #[error("lengths at face {face} overflow double precision; scale the mesh")]
     Overflow {
         /// The face.
@@ -54,7 +54,7 @@ pub enum CurvatureError {
     },
 }
 
-/// Refuses a radius that no disc has.
+/// Checks that a radius is positive and finite.
 pub(crate) fn check_radius(radius: f64) -> Result<(), CurvatureError> {
     if radius > 0.0 && radius.is_finite() {
         return Ok(());

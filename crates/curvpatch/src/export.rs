@@ -1,29 +1,28 @@
-//! Covers as data for files: triangles with colours, records that make every patch again, splats.
+//! Data of covers for files: coloured triangles, records from which patches are restored, splats.
 
 use glam::DVec3;
 use mesh_core::TriMesh;
 
 use crate::cover::Cover;
 use crate::patch::{PatchData, Splat};
-use crate::probe::PatchErrors;
+use crate::patch_errors::PatchErrors;
+use crate::patch_sizer::StopReason;
 use crate::shape::Shape;
-use crate::size::StopReason;
 use crate::tessellate::TessellationError;
 
-/// A cover as triangles: every patch with its own vertices, then the residual triangles with
-/// theirs.
+/// A cover as triangles: the patches, then the residual triangles. They share no vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CoverMesh {
     /// The vertices.
     pub positions: Vec<DVec3>,
-    /// Their unit normals.
+    /// The unit normals of the vertices.
     pub normals: Vec<DVec3>,
-    /// Their sRGB colours: one per patch, grey for residual triangles.
+    /// The sRGB colours of the vertices: one colour per patch, grey for residual triangles.
     pub colors: Vec<[u8; 3]>,
     /// Index triples, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// The patch of each triangle; none for residual ones.
+    /// The patch of each triangle; `None` for residual triangles.
     pub patch_of_triangle: Vec<Option<u32>>,
 }
 
@@ -49,13 +48,13 @@ pub struct PatchRecord {
     pub radius: f64,
     /// The shape.
     pub shape: Shape,
-    /// Frame, curvatures, arcs and translation: `Patch::try_from` makes exactly this patch again.
+    /// Frame, curvatures, arcs and translation. `Patch::try_from` restores the patch exactly.
     pub patch: PatchData,
-    /// Why it is not larger.
+    /// The reason why it is not larger.
     pub stop: StopReason,
-    /// How far it is from the mesh, in model units.
+    /// Its errors, in model units.
     pub errors: PatchErrors,
-    /// The indices of the faces it covers.
+    /// The indices of the covered faces.
     pub faces: Vec<u32>,
 }
 
@@ -64,12 +63,12 @@ const RESIDUAL: [u8; 3] = [128, 128, 128];
 
 /// Export.
 impl Cover {
-    /// The cover as triangles: patches cut to a tolerance (model units), residual triangles as
-    /// they are.
+    /// The cover as triangles: patches triangulated within `tolerance` (model units), and the residual
+    /// triangles of `mesh`.
     ///
     /// # Errors
-    /// A tolerance that is not positive or far too small; more vertices than 32 bits can index, or than
-    /// there is memory for, twice over: what is made of them takes about as much again.
+    /// A tolerance that is not positive or too small; more vertices than 32-bit indices can address; or
+    /// less memory than twice the size of the result, because a writer needs about as much again.
     pub fn to_mesh(&self, mesh: &TriMesh, tolerance: f64) -> Result<CoverMesh, TessellationError> {
         let mut size = [3 * self.residual.len(), self.residual.len()];
         for patch in &self.patches {
@@ -77,7 +76,7 @@ impl Cover {
             size = [size[0] + vertices, size[1] + triangles];
         }
         let mut out = CoverMesh::with_capacity(size)?;
-        // Looked at, or the compiler would know that it may be left out.
+        // Tests whether the same amount is available again. `black_box` keeps the allocation.
         core::hint::black_box(CoverMesh::with_capacity(size)?);
         for (patch, index) in self.patches.iter().zip(0_u32..) {
             let part = patch.fit.patch.tessellate(tolerance)?;
@@ -126,7 +125,7 @@ impl Cover {
 }
 
 impl CoverMesh {
-    /// With room for so many vertices and triangles.
+    /// An empty mesh with capacity for these numbers of vertices and triangles.
     fn with_capacity([vertices, triangles]: [usize; 2]) -> Result<Self, TessellationError> {
         if u32::try_from(vertices).is_err() {
             return Err(TessellationError::TooManyVertices { vertices });
@@ -143,8 +142,8 @@ impl CoverMesh {
     }
 }
 
-/// A colour for a patch: hues by the golden ratio, so that any number of them stay apart, in three
-/// alternating shades.
+/// The sRGB colour of the patch with this index: hues advance by the golden ratio, in three alternating
+/// brightnesses.
 #[must_use]
 pub fn patch_color(patch: u32) -> [u8; 3] {
     let hue = (f64::from(patch) * 0.618_033_988_749_895).fract();

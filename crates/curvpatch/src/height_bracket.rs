@@ -1,22 +1,22 @@
-//! Between which heights a patch lies over a point of its footprint, without a sine.
+//! Lower and upper bounds of the height of a patch over a point, without trigonometric functions.
 //!
-//! With w = u² and turns αᵢ = (κᵢ Lᵢ)², the equation (x / A₁)² + (y / A₂)² = 1 for u is
+//! With w = u² and αᵢ = (κᵢ Lᵢ)², the equation (x / A₁)² + (y / A₂)² = 1 for u is
 //!
 //! ```text
 //! w = (x / L₁)² g(α₁ w) + (y / L₂)² g(α₂ w),   g(t²) = (t / sin t)²,
 //! ```
 //!
-//! and the height is τ - κ₁ x² f(α₁ w) - κ₂ y² f(α₂ w) with f(t²) = 1 / (1 + cos t). Both f and g have
-//! series of positive terms only, so that sums of the first ones are below and the right side grows
-//! with w: put in for w, a number below the root gives one nearer to it from below, and one above it
-//! one from above.
+//! and the height is τ - κ₁ x² f(α₁ w) - κ₂ y² f(α₂ w) with f(t²) = 1 / (1 + cos t). All coefficients of
+//! the power series of f and g are positive. Partial sums are therefore lower bounds, and the right side
+//! increases with w. Substituting a lower (upper) bound of the root for w gives a better lower (upper)
+//! bound.
 
 use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3};
 
 use crate::patch::Patch;
-use crate::wide::Wide;
+use crate::vec3x8::Vec3x8;
 
 /// Terms of g(s) up to s⁵; the rest is less than [`REST_OF_G`] s⁶ up to s = [`MAX_TURN`].
 const G: [f64; 6] = [1.0, 1.0 / 3.0, 1.0 / 15.0, 2.0 / 189.0, 1.0 / 675.0, 2.0 / 10_395.0];
@@ -26,16 +26,16 @@ const REST_OF_G: f64 = 3.2e-5;
 const F: [f64; 6] = [0.5, 0.125, 1.0 / 48.0, 17.0 / 5760.0, 31.0 / 80_640.0, 691.0 / 14_515_200.0];
 const REST_OF_F: f64 = 8e-6;
 
-/// The largest square of an angle, in square radians, that the series are good for.
+/// The largest squared angle, in square radians, for which the remainders hold.
 const MAX_TURN: f64 = 1.5;
 
-/// More than rounding, as a share of what is added up.
+/// Bound of the rounding errors, relative to the sum of the absolute terms.
 const ROUNDING: f64 = 1e-9;
 
-/// How often a bracket that does not decide is narrowed.
+/// Number of times that an undecided bracket is narrowed.
 const NARROWINGS: usize = 2;
 
-/// What the heights of a patch over all points have in common.
+/// The terms of the height that do not depend on the point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HeightBracket {
     curvatures: DVec2,
@@ -44,12 +44,12 @@ pub(crate) struct HeightBracket {
     /// (κᵢ Lᵢ)².
     turns: DVec2,
     translation: f64,
-    /// An upper bound of the right side over w, for w ≤ 1.
+    /// An upper bound of g(αᵢ w) for w ≤ 1.
     growth: f64,
 }
 
 impl HeightBracket {
-    /// `None` for a patch that turns by more than the series are good for.
+    /// `None` if an arc of the patch turns by more than √[`MAX_TURN`].
     pub(crate) fn new(patch: &Patch) -> Option<Self> {
         let curvatures = DVec2::from_array(patch.curvatures());
         let arcs = DVec2::from_array(patch.arcs());
@@ -63,8 +63,8 @@ impl HeightBracket {
         })
     }
 
-    /// Whether a point over or under the footprint is within a distance of the patch, measured along
-    /// its normal; `None` when that is too close to call.
+    /// Whether a point over or under the footprint is within a distance of the patch, measured along its
+    /// normal. `None` if the bracket does not decide.
     #[inline]
     pub(crate) fn is_within(&self, local: DVec3, distance: f64) -> Option<bool> {
         let squares = DVec2::new(local.x * local.x, local.y * local.y);
@@ -75,7 +75,7 @@ impl HeightBracket {
         let height = local.z - self.translation;
         let size = bend.abs().element_sum() + local.z.abs() + self.translation.abs();
         for narrowing in 0..=NARROWINGS {
-            // f at both ends, for both arms.
+            // κᵢ xᵢ² f at both ends of the bracket, for both arms.
             let ends = [
                 bend * below(&F, self.turns * low),
                 bend * above(&F, REST_OF_F, self.turns * high),
@@ -98,20 +98,21 @@ impl HeightBracket {
         None
     }
 
-    /// As [`HeightBracket::is_within`] for eight points: those that are, and those that are not, by bits;
-    /// of the others, it is too close to call, or no one has asked.
+    /// As [`HeightBracket::is_within`] for eight points: the points within and the points beyond, as bits.
+    ///
+    /// Only the lanes of `asked` are tested. Lanes in neither result are undecided.
     #[inline(always)]
     pub(crate) fn are_within<S: Simd>(
         &self,
         simd: S,
-        local: &Wide<S>,
+        local: &Vec3x8<S>,
         distance: f64,
         asked: u64,
     ) -> [u64; 2] {
-        // No closures here: what they do would not be compiled for the processor at hand.
-        let inverse_arcs = wide_pair(simd, self.inverse_arcs);
-        let turns = wide_pair(simd, self.turns);
-        let curvatures = wide_pair(simd, self.curvatures);
+        // No closures: they would not be compiled for the instruction set of `simd`.
+        let inverse_arcs = splat_pair(simd, self.inverse_arcs);
+        let turns = splat_pair(simd, self.turns);
+        let curvatures = splat_pair(simd, self.curvatures);
         let one = f64x8::splat(simd, 1.0);
         let squares = [local.x * local.x, local.y * local.y];
         let weights = times(squares, inverse_arcs);
@@ -127,8 +128,8 @@ impl HeightBracket {
         let (mut within, mut beyond) = (0, 0);
         for narrowing in 0..=NARROWINGS {
             let ends = [
-                times(bend, wide_above(simd, &F, 0.0, times(turns, [low; 2]))),
-                times(bend, wide_above(simd, &F, REST_OF_F, times(turns, [high; 2]))),
+                times(bend, above_x8(simd, &F, 0.0, times(turns, [low; 2]))),
+                times(bend, above_x8(simd, &F, REST_OF_F, times(turns, [high; 2]))),
             ];
             let least = ends[0][0].min(ends[1][0]) + ends[0][1].min(ends[1][1]);
             let most = ends[0][0].max(ends[1][0]) + ends[0][1].max(ends[1][1]);
@@ -143,9 +144,9 @@ impl HeightBracket {
                 break;
             }
             if narrowing < NARROWINGS {
-                let at_low = times(weights, wide_above(simd, &G, 0.0, times(turns, [low; 2])));
+                let at_low = times(weights, above_x8(simd, &G, 0.0, times(turns, [low; 2])));
                 let at_high =
-                    times(weights, wide_above(simd, &G, REST_OF_G, times(turns, [high; 2])));
+                    times(weights, above_x8(simd, &G, REST_OF_G, times(turns, [high; 2])));
                 low = (at_low[0] + at_low[1]).min(one);
                 high = (at_high[0] + at_high[1]).min(one);
             }
@@ -155,7 +156,7 @@ impl HeightBracket {
 }
 
 #[inline(always)]
-fn wide_pair<S: Simd>(simd: S, numbers: DVec2) -> [f64x8<S>; 2] {
+fn splat_pair<S: Simd>(simd: S, numbers: DVec2) -> [f64x8<S>; 2] {
     [f64x8::splat(simd, numbers.x), f64x8::splat(simd, numbers.y)]
 }
 
@@ -164,9 +165,9 @@ fn times<S: Simd>(a: [f64x8<S>; 2], b: [f64x8<S>; 2]) -> [f64x8<S>; 2] {
     [a[0] * b[0], a[1] * b[1]]
 }
 
-/// As [`above`], of eight pairs.
+/// As [`above`], for eight pairs.
 #[inline(always)]
-fn wide_above<S: Simd>(
+fn above_x8<S: Simd>(
     simd: S,
     coefficients: &[f64; 6],
     last: f64,
@@ -182,13 +183,13 @@ fn wide_above<S: Simd>(
     sums
 }
 
-/// A polynomial with these coefficients, of two numbers.
+/// The polynomial with these coefficients, ascending, at two numbers.
 #[inline]
 fn below(coefficients: &[f64; 6], at: DVec2) -> DVec2 {
     above(coefficients, 0.0, at)
 }
 
-/// The same with one more coefficient.
+/// As [`below`], with one more coefficient.
 #[inline]
 fn above([c0, c1, c2, c3, c4, c5]: &[f64; 6], c6: f64, at: DVec2) -> DVec2 {
     (((((c6 * at + *c5) * at + *c4) * at + *c3) * at + *c2) * at + *c1) * at + *c0
@@ -202,7 +203,7 @@ mod tests {
     use mesh_core::shapes::SplitMix64;
 
     #[test]
-    fn the_series_enclose_their_functions() {
+    fn the_series_bound_their_functions() {
         for step in 1..=1000 {
             let square = MAX_TURN * f64::from(step) / 1000.0;
             let (sin, cos) = square.sqrt().sin_cos();
@@ -214,10 +215,10 @@ mod tests {
         }
     }
 
-    /// Patches of all signs and turns against the heights by Newton's method: never a wrong answer,
-    /// and hardly ever none.
+    /// Against the heights by Newton's method, for curvatures of all signs: never a wrong answer, and
+    /// undecided in less than 5 % of the cases.
     #[test]
-    fn agrees_with_the_height_or_says_nothing() {
+    fn agrees_with_the_height_or_is_undecided() {
         let mut random = SplitMix64::new(11);
         let (mut asked, mut open) = (0, 0);
         for _ in 0..400 {
@@ -238,7 +239,7 @@ mod tests {
                 asked += 1;
                 open += usize::from(answer.is_none());
                 let wide = dispatch!(Level::new(), simd => {
-                    let local = Wide::splat(simd, DVec3::new(x, y, height + off));
+                    let local = Vec3x8::splat(simd, DVec3::new(x, y, height + off));
                     bracket.are_within(simd, &local, tolerance, 0b1001_0110)
                 });
                 let bits = |is_so: bool| if is_so { 0b1001_0110 } else { 0 };
@@ -250,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn leaves_patches_that_turn_far_to_others() {
+    fn does_not_apply_to_patches_that_turn_far() {
         let frame = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let data = PatchData {
             origin: [0.0; 3],

@@ -1,91 +1,94 @@
-//! How curvature is estimated: the parameters, and two presets.
+//! Parameters of the curvature estimation, and two presets.
 
-/// How the curvature of one normal section is read off its two arcs.
+/// The formula for the curvature of one normal section from its two arcs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum SectionRule {
-    /// From the chord of an arc, to third order: with arc length S and chord d,
-    /// |κ| = √(24 (S - d) / S³). SN10 prints its inverse for S = 2r: √(r³ / (3 (2r - d))).
+    /// From the chord of an arc, to third order: |κ| = √(24 (S - d) / S³) with arc length S and chord d.
     ///
-    /// On a circle of curvature k it yields k (1 - a²/40 + ...) with a = `r_g` k. A chord is never
-    /// longer than its arc, so noise and facets bias it away from zero.
+    /// SN10 (section 1) computes the radius of the osculating circle "by a third order approximation
+    /// method" and prints no formula. This one follows from the series d = S - κ² S³ / 24 + O(κ⁴ S⁵) of a
+    /// circular arc; for S = 2 `r_g` it is the radius √(`r_g`³ / (3 (2 `r_g` - d))).
+    ///
+    /// On a circle of curvature k it yields k (1 - a²/40 + ...) with a = `r_g` k. A chord is never longer
+    /// than its arc, so noise and facets bias the result away from zero.
     ThirdOrderChord,
-    /// From the same chord without the truncation: |κ| = 2X/S with sin X / X = d / S.
+    /// From the same chord without truncation: |κ| = 2X/S with sin X / X = d / S. Exact on circles.
     ExactChord,
-    /// The circle through both ends and the centre (Menger curvature), signed; exact on circles,
-    /// and free of bias near zero.
+    /// The signed curvature of the circle through both ends and the centre (Menger curvature). Exact on
+    /// circles, and without bias near zero.
     #[default]
     ThreePointCircle,
 }
 
-/// The normal that the normal planes contain.
+/// The normal vector in the section planes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum NormalRule {
     /// The normal of the face.
     ///
-    /// It is the surface normal over the circumcentre of the triangle. At the barycentre it is
-    /// tilted by about the distance of the two times the curvature.
+    /// It approximates the surface normal at the circumcentre of the triangle. At the barycentre it is
+    /// tilted by about the curvature times the distance between circumcentre and barycentre.
     Face,
-    /// The normal of the disc: the slopes of all sections are fitted by one plane, and the
-    /// sections are taken again about its normal.
+    /// The normal of the disc: a plane is fitted to the slopes of all sections, and the sections are
+    /// repeated in planes through its normal.
     #[default]
     Disc,
 }
 
-/// How principal curvatures follow from those of the sections.
+/// The rule for the principal curvatures from the section curvatures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum PrincipalRule {
-    /// The largest and the smallest *signed* section curvature, with the direction of the one
-    /// that is larger in absolute value; the other direction is made orthogonal to it.
+    /// The largest and the smallest *signed* section curvature. The direction of the curvature with the
+    /// larger absolute value is kept, and the other direction is orthogonal to it.
     ///
-    /// SN10 speaks of the largest and the smallest diameter (chord) of the disc. Taken literally
-    /// that fails on saddles: a chord is as short for κ as for -κ, so the longest one lies along
-    /// an asymptotic direction, more than 20° away from any principal one.
+    /// SN10 (section 1) takes the largest and the smallest diameter (chord) of the disc. On saddles this
+    /// fails: the chords for κ and -κ have the same length, and the longest chord lies along an asymptotic
+    /// direction, more than 20° from any principal direction.
     SignedExtremes,
-    /// A least-squares fit of Euler's formula κ(φ) = p + q cos 2φ + r sin 2φ, sections weighted
-    /// by how much of their arcs lies on the mesh. Principal values p ± √(q² + r²).
+    /// Least-squares fit of Euler's formula κ(φ) = p + q cos 2φ + r sin 2φ. The principal curvatures are
+    /// p ± √(q² + r²). A section is weighted by the product of its arc lengths over `r_g`².
     #[default]
     EulerFit,
 }
 
-/// When a patch is moved along its normal towards the vertices of its base face.
+/// The rule for the translation of a patch along its normal, towards the vertices of its base face.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum TranslationRule {
-    /// Where both curvatures have the same sign, as in SN10.
+    /// If both curvatures have the same sign, as in SN10 (section 2).
     Elliptic,
-    /// Everywhere. Without the switch, patches near κ₂ = 0 have centres 10 to 50 times closer to
-    /// the surface.
+    /// Always. Near points with a vanishing principal curvature, the centre of the patch is then 10 to 50
+    /// times closer to the surface.
     #[default]
     Always,
 }
 
-/// How curvature is estimated from the normal sections through a point, and how a patch is placed.
+/// Parameters of the curvature estimation and of the placement of patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Params {
-    /// Number of normal planes, evenly spaced over half a turn; at least 3. From 12 on a fit of
-    /// Euler's formula does not change any more.
+    /// Number of normal planes, evenly spaced over half a turn; at least 3. Beyond 12, the fit of Euler's
+    /// formula hardly changes.
     pub planes: u16,
-    /// How the curvature of one section is read off.
+    /// The formula for the curvature of one section.
     pub section: SectionRule,
-    /// The normal that the planes contain.
+    /// The normal vector in the section planes.
     pub normal: NormalRule,
-    /// How principal curvatures follow from the sections.
+    /// The rule for the principal curvatures.
     pub principal: PrincipalRule,
-    /// When patches are moved along the normal.
+    /// The rule for the translation of patches.
     pub translation: TranslationRule,
 }
 
 impl Params {
-    /// Faithful to SN10: 36 planes through the face normal, third-order chords, signed extremes,
-    /// patches translated at elliptic points only.
+    /// As SN10: 36 planes through the face normal, third-order chords, signed extremes, and translation at
+    /// elliptic points only.
     #[must_use]
     pub const fn paper() -> Self {
         Self {
@@ -97,9 +100,9 @@ impl Params {
         }
     }
 
-    /// The default: 18 planes through the disc normal, three-point circles, Euler's formula
-    /// fitted, patches always translated. Two to ten times the accuracy of [`Params::paper`] at
-    /// the same cost, principal directions included.
+    /// The default: 18 planes through the disc normal, three-point circles, fit of Euler's formula, and
+    /// translation always. The errors of curvatures and directions are 2 to 10 times smaller than with
+    /// [`Params::paper`], at the same cost.
     #[must_use]
     pub const fn robust() -> Self {
         Self {

@@ -1,19 +1,18 @@
-//! The trigonometric surface patch (SN10, section 2), in one form for all signs of curvature.
+//! The trigonometric surface patch (SN10, section 2), in one formula for all signs of curvature.
 
 use core::f64::consts::FRAC_PI_2;
 
 use glam::{DVec2, DVec3};
 
 use crate::arc::{reach, sagitta};
-use crate::curvature::DiscCurvature;
+use crate::disc_curvature::DiscCurvature;
 use crate::shape::Shape;
 
-/// Why numbers do not describe a patch.
+/// The reason why data does not describe a patch.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PatchError {
-    /// An arc is as long as a quarter of its circle, so the patch is no graph over its tangent
-    /// plane.
+    /// An arc is at least a quarter of its circle. The patch would not be a graph over its tangent plane.
     #[error(
         "an arc of length {arc} with curvature {curvature} turns by a quarter circle or more; use a radius below {}", FRAC_PI_2 / curvature.abs()
     )]
@@ -29,24 +28,24 @@ pub enum PatchError {
         /// Its length.
         arc: f64,
     },
-    /// A frame that is not orthonormal and right-handed, or a number that is not finite.
-    #[error("the frame is not orthonormal and right-handed, or some number is not finite")]
+    /// The frame is not orthonormal and right-handed, or a number is not finite.
+    #[error("the frame is not orthonormal and right-handed, or a number is not finite")]
     BadFrame,
 }
 
-/// What determines a patch: plain numbers, for storing it and making it again exactly.
+/// The numbers that determine a patch. A patch made from them has the same bits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PatchData {
-    /// The point P of the mesh that the frame belongs to.
+    /// The origin P of the frame: a point of the mesh.
     pub origin: [f64; 3],
-    /// e₁, e₂ and e₃: both principal directions and the normal.
+    /// e₁, e₂ and e₃: the two principal directions and the normal.
     pub frame: [[f64; 3]; 3],
-    /// κ₁ and κ₂, positive where convex.
+    /// κ₁ and κ₂, in 1 / length, positive where convex.
     pub curvatures: [f64; 2],
     /// The lengths L₁ and L₂ of the arcs from the centre to the boundary.
     pub arcs: [f64; 2],
-    /// The offset τ along e₃.
+    /// The translation τ along e₃.
     pub translation: f64,
 }
 
@@ -59,10 +58,10 @@ pub struct PatchData {
 /// Aᵢ = sin(κᵢ Lᵢ u) / κᵢ,   Hᵢ = (1 - cos(κᵢ Lᵢ u)) / κᵢ.
 /// ```
 ///
-/// Both terms have limits for κ → 0, so straight arms and all combinations of signs are the same
-/// formula. The second fundamental form at the centre is exactly diag(κ₁, κ₂); for κ₁ = κ₂ the
-/// patch is a cap of a sphere. It is a graph over its tangent plane, over an ellipse with semi-axes
-/// A₁ and A₂ at u = 1.
+/// Both terms have limits for κ → 0, so that one formula holds for straight arms and all signs. The
+/// second fundamental form at the centre is exactly diag(κ₁, κ₂). For κ₁ = κ₂ the patch is a spherical
+/// cap. The patch is a graph over an ellipse in its tangent plane, the *footprint*, with the semi-axes
+/// A₁ and A₂ for u = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "PatchData", into = "PatchData"))]
@@ -104,7 +103,7 @@ impl From<Patch> for PatchData {
     }
 }
 
-/// A disc that stands for a patch: what point-based renderers draw.
+/// An oriented elliptical disc that approximates a patch, for point-based rendering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Splat {
@@ -120,7 +119,7 @@ impl Patch {
     /// The patch of a disc, not translated.
     ///
     /// # Errors
-    /// [`PatchError::RadiusTooLarge`] when an arc turns by a quarter circle or more.
+    /// [`PatchError::RadiusTooLarge`] if an arc turns by a quarter circle or more.
     pub fn from_curvature(disc: &DiscCurvature, shape: Shape) -> Result<Self, PatchError> {
         let arcs = shape.arcs(disc.curvatures, disc.radius);
         Self::new(disc.center, disc.frame, disc.curvatures, arcs)
@@ -155,13 +154,13 @@ impl Patch {
         Self { translation, ..self }
     }
 
-    /// The point P that the frame belongs to.
+    /// The origin P of the frame.
     #[must_use]
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 
-    /// The centre: the origin with the translation.
+    /// The centre P + τ e₃.
     #[must_use]
     pub fn center(&self) -> DVec3 {
         self.origin + self.translation * self.frame[2]
@@ -185,19 +184,19 @@ impl Patch {
         self.arcs
     }
 
-    /// τ, the offset along the normal.
+    /// τ, the translation along the normal.
     #[must_use]
     pub fn translation(&self) -> f64 {
         self.translation
     }
 
-    /// The semi-axes of the footprint: the ellipse under the patch in its tangent plane.
+    /// The semi-axes of the footprint.
     #[must_use]
     pub fn semi_axes(&self) -> [f64; 2] {
         self.semi_axes.to_array()
     }
 
-    /// The largest angle that an arc turns by, in radians.
+    /// The larger turning angle |κᵢ Lᵢ| of the two arcs, in radians.
     #[must_use]
     pub fn turn(&self) -> f64 {
         (self.curvatures[0] * self.arcs[0]).abs().max((self.curvatures[1] * self.arcs[1]).abs())
@@ -227,7 +226,7 @@ impl Patch {
         local.x * e1 + local.y * e2 + local.z * e3
     }
 
-    /// A₁ and A₂ with their derivatives by arc length.
+    /// A₁ and A₂, and their derivatives by arc length.
     fn reaches(&self, u: f64) -> (DVec2, DVec2) {
         let (a1, c1) = reach(self.curvatures[0], self.arcs[0] * u);
         let (a2, c2) = reach(self.curvatures[1], self.arcs[1] * u);
@@ -247,7 +246,7 @@ impl Patch {
         self.point_of_arms(self.arms(u), sin, cos)
     }
 
-    /// A₁ and A₂, and H₁ and H₂: what the points with this u have in common.
+    /// (A₁, A₂) and (H₁, H₂) for a parameter u.
     pub(crate) fn arms(&self, u: f64) -> [DVec2; 2] {
         [self.reaches(u).0, self.sagittas(u)]
     }
@@ -287,14 +286,14 @@ impl Patch {
         by_u.cross(by_phi).normalize_or(self.frame[2])
     }
 
-    /// Whether the footprint has the point (x, y) of the tangent plane.
+    /// Whether the footprint contains the point (x, y) of the tangent plane.
     #[must_use]
     pub fn contains(&self, x: f64, y: f64) -> bool {
         (DVec2::new(x, y) / self.semi_axes).length_squared() <= 1.0
     }
 
-    /// The parameters u and φ of the point over (x, y) of the tangent plane, on the patch (u ≤ 1)
-    /// or on its continuation up to where an arm turns by a quarter circle. `None` beyond.
+    /// The parameters u and φ of the point over (x, y) of the tangent plane, on the patch (u ≤ 1) or on
+    /// its continuation up to a quarter circle of an arm. `None` beyond.
     ///
     /// Solves (x / A₁(u))² + (y / A₂(u))² = 1 by Newton's method.
     #[must_use]
@@ -305,15 +304,15 @@ impl Patch {
         Some([u, phi])
     }
 
-    /// The height of the patch or its continuation over (x, y) of the tangent plane, translation
-    /// included; `None` where there is none. See [`Patch::parameters`].
+    /// The height of the patch or its continuation over (x, y) of the tangent plane, including the
+    /// translation. `None` where [`Patch::parameters`] is `None`.
     #[must_use]
     pub fn height(&self, x: f64, y: f64) -> Option<f64> {
         self.parameter_u(DVec2::new(x, y)).map(|u| self.height_at(u, DVec2::new(x, y)))
     }
 
-    /// z = τ - κ₁ x² / (1 + cos κ₁L₁u) - κ₂ y² / (1 + cos κ₂L₂u), which is the third coordinate of
-    /// q without its cancellation.
+    /// z = τ - κ₁ x² / (1 + cos κ₁L₁u) - κ₂ y² / (1 + cos κ₂L₂u): the third coordinate of q, without
+    /// cancellation.
     fn height_at(&self, u: f64, at: DVec2) -> f64 {
         let slope = self.reaches(u).1;
         let [k1, k2] = self.curvatures;
@@ -325,13 +324,13 @@ impl Patch {
         let start = (at / DVec2::from_array(self.arcs)).length();
         let end = (self.turn().recip() * FRAC_PI_2).min(start * FRAC_PI_2);
         let rho = |u: f64| (at / self.reaches(u).0).length();
-        // Also refuses what is not finite.
+        // False for numbers that are not finite.
         let exists = start == 0.0 || (start <= end && rho(end) <= 1.0 + 1e-12);
         exists.then(|| self.solve_u(at, start, end))
     }
 
-    /// Newton's method on 1 / ρ(u) = 1 with ρ = |(x / A₁, y / A₂)|, from the left end of a bracket.
-    /// The left side is nearly linear and concave, so the iteration stays left of the root.
+    /// Newton's method on 1 / ρ(u) = 1 with ρ = |(x / A₁, y / A₂)|, from the left end of a bracket. 1 / ρ
+    /// is nearly linear and concave, so the iterates stay left of the root.
     fn solve_u(&self, at: DVec2, start: f64, end: f64) -> f64 {
         let arcs = DVec2::from_array(self.arcs);
         let mut u = start;
@@ -345,7 +344,7 @@ impl Patch {
             let fall = (scaled * scaled * slope * arcs / reach).element_sum();
             let step = rho * rho * (rho - 1.0) / fall;
             let next = (u + step).clamp(start, end);
-            // The step after one this small would be below rounding: convergence is quadratic.
+            // Convergence is quadratic: the next step would be below rounding.
             let settled = (next - u).abs() <= 1e-9 * u;
             u = if next.is_nan() { end } else { next };
             if settled {
@@ -355,8 +354,8 @@ impl Patch {
         u
     }
 
-    /// The height over a point of the tangent plane; `None` outside the footprint, where
-    /// [`Patch::height`] still follows the continuation.
+    /// The height over a point of the footprint; `None` outside, where [`Patch::height`] follows the
+    /// continuation.
     #[inline]
     pub(crate) fn height_in_footprint(&self, x: f64, y: f64) -> Option<f64> {
         let at = DVec2::new(x, y);

@@ -1,6 +1,6 @@
-//! The curvature and the slope of one normal section.
+//! Curvature and slope of one normal section at its origin.
 //!
-//! Curvature is positive where the section bends away from the normal.
+//! Curvature is positive if the section bends away from the normal.
 
 use crate::params::SectionRule;
 use crate::section::Section;
@@ -14,7 +14,7 @@ pub(crate) fn section_curvature(rule: SectionRule, section: &Section) -> f64 {
     }
 }
 
-/// On which side of the origin the chord passes: 1 below it, as on a convex surface, -1 above.
+/// The side of the origin on which the chord passes: 1 if below (convex), -1 if above (concave).
 fn chord_sign(section: &Section) -> f64 {
     let Section { forward, backward, .. } = section;
     let height = backward.length * forward.y + forward.length * backward.y;
@@ -35,7 +35,7 @@ fn third_order_chord(section: &Section) -> f64 {
 fn exact_chord(section: &Section) -> f64 {
     let length = section.length();
     let ratio = section.chord / length;
-    // Also when the length is zero and the ratio no number.
+    // A length of zero makes the ratio NaN, which also returns here.
     if !(0.0..1.0).contains(&ratio) {
         return 0.0;
     }
@@ -52,15 +52,17 @@ fn exact_chord(section: &Section) -> f64 {
     2.0 * half_angle / length
 }
 
-/// Twice the sine of the angle at the origin over the opposite side of the triangle.
+/// Menger curvature: twice the sine of the angle at the origin, over the length of the chord.
 fn three_point_circle(section: &Section) -> f64 {
     let Section { forward: p, backward: m, chord } = section;
     let sides = p.x.hypot(p.y) * m.x.hypot(m.y) * chord;
     if sides == 0.0 { 0.0 } else { -2.0 * (p.x * m.y - m.x * p.y) / sides }
 }
 
-/// The slope of a section at its origin against the tangent: that of the chord for two full arcs,
-/// that of the parabola through the ends and the origin where an arc is cut short.
+/// The slope of a section at its origin against the tangent.
+///
+/// For two full arcs, this is the slope of the chord. If an arc is cut short, it is the slope of the
+/// parabola through both ends and the origin.
 pub(crate) fn section_slope(section: &Section) -> f64 {
     let Section { forward: p, backward: m, .. } = section;
     let (rise, run) = if p.cut_short.is_none() && m.cut_short.is_none() {
@@ -76,7 +78,7 @@ mod tests {
     use super::*;
     use crate::section::PlaneArc;
 
-    /// Two arcs of length `s` on a circle of curvature `k`, convex for positive `k`.
+    /// Two arcs of length `s` on a circle of curvature `k`, which is convex for positive `k`.
     fn circle(k: f64, s: f64) -> Section {
         let (x, y) = ((k * s).sin() / k, -(1.0 - (k * s).cos()) / k);
         let arc = |x| PlaneArc { x, y, length: s, cut_short: None };
@@ -98,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn third_order_bias_is_the_one_of_its_series() {
+    fn third_order_bias_agrees_with_its_series() {
         for (a, ratio) in [(0.25, 0.998_439), (0.5, 0.993_768), (0.75, 0.986_027), (1.0, 0.975_282)]
         {
             let third = section_curvature(SectionRule::ThirdOrderChord, &circle(1.0, a));

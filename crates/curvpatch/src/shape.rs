@@ -1,22 +1,22 @@
-//! The outlines of patches.
+//! Shapes of patches: the ratio of their two arcs.
 
-/// How far a patch reaches along its second principal direction.
+/// The arc length of a patch along its second principal direction.
 ///
-/// Along the first one, where the curvature is larger, the arc is always `r_g` long.
+/// The arc along the first principal direction always has the length `r_g`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Shape {
-    /// Equal arcs: `r_g` both ways.
+    /// Equal arcs: `r_g` in both directions.
     #[default]
     Circle,
-    /// The same central angle both ways, β = min(α, 2.5 `r_g` / ρ₂) as SN10 prints it:
-    /// an arc of length `r_g` min(|κ₁| / |κ₂|, 2.5).
+    /// Equal central angles, limited: β = min(α, 2.5 `r_g` / ρ₂) (SN10, section 2). The arc has the
+    /// length `r_g` min(|κ₁| / |κ₂|, 2.5).
     ///
-    /// (Where the text of SN10 lets β go to π/2 as κ₂ vanishes, the formula lets it go to zero and
-    /// the arc to 2.5 `r_g`, which is what is meant.)
+    /// The text of SN10 says that β tends to π/2 as κ₂ vanishes. By the formula β tends to 0, and the arc
+    /// to 2.5 `r_g`. The formula is used.
     Ellipse,
-    /// The same rise over the tangent plane both ways: `r_g` min(√(|κ₁| / |κ₂|), 2.5).
+    /// Equal sagittas, limited: the arc has the length `r_g` min(√(|κ₁| / |κ₂|), 2.5).
     EqualSagitta,
 }
 
@@ -27,14 +27,14 @@ impl Shape {
     /// The largest ratio of the two arcs.
     pub const MAX_STRETCH: f64 = 2.5;
 
-    /// The lengths of both arcs.
+    /// The lengths of both arcs, for principal curvatures and a radius `r_g`.
     #[must_use]
     pub fn arcs(self, curvatures: [f64; 2], radius: f64) -> [f64; 2] {
         let [k1, k2] = curvatures.map(f64::abs);
         let stretch = if self == Self::Circle || k1 * radius < 1e-9 {
             1.0
         } else {
-            // Infinite for κ₂ = 0, and so capped.
+            // Infinite for κ₂ = 0; the cap below applies.
             let ratio = k1 / k2;
             let stretch = if self == Self::Ellipse { ratio } else { ratio.sqrt() };
             stretch.min(Self::MAX_STRETCH)

@@ -1,46 +1,48 @@
-//! A series of patches along a normal section (SN10, Fig. 8).
+//! Patches at equal distances along a normal section (SN10, Fig. 8).
 
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
 
-use crate::curvature::CurvatureEstimator;
 use crate::curvature_error::{CurvatureError, check_radius};
-use crate::fit::{FitError, PatchFit};
-use crate::section::{SectionPlane, SectionWalk, WalkEnd};
+use crate::curvature_estimator::CurvatureEstimator;
+use crate::patch_fit::{FitError, PatchFit};
+use crate::scalar_walk::ScalarWalk;
+use crate::section_arc::WalkEnd;
+use crate::section_plane::SectionPlane;
 use crate::shape::Shape;
 use crate::surface_point::SurfacePoint;
 
-/// How a strip of patches is laid.
+/// Options for a strip of patches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StripOptions {
-    /// The radius `r_g` of every patch.
+    /// The radius `r_g` of every patch, in model units.
     pub radius: f64,
     /// The shape of every patch.
     pub shape: Shape,
-    /// The distance of consecutive centres, measured along the section.
+    /// The distance of consecutive centres along the section, in model units.
     pub spacing: f64,
     /// The largest number of patches.
     pub max_patches: usize,
 }
 
 impl StripOptions {
-    /// Circular patches of a radius, 1.5 radii apart, up to a hundred of them.
+    /// Circular patches of this radius, 1.5 radii apart, at most 100.
     #[must_use]
     pub fn new(radius: f64) -> Self {
         Self { radius, shape: Shape::Circle, spacing: 1.5 * radius, max_patches: 100 }
     }
 }
 
-/// Why a strip is not longer.
+/// The reason why a strip ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum StripEnd {
-    /// It has as many patches as allowed.
+    /// The strip has `max_patches` patches.
     MaxPatches,
     /// The section ended at the boundary of the mesh.
     Boundary,
-    /// The section came back to where it started.
+    /// The section returned to its first face.
     Closed,
     /// There is no patch at the next point.
     NoPatch(FitError),
@@ -51,19 +53,21 @@ pub enum StripEnd {
 pub struct Strip {
     /// The patches, in the order of the section.
     pub patches: Vec<PatchFit>,
-    /// Why there are no more.
+    /// The reason why the strip ends.
     pub end: StripEnd,
 }
 
-/// Why there is no strip at all.
+/// The reason why there is no strip.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum StripError {
     /// There is no patch at the start.
     #[error(transparent)]
     Start(#[from] FitError),
-    /// The direction is zero, not finite, or along the normal.
-    #[error("direction {direction} has no part in the tangent plane of face {face}")]
+    /// The direction is zero, not finite, or parallel to the normal.
+    #[error(
+        "direction {direction} is parallel to the normal of face {face}, zero or not finite; give a tangential direction"
+    )]
     BadDirection {
         /// The direction.
         direction: DVec3,
@@ -79,11 +83,11 @@ pub enum StripError {
 }
 
 impl CurvatureEstimator<'_> {
-    /// A series of patches with centres at equal distances along a normal section: that through
-    /// the start in the tangential part of a direction.
+    /// Patches with centres at equal distances along the normal section through `start`, in the
+    /// tangential part of `direction`.
     ///
     /// # Errors
-    /// No patch at the start, a direction along the normal, or a spacing that is not positive.
+    /// No patch at the start, a direction parallel to the normal, or a spacing that is not positive.
     pub fn strip(
         &self,
         start: impl Into<SurfacePoint>,
@@ -116,8 +120,8 @@ impl CurvatureEstimator<'_> {
         Ok(Strip { patches, end })
     }
 
-    /// Visits points at multiples of `spacing` along the forward half of a section, until `visit`
-    /// or the section ends it.
+    /// Visits points at multiples of `spacing` along the forward half of a section, until `visit` returns
+    /// a reason or the section ends.
     fn follow(
         &self,
         start: SurfacePoint,
@@ -126,7 +130,7 @@ impl CurvatureEstimator<'_> {
         mut visit: impl FnMut(SurfacePoint) -> Option<StripEnd>,
     ) -> StripEnd {
         let mesh = self.mesh();
-        let Some([mut walk, _]) = SectionWalk::both_ways(mesh, start.face(), plane) else {
+        let Some([mut walk, _]) = ScalarWalk::both_ways(mesh, start.face(), plane) else {
             let error = CurvatureError::DegenerateFace { face: start.face() };
             return StripEnd::NoPatch(error.into());
         };
@@ -149,14 +153,13 @@ impl CurvatureEstimator<'_> {
             match walk.step() {
                 Ok(()) => {}
                 Err(WalkEnd::Boundary) => return StripEnd::Boundary,
-                Err(WalkEnd::Returned | WalkEnd::Lost) => return StripEnd::Closed,
+                Err(WalkEnd::Returned | WalkEnd::StepLimit) => return StripEnd::Closed,
             }
         }
     }
 }
 
-/// A position on a face as a point strictly inside it: points on or near its border move inwards to
-/// a millionth of its size.
+/// A position on a face as an interior point: its barycentric coordinates are at least a millionth.
 fn inside(mesh: &TriMesh, face: FaceId, at: DVec3) -> SurfacePoint {
     let [a, b, c] = mesh.triangle(face);
     let normal = (b - a).cross(c - a);
@@ -164,6 +167,6 @@ fn inside(mesh: &TriMesh, face: FaceId, at: DVec3) -> SurfacePoint {
     let weights = [share(b, c), share(c, a), share(a, b)];
     let sum: f64 = weights.iter().sum();
     let inner = weights.map(|weight| weight.max(1e-6 * sum));
-    // A face without area has no such point; its barycentre leads to the error that says so.
+    // A face without area has no interior. Its barycentre leads to the corresponding error.
     SurfacePoint::new(face, inner).unwrap_or(SurfacePoint::barycentre(face))
 }

@@ -1,11 +1,11 @@
-//! A point inside a face.
+//! An interior point of a face.
 
 use glam::DVec3;
 use mesh_core::{FaceId, TriMesh};
 
 use crate::curvature_error::CurvatureError;
 
-/// A point strictly inside a face, by its barycentric coordinates.
+/// An interior point of a face, given by barycentric coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "Stored"))]
@@ -14,7 +14,7 @@ pub struct SurfacePoint {
     barycentric: [f64; 3],
 }
 
-/// A point as it is stored, before it has been checked.
+/// A stored point, not yet validated.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct Stored {
@@ -26,7 +26,7 @@ struct Stored {
 impl TryFrom<Stored> for SurfacePoint {
     type Error = CurvatureError;
 
-    /// Keeps the coordinates to the last bit.
+    /// Keeps the bits of coordinates whose sum is 1.
     fn try_from(Stored { face, barycentric }: Stored) -> Result<Self, CurvatureError> {
         let point = Self::new(face, barycentric)?;
         let sum: f64 = barycentric.iter().sum();
@@ -35,8 +35,8 @@ impl TryFrom<Stored> for SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// The point of a face with these barycentric coordinates, in the order of its vertices. They
-    /// are divided by their sum.
+    /// The point of a face with these barycentric coordinates, in the order of its vertices. They are
+    /// normalised to the sum 1.
     ///
     /// # Errors
     /// [`CurvatureError::BadPoint`] unless all three are positive and finite.
@@ -50,7 +50,7 @@ impl SurfacePoint {
         Err(CurvatureError::BadPoint { face, barycentric })
     }
 
-    /// The barycentre of a face: the centre that SN10 uses.
+    /// The barycentre of a face, which SN10 uses as centre.
     #[must_use]
     pub fn barycentre(face: FaceId) -> Self {
         Self { face, barycentric: [1.0 / 3.0; 3] }
@@ -68,7 +68,7 @@ impl SurfacePoint {
         self.barycentric
     }
 
-    /// Where the point is.
+    /// The position of the point, in model units.
     ///
     /// # Panics
     /// When the face is not in the mesh.
@@ -76,7 +76,7 @@ impl SurfacePoint {
     pub fn position(&self, mesh: &TriMesh) -> DVec3 {
         let [a, b, c] = mesh.triangle(self.face);
         let [_, v, w] = self.barycentric;
-        // From one corner, so that a triangle far from the origin loses no digits.
+        // Relative to one corner, so that a triangle far from the origin keeps its precision.
         a + v * (b - a) + w * (c - a)
     }
 }

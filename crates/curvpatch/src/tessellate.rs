@@ -1,4 +1,4 @@
-//! Triangles for a patch, as many as a tolerance asks for.
+//! Triangulation of a patch within a tolerance.
 
 use core::f64::consts::{PI, TAU};
 
@@ -18,7 +18,7 @@ pub struct Tessellation {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Why a patch is not cut into triangles.
+/// The reason why a patch is not triangulated.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TessellationError {
@@ -28,30 +28,30 @@ pub enum TessellationError {
         /// The tolerance.
         tolerance: f64,
     },
-    /// The tolerance asks for more triangles than one patch may have.
+    /// The tolerance needs more triangles than one patch may have.
     #[error(
-        "tolerance {tolerance} takes about {triangles:.0} triangles for one patch, more than the limit of {MAX_TRIANGLES}; use a larger one"
+        "tolerance {tolerance} needs about {triangles:.0} triangles for one patch, more than the limit of {MAX_TRIANGLES}; use a larger tolerance"
     )]
     TooFine {
         /// The tolerance.
         tolerance: f64,
-        /// The number of triangles it would take.
+        /// The necessary number of triangles.
         triangles: f64,
     },
-    /// The patches of a cover have more vertices together than 32 bits can index.
+    /// The patches of a cover have more vertices than 32-bit indices can address.
     #[error(
-        "the cover takes {vertices} vertices, more than 32-bit indices can address; use a larger tolerance"
+        "the cover needs {vertices} vertices, more than 32-bit indices can address; use a larger tolerance"
     )]
     TooManyVertices {
-        /// How many there would be.
+        /// The necessary number of vertices.
         vertices: usize,
     },
-    /// There is not enough memory for the triangles of a cover.
+    /// The triangles of a cover do not fit into memory.
     #[error(
-        "there is not enough memory for the {triangles} triangles that the cover takes; use a larger tolerance, or the cover as splats or as a record"
+        "there is not enough memory for the {triangles} triangles of the cover; use a larger tolerance, or export splats or a record"
     )]
     TooLittleMemory {
-        /// How many there would be.
+        /// The necessary number of triangles.
         triangles: usize,
     },
 }
@@ -60,17 +60,19 @@ pub enum TessellationError {
 const MAX_TRIANGLES: u32 = 1 << 22;
 
 impl Patch {
-    /// Cuts the patch into a fan round its centre and rings of triangles, so that they and the
-    /// patch are about `tolerance` apart at most (model units; measured: at most 1.02 times that).
+    /// Triangulates the patch: a fan around its centre, then rings of triangles.
+    ///
+    /// The distance between triangles and patch is at most about `tolerance` (model units; largest
+    /// measured ratio: 1.02).
     ///
     /// # Errors
-    /// A tolerance that is not positive, or so small that millions of triangles would be needed.
+    /// A tolerance that is not positive, or that needs more than 4,194,304 triangles.
     pub fn tessellate(&self, tolerance: f64) -> Result<Tessellation, TessellationError> {
         let [rings, sectors] = self.cuts(tolerance)?;
         Ok(self.rings(rings, sectors))
     }
 
-    /// How many vertices and triangles that makes.
+    /// Numbers of vertices and triangles of [`Patch::tessellate`].
     pub(crate) fn tessellation_size(
         &self,
         tolerance: f64,
@@ -79,7 +81,7 @@ impl Patch {
         Ok([1 + rings * sectors, (2 * rings - 1) * sectors])
     }
 
-    /// The numbers of rings and sectors, where these are not too many.
+    /// The numbers of rings and sectors.
     fn cuts(&self, tolerance: f64) -> Result<[u32; 2], TessellationError> {
         if tolerance.is_nan() || tolerance <= 0.0 {
             return Err(TessellationError::BadTolerance { tolerance });
@@ -98,7 +100,7 @@ impl Patch {
         let [l1, l2] = self.arcs();
         let along = |k: f64, l: f64| (l * (k.abs() / (8.0 * sagitta)).sqrt()).ceil();
         let rings = along(k1, l1).max(along(k2, l2)).max(2.0);
-        // Round the ellipse, and round the wave of height |H₁ - H₂| that the boundary makes.
+        // Sectors around the ellipse, and along the wave of the boundary of height |H₁ - H₂|.
         let round = |turn: f64, radius: f64| {
             let cos = 1.0 - sagitta / radius;
             if cos > 0.0 { (turn / cos.acos()).ceil() } else { 0.0 }

@@ -228,7 +228,7 @@ fn a_search_that_is_broken_off_leaves_the_rest_as_triangles() {
     let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
     let options = CoverOptions::new(0.004);
     let mut seen = 0;
-    let some = CoverCandidates::find_watched(&estimator, &options, &mut |progress| {
+    let some = CoverCandidates::find_with_progress(&estimator, &options, &mut |progress| {
         assert_eq!(progress.faces, 16_384);
         seen = progress.settled;
         ControlFlow::Break(())
@@ -241,7 +241,7 @@ fn a_search_that_is_broken_off_leaves_the_rest_as_triangles() {
     check_promises(&mesh, &cover);
 
     let mut last = 0;
-    let all = CoverCandidates::find_watched(&estimator, &options, &mut |progress| {
+    let all = CoverCandidates::find_with_progress(&estimator, &options, &mut |progress| {
         last = progress.settled;
         ControlFlow::Continue(())
     })

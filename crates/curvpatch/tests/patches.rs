@@ -7,7 +7,7 @@ use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use crate::common::{mean_edge, percentiles};
 use curvpatch::{
-    CurvatureEstimator, Params, Patch, PatchData, PatchError, PatchProbe, Shape, TessellationError,
+    CurvatureEstimator, FitTest, Params, Patch, PatchData, PatchError, Shape, TessellationError,
 };
 use glam::DVec3;
 use mesh_core::TriMesh;
@@ -252,7 +252,7 @@ impl Mesh {
 /// patch, centre, the worst of the four quarter points.
 fn patch_errors(which: Mesh, mesh: &TriMesh, params: Params, radius: f64) -> [f64; 4] {
     let estimator = CurvatureEstimator::new(mesh, params).unwrap();
-    let mut probe = PatchProbe::new(mesh);
+    let mut probe = FitTest::new(mesh);
     let mut columns = [const { Vec::new() }; 4];
     for face in common::sample(mesh, 100) {
         let fit = estimator.patch(face, radius, Shape::Circle).unwrap();
@@ -341,7 +341,7 @@ fn sphere_patches_keep_the_bands_of_the_table() {
 
 fn quarter_medians(mesh: &TriMesh, params: Params, radius: f64) -> ([f64; 4], f64) {
     let estimator = CurvatureEstimator::new(mesh, params).unwrap();
-    let mut probe = PatchProbe::new(mesh);
+    let mut probe = FitTest::new(mesh);
     let errors: Vec<[f64; 4]> = common::sample(mesh, 80)
         .map(|face| probe.quarter_errors(&estimator.patch(face, radius, Shape::Circle).unwrap()))
         .map(|errors| errors.map(|error| 100.0 * error / radius))
@@ -430,7 +430,7 @@ enum Preset {
 #[test]
 fn half_cylinder_patches_are_those_of_the_table() {
     let mesh = common::bare_half_cylinder();
-    let mut probe = PatchProbe::new(&mesh);
+    let mut probe = FitTest::new(&mesh);
     for &(shape, preset, radius, curvatures, arc, quarter) in HALF_CYLINDER {
         let params = if preset == Preset::Paper { Params::paper() } else { Params::robust() };
         let estimator = CurvatureEstimator::new(&mesh, params).unwrap();

@@ -4,7 +4,7 @@
 use crate::common;
 use curvpatch::{
     Cover, CoverMethod, CoverOptions, CoverRecord, CurvatureError, CurvatureEstimator,
-    DiscCurvature, Params, Patch, PatchProbe, PatchSizer, Seeds, Shape, SizeOptions, StopReason,
+    DiscCurvature, FitTest, Params, Patch, PatchSizer, Seeds, Shape, SizeOptions, StopReason,
     Unfit, cover,
 };
 use glam::DVec3;
@@ -192,7 +192,7 @@ fn sizes_stop_for_the_reason_they_give() {
     assert_eq!(bent.stop, StopReason::Tolerance);
     // It keeps the tolerance, and one an eighth larger does not.
     let estimator = CurvatureEstimator::new(&torus, Params::robust()).unwrap();
-    let mut probe = PatchProbe::new(&torus);
+    let mut probe = FitTest::new(&torus);
     assert!(probe.full_error(&bent.fit, 0.02, false).max() <= 0.02);
     let larger = 1.25 * bent.fit.curvature.radius;
     let larger = estimator.patch(FaceId::new(500), larger, Shape::Circle).unwrap();
@@ -354,7 +354,7 @@ proptest! {
             prop_assert!(out.positions.iter().all(|p| p.is_finite()));
             for face in mesh.topology().faces() {
                 if let Ok(fit) = estimator.patch(face, radius, Shape::Ellipse) {
-                    let errors = PatchProbe::new(&mesh).full_error(&fit, 0.1, true);
+                    let errors = FitTest::new(&mesh).full_error(&fit, 0.1, true);
                     prop_assert!(!errors.max().is_nan());
                     prop_assert!(fit.patch.translation().is_finite());
                 }

@@ -4,7 +4,7 @@
 use crate::common;
 use core::f64::consts::FRAC_PI_4;
 
-use curvpatch::{CurvatureEstimator, Params, PatchProbe, PointClass, Shape};
+use curvpatch::{CurvatureEstimator, FitTest, Params, PointClass, Shape};
 use glam::DVec3;
 use mesh_core::shapes::RowPhase;
 use mesh_core::{FaceId, TriMesh};
@@ -91,7 +91,7 @@ fn curvatures_translations_and_frames_are_reproduced() {
         if turn > 0.0 {
             continue;
         }
-        let errors = PatchProbe::new(&mesh).quarter_errors(&fit);
+        let errors = FitTest::new(&mesh).quarter_errors(&fit);
         for (ours, theirs) in errors.into_iter().zip(row.errors) {
             assert!((100.0 * ours / RADIUS - theirs).abs() < 1e-4, "{row:?}: {errors:?}");
         }

@@ -1,9 +1,8 @@
 //! Single patches, and covers as the content of files.
 
 use curvpatch::{
-    Cover, CoverMethod, CoverPatch, CurvatureEstimator, FitError, OptionError, PatchProbe,
-    PatchSizer, Shape, SizeOptions, SizedPatch, Splat, StopReason, TessellationError, Unfit,
-    patch_color,
+    Cover, CoverMethod, CoverPatch, CurvatureEstimator, FitError, FitTest, OptionError, PatchSizer,
+    Shape, SizeOptions, SizedPatch, Splat, StopReason, TessellationError, Unfit, patch_color,
 };
 use mesh_core::soup::TooManyCorners;
 use mesh_core::{FaceId, PolygonSoup, TriMesh};
@@ -41,7 +40,7 @@ pub fn patch_of_radius(
     shapes: &[Shape],
 ) -> Result<Cover, PatchWorkError> {
     let mesh = estimator.mesh();
-    let mut probe = PatchProbe::new(mesh);
+    let mut probe = FitTest::new(mesh);
     let mut best: Option<(f64, CoverPatch)> = None;
     for &shape in shapes {
         let fit = estimator.patch(face, radius, shape)?;
@@ -73,7 +72,7 @@ pub fn patch_within(
     let mesh = estimator.mesh();
     let mut sizer = PatchSizer::new(estimator, options)?;
     let SizedPatch { fit, stop, faces } = sizer.fit_best(face, shapes)?;
-    let errors = PatchProbe::new(mesh).full_error(&fit, tolerance, overhang);
+    let errors = FitTest::new(mesh).full_error(&fit, tolerance, overhang);
     Ok(single(mesh, Some(CoverPatch { fit, stop, errors, faces }), tolerance))
 }
 

@@ -94,7 +94,7 @@ pub(crate) fn patch(
                 let defaults = CoverOptions::new(tolerance);
                 let size = SizeOptions { overhang, ..defaults.size };
                 let options = CoverOptions { size, shapes, method, ..defaults };
-                let candidates = CoverCandidates::find_watched(&estimator, &options, &mut |now| {
+                let candidates = CoverCandidates::find_with_progress(&estimator, &options, &mut |now| {
                     let fraction = now.settled as f64 / now.faces.max(1) as f64;
                     let steps = now.settled as u64;
                     let flow: ControlFlow<()> =

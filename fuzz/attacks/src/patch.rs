@@ -1,7 +1,7 @@
 //! Curvature of faces, patches and covers.
 
 use arbitrary::{Result, Unstructured};
-use curvpatch::{CoverOptions, CurvatureEstimator, Params, PatchProbe, Shape, cover};
+use curvpatch::{CoverOptions, CurvatureEstimator, FitTest, Params, Shape, cover};
 use dcurv::{CurvatureOptions, Curvatures, VertexArea};
 use mesh_core::TriMesh;
 
@@ -28,7 +28,7 @@ fn run(u: &mut Unstructured<'_>) -> Result<()> {
             assert!((disc.normal().length() - 1.0).abs() < 1e-9, "{disc:?}");
         }
     }
-    let mut probe = PatchProbe::new(&mesh);
+    let mut probe = FitTest::new(&mesh);
     if let Some(face) = mesh.topology().faces().next()
         && let Ok(fit) = estimator.patch(face, radius, shape)
     {

@@ -356,10 +356,11 @@ impl What {
         };
         let faces = estimator.mesh().topology().face_count();
         let bar = console.progress(faces as u64, "fitting");
-        let candidates = CoverCandidates::find_watched(estimator, &options, &mut |progress| {
-            bar.set_position(progress.settled as u64);
-            ControlFlow::Continue(())
-        });
+        let candidates =
+            CoverCandidates::find_with_progress(estimator, &options, &mut |progress| {
+                bar.set_position(progress.settled as u64);
+                ControlFlow::Continue(())
+            });
         bar.finish_and_clear();
         let candidates = candidates.map_err(|error| Failure::Usage(error.to_string()))?;
         Ok(Made { cover: candidates.choose(options.method), cut: 0.5 * tolerance })

@@ -1,4 +1,4 @@
-//! The patches that a cover is chosen from.
+//! The patches from which a cover is selected.
 
 use core::ops::ControlFlow;
 
@@ -6,64 +6,66 @@ use glam::DVec3;
 use mesh_core::{FaceId, FaceMap, Handle, TriMesh, parallel};
 
 use super::options::{CoverOptions, Seeds};
-use crate::curvature::CurvatureEstimator;
-use crate::fit::PatchFit;
-use crate::size::{OptionError, PatchSizer, SizeOptions, SizedPatch, StopReason};
+use crate::curvature_estimator::CurvatureEstimator;
+use crate::patch_fit::PatchFit;
+use crate::patch_sizer::{PatchSizer, SizedPatch, StopReason};
+use crate::size_options::{OptionError, SizeOptions};
 
-/// How far the search for candidates is, which takes nearly all of the time of a cover.
+/// Progress of the search for candidates, which takes most of the time of a cover.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CoverProgress {
-    /// Faces that some candidate covers, or that were tried as a seed.
+    /// Number of faces that a candidate covers or that were tried as base face.
     pub settled: usize,
-    /// All faces of the mesh. The search ends when all are settled.
+    /// Number of faces of the mesh. The search ends when all are settled.
     pub faces: usize,
 }
 
-/// A patch that may become part of the cover.
+/// A patch that can be selected for the cover.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Candidate {
     pub(super) fit: PatchFit,
     pub(super) stop: StopReason,
-    /// The area of the faces it covers.
+    /// The area of the covered faces.
     pub(super) area: f64,
     /// One past its last face in the common list.
     faces_end: usize,
 }
 
-/// The patches that a cover is chosen from: finding them takes nearly all of the time of a cover,
-/// so keep them to choose more than once.
-// The faces that each candidate covers are in one flat list.
+/// The patches from which a cover is selected.
+///
+/// The search takes most of the time of a cover. Keep the candidates to select several covers.
 #[derive(Clone, Debug)]
 pub struct CoverCandidates<'a> {
     mesh: &'a TriMesh,
     size: SizeOptions,
     candidates: Vec<Candidate>,
+    /// The covered faces of all candidates, one after the other.
     faces: Vec<FaceId>,
-    /// Whether a candidate was looked for at the face.
+    /// Whether a face was tried as base face.
     tried: FaceMap<bool>,
     covered: FaceMap<bool>,
-    /// How many faces are tried or covered.
+    /// Number of faces that are tried or covered.
     settled: usize,
     seeds: usize,
     cancelled: bool,
 }
 
-/// Seeds of the first round on a large mesh, and the least number of seeds of any round.
+/// Number of seeds of the first round on a large mesh, and minimum of every round.
 const PILOT_SEEDS: usize = 256;
 
-/// A round over slivers goes on when one in so many has a candidate.
-const WORTHWHILE: usize = 64;
+/// Rounds over slivers continue while at least one in so many has a candidate.
+const MAX_SEEDS_PER_CANDIDATE: usize = 64;
 
-/// The height of a sliver, as a share of its longest side. Its disc reaches over many other faces,
-/// and its normal is as uncertain as it is thin.
+/// The largest height of a sliver, relative to its longest side. The disc of a sliver extends over many
+/// other faces, and its normal is inaccurate.
 const SLIVER: f64 = 0.02;
 
-/// Seeds between two reports of progress.
+/// Number of seeds between two progress reports.
 const BLOCK: usize = 1024;
 
 impl<'a> CoverCandidates<'a> {
-    /// Candidates of automatic size for the seeds, in parallel: enough to cover every face that has
-    /// one. `options.method` does not matter here.
+    /// Searches candidates of automatic size in parallel, enough to cover every face that has one.
+    /// `options.method` is not used.
     ///
     /// # Errors
     /// An option out of its range.
@@ -71,18 +73,18 @@ impl<'a> CoverCandidates<'a> {
         estimator: &CurvatureEstimator<'a>,
         options: &CoverOptions,
     ) -> Result<Self, OptionError> {
-        Self::find_watched(estimator, options, &mut |_| ControlFlow::Continue(()))
+        Self::find_with_progress(estimator, options, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// As [`CoverCandidates::find`], telling `watch` now and then how far it is. When `watch`
-    /// breaks, the search ends with the candidates found so far.
+    /// As [`CoverCandidates::find`], with progress reports to `progress`. If `progress` breaks, the search
+    /// ends with the candidates found so far.
     ///
     /// # Errors
     /// An option out of its range.
-    pub fn find_watched(
+    pub fn find_with_progress(
         estimator: &CurvatureEstimator<'a>,
         options: &CoverOptions,
-        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
     ) -> Result<Self, OptionError> {
         options.check()?;
         let mesh = estimator.mesh();
@@ -99,16 +101,16 @@ impl<'a> CoverCandidates<'a> {
             seeds: 0,
             cancelled: false,
         };
-        found.cancelled = found.search(&sizer, options, watch).is_break();
+        found.cancelled = found.search(&sizer, options, progress).is_break();
         Ok(found)
     }
 
-    /// Looks for candidates until every face is covered by one or was a seed itself.
+    /// Searches candidates until every face is covered or tried.
     fn search(
         &mut self,
         sizer: &PatchSizer<'_, 'a>,
         options: &CoverOptions,
-        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let all: Vec<FaceId> = self.mesh.topology().faces().collect();
         let redundancy = match options.seeds {
@@ -119,35 +121,37 @@ impl<'a> CoverCandidates<'a> {
             options.seeds != Seeds::AllFaces && is_sliver(self.mesh.triangle(face))
         });
         let pilot = if redundancy.is_finite() { PILOT_SEEDS } else { all.len() };
-        let mut per_seed = self.add_round(sizer, options, &spread(&all, pilot), watch)?;
+        let mut per_seed = self.add_round(sizer, options, &evenly_spaced(&all, pilot), progress)?;
         let mut open = all;
         while !open.is_empty() {
             let wanted = redundancy * open.len() as f64 / per_seed;
             let count = (wanted.min(open.len() as f64) as usize).max(PILOT_SEEDS);
-            per_seed = self.add_round(sizer, options, &spread(&open, count), watch)?;
-            // After the first full round, only what is still bare is of interest.
-            open.retain(|&face| self.is_bare(face));
+            per_seed = self.add_round(sizer, options, &evenly_spaced(&open, count), progress)?;
+            // After the first full round, only uncovered faces are tried.
+            open.retain(|&face| self.is_open(face));
         }
-        self.search_slivers(sizer, options, slivers, watch)
+        self.search_slivers(sizer, options, slivers, progress)
     }
 
-    /// Looks for candidates at slivers that no other one covers, twice as many in each round, until
-    /// one has found next to none.
+    /// Searches candidates at slivers that no candidate covers, twice as many in each round, until a round
+    /// finds nearly none.
     fn search_slivers(
         &mut self,
         sizer: &PatchSizer<'_, 'a>,
         options: &CoverOptions,
         mut open: Vec<FaceId>,
-        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        open.retain(|&face| self.is_bare(face));
+        open.retain(|&face| self.is_open(face));
         let mut count = PILOT_SEEDS;
         while !open.is_empty() {
-            let (seeds, before) = (spread(&open, count), self.len());
+            let (seeds, before) = (evenly_spaced(&open, count), self.len());
             count *= 2;
-            self.add_round(sizer, options, &seeds, watch)?;
-            open.retain(|&face| self.is_bare(face));
-            if seeds.len() >= PILOT_SEEDS && (self.len() - before) * WORTHWHILE < seeds.len() {
+            self.add_round(sizer, options, &seeds, progress)?;
+            open.retain(|&face| self.is_open(face));
+            if seeds.len() >= PILOT_SEEDS
+                && (self.len() - before) * MAX_SEEDS_PER_CANDIDATE < seeds.len()
+            {
                 break;
             }
         }
@@ -155,22 +159,22 @@ impl<'a> CoverCandidates<'a> {
             self.settle(face);
         }
         let faces = self.mesh.topology().face_count();
-        watch(CoverProgress { settled: self.settled, faces })
+        progress(CoverProgress { settled: self.settled, faces })
     }
 
-    /// Whether a face is not covered by any candidate and was no seed.
-    fn is_bare(&self, face: FaceId) -> bool {
+    /// Whether a face is neither covered nor tried.
+    fn is_open(&self, face: FaceId) -> bool {
         !self.tried[face] && !self.covered[face]
     }
 
-    /// Looks for candidates at the seeds that were not tried before; returns the mean number of
-    /// faces that one covers, and at least one.
+    /// Searches candidates at the seeds that were not tried before. Returns the mean number of faces that
+    /// a seed covers, at least 1.
     fn add_round(
         &mut self,
         sizer: &PatchSizer<'_, 'a>,
         options: &CoverOptions,
         seeds: &[FaceId],
-        watch: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(CoverProgress) -> ControlFlow<()>,
     ) -> ControlFlow<(), f64> {
         let seeds: Vec<FaceId> = seeds.iter().copied().filter(|&f| !self.tried[f]).collect();
         let before = self.faces.len();
@@ -183,7 +187,7 @@ impl<'a> CoverCandidates<'a> {
             for (&seed, sized) in block.iter().zip(sized) {
                 self.settle(seed);
                 self.tried[seed] = true;
-                // A patch that leaves out its own face stands for nothing.
+                // A patch that does not cover its own base face is useless.
                 if let Some((area, sized)) = sized.filter(|(_, sized)| sized.faces.contains(&seed))
                 {
                     self.add(area, &sized);
@@ -191,7 +195,7 @@ impl<'a> CoverCandidates<'a> {
             }
             self.seeds += block.len();
             let faces = self.mesh.topology().face_count();
-            watch(CoverProgress { settled: self.settled, faces })?;
+            progress(CoverProgress { settled: self.settled, faces })?;
         }
         let gained = (self.faces.len() - before) as f64;
         ControlFlow::Continue((gained / seeds.len().max(1) as f64).max(1.0))
@@ -207,30 +211,30 @@ impl<'a> CoverCandidates<'a> {
         self.candidates.push(Candidate { fit: sized.fit, stop: sized.stop, area, faces_end });
     }
 
-    /// Counts a face that is about to become tried or covered, unless it is already.
+    /// Counts a face that becomes tried or covered, unless it is already.
     fn settle(&mut self, face: FaceId) {
         self.settled += usize::from(!self.tried[face] && !self.covered[face]);
     }
 
-    /// How many there are.
+    /// Number of candidates.
     #[must_use]
     pub fn len(&self) -> usize {
         self.candidates.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no candidates.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.candidates.is_empty()
     }
 
-    /// For how many faces a candidate was looked for.
+    /// Number of faces that were tried as base face.
     #[must_use]
     pub fn seeds(&self) -> usize {
         self.seeds
     }
 
-    /// Whether the search was broken off.
+    /// Whether the search was cancelled.
     #[must_use]
     pub fn cancelled(&self) -> bool {
         self.cancelled
@@ -240,7 +244,7 @@ impl<'a> CoverCandidates<'a> {
         self.mesh
     }
 
-    /// What every candidate keeps.
+    /// The conditions that every candidate fulfils.
     pub(super) fn size(&self) -> &SizeOptions {
         &self.size
     }
@@ -249,12 +253,12 @@ impl<'a> CoverCandidates<'a> {
         &self.candidates[index]
     }
 
-    /// The base face of a candidate, which breaks ties.
+    /// The base face of a candidate; it breaks ties.
     pub(super) fn base(&self, index: usize) -> FaceId {
         self.candidates[index].fit.point.face()
     }
 
-    /// The faces that a candidate covers.
+    /// The covered faces of a candidate.
     pub(super) fn faces(&self, index: usize) -> &[FaceId] {
         let start = if index == 0 { 0 } else { self.candidates[index - 1].faces_end };
         &self.faces[start..self.candidates[index].faces_end]
@@ -264,7 +268,7 @@ impl<'a> CoverCandidates<'a> {
         self.mesh.topology().face_capacity()
     }
 
-    /// The area of the face with this index; 0 for a removed one.
+    /// The area of the face with this index; 0 for a removed face.
     pub(super) fn face_area(&self, index: usize) -> f64 {
         let face = FaceId::from_index(index);
         if self.mesh.topology().contains_face(face) { self.mesh.face_area(face) } else { 0.0 }
@@ -276,8 +280,8 @@ fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
     (b - a).cross(c - a).length() < SLIVER * longest
 }
 
-/// About `count` of the faces, evenly spread.
-fn spread(faces: &[FaceId], count: usize) -> Vec<FaceId> {
+/// At most `count` of the faces, evenly spaced by index.
+fn evenly_spaced(faces: &[FaceId], count: usize) -> Vec<FaceId> {
     let count = count.min(faces.len());
     (0..count).map(|i| faces[i * faces.len() / count]).collect()
 }

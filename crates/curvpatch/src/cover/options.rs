@@ -1,40 +1,41 @@
-//! How to cover a mesh.
+//! Options for covers.
 
 use crate::shape::Shape;
-use crate::size::{OptionError, SizeOptions};
+use crate::size_options::{OptionError, SizeOptions};
 
-/// How patches are chosen from the candidates.
+/// The method that selects patches from the candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum CoverMethod {
-    /// Always the candidate with the largest area that is not covered yet.
+    /// Repeatedly selects the candidate with the largest area that is not covered yet.
     Greedy,
-    /// One pass over the candidates by descending area, skipping those whose base face is covered
-    /// already. Takes 10 to 90 % more patches.
+    /// One pass over the candidates by descending area. Candidates whose base face is already covered are
+    /// skipped. Needs 10 to 90 % more patches than [`CoverMethod::Greedy`] on most meshes.
     Sequential,
-    /// Both; the one with fewer patches is kept.
+    /// Both; the cover with fewer patches is the result.
     #[default]
     Best,
 }
 
-/// For which faces candidates are made.
+/// The faces that are tried as base face of a candidate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Seeds {
-    /// For every face. Time and memory go with the number of faces times the faces of a patch.
+    /// Every face. Time and memory are proportional to the number of faces times the faces of a patch.
     AllFaces,
-    /// For as many faces, evenly spread by index, as it takes for a face to lie in about this many
-    /// candidates; for every face of meshes with up to [`Seeds::FEW_FACES`] faces, and for those
-    /// that no candidate covers. Slivers, faces less high than a fiftieth of their longest side, are
-    /// tried only where nothing else covers them, and as long as that is worthwhile. Memory goes with
+    /// Enough faces, evenly spaced by index, that about this many candidates cover each face.
+    ///
+    /// Every face is tried if the mesh has at most [`Seeds::FEW_FACES`] faces, and every face that no
+    /// candidate covers. A sliver, whose height is less than a fiftieth of its longest side, is tried only
+    /// if no candidate covers it, and only while slivers still yield candidates. Memory is proportional to
     /// the number of faces times this number.
     Redundancy(f64),
 }
 
 impl Seeds {
-    /// Meshes with up to this many faces have a candidate for each of them.
+    /// In meshes with at most this many faces, every face is tried.
     pub const FEW_FACES: usize = 4096;
 }
 
@@ -44,23 +45,23 @@ impl Default for Seeds {
     }
 }
 
-/// How to cover a mesh.
+/// Options for a cover.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CoverOptions {
-    /// What a patch has to keep. Its `overhang` is on by default here.
+    /// The conditions for a patch. `overhang` is true by default here.
     pub size: SizeOptions,
-    /// The shapes to choose from for every seed, by the area they cover.
+    /// The shapes tried at every base face. The shape that covers the largest area is used.
     pub shapes: Vec<Shape>,
-    /// How patches are chosen.
+    /// The method that selects patches.
     pub method: CoverMethod,
-    /// For which faces candidates are made.
+    /// The faces that are tried as base face of a candidate.
     pub seeds: Seeds,
 }
 
 impl CoverOptions {
-    /// Defaults for a tolerance in model units: circles and ellipses that may reach over the
-    /// boundary, and the smaller one of the greedy and the sequential cover.
+    /// Defaults for a tolerance in model units: circles and ellipses with overhang, and the smaller one of
+    /// the greedy and the sequential cover.
     #[must_use]
     pub fn new(tolerance: f64) -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! Choosing patches from candidates: greedy, in one pass, and without the superfluous ones.
+//! Selection of patches from candidates: greedy, sequential, and removal of redundant patches.
 
 use core::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
@@ -7,37 +7,37 @@ use mesh_core::FaceId;
 
 use super::candidates::CoverCandidates;
 
-/// A candidate in the heap, by the area it would add when it was last looked at.
+/// A candidate in the heap, with the area that it added at its latest evaluation.
 #[derive(PartialEq)]
-struct Offer {
+struct HeapEntry {
     gain: f64,
     base: Reverse<FaceId>,
     candidate: usize,
 }
 
-impl Eq for Offer {}
+impl Eq for HeapEntry {}
 
-impl Ord for Offer {
+impl Ord for HeapEntry {
     fn cmp(&self, other: &Self) -> Ordering {
         self.gain.total_cmp(&other.gain).then(self.base.cmp(&other.base))
     }
 }
 
-impl PartialOrd for Offer {
+impl PartialOrd for HeapEntry {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-/// How many chosen candidates cover each face.
-struct Counts(Vec<u32>);
+/// The number of selected candidates that cover each face.
+struct CoverCounts(Vec<u32>);
 
-impl Counts {
+impl CoverCounts {
     fn new(candidates: &CoverCandidates<'_>) -> Self {
         Self(vec![0; candidates.face_capacity()])
     }
 
-    fn is_bare(&self, face: FaceId) -> bool {
+    fn is_uncovered(&self, face: FaceId) -> bool {
         self.0[face.index()] == 0
     }
 
@@ -48,38 +48,38 @@ impl Counts {
     }
 }
 
-/// Takes the candidate with the largest uncovered area until every face with a candidate is
-/// covered. Gains only shrink, so an offer that is still the best after being brought up to date
-/// is the best of all.
+/// Selects the candidate with the largest uncovered area until every face with a candidate is covered.
+///
+/// Gains only decrease. An entry that is still the largest after its update is therefore the best.
 pub(super) fn greedy(candidates: &CoverCandidates<'_>, areas: &[f64]) -> Vec<usize> {
-    let offer = |candidate: usize, gain: f64| Offer {
+    let entry = |candidate: usize, gain: f64| HeapEntry {
         gain,
         base: Reverse(candidates.base(candidate)),
         candidate,
     };
-    let mut counts = Counts::new(candidates);
-    let mut offers: BinaryHeap<Offer> =
-        (0..candidates.len()).map(|i| offer(i, candidates.get(i).area)).collect();
-    let mut chosen = Vec::new();
-    while let Some(Offer { candidate, .. }) = offers.pop() {
+    let mut counts = CoverCounts::new(candidates);
+    let mut heap: BinaryHeap<HeapEntry> =
+        (0..candidates.len()).map(|i| entry(i, candidates.get(i).area)).collect();
+    let mut selected = Vec::new();
+    while let Some(HeapEntry { candidate, .. }) = heap.pop() {
         let faces = candidates.faces(candidate);
-        let bare = || faces.iter().filter(|&&face| counts.is_bare(face));
-        if bare().next().is_none() {
+        let uncovered = || faces.iter().filter(|&&face| counts.is_uncovered(face));
+        if uncovered().next().is_none() {
             continue;
         }
-        let current = offer(candidate, bare().map(|face| areas[face.index()]).sum());
-        if offers.peek().is_some_and(|next| *next > current) {
-            offers.push(current);
+        let current = entry(candidate, uncovered().map(|face| areas[face.index()]).sum());
+        if heap.peek().is_some_and(|next| *next > current) {
+            heap.push(current);
         } else {
             counts.add(faces);
-            chosen.push(candidate);
+            selected.push(candidate);
         }
     }
-    prune(candidates, counts, chosen)
+    prune(candidates, counts, selected)
 }
 
-/// Goes through the candidates by descending area and takes those whose base face is not covered;
-/// then, where not every face is a seed, those that still add something.
+/// Selects, by descending area, the candidates whose base face is not covered. A second pass selects
+/// candidates that still cover new faces, since not every face is a base face.
 pub(super) fn sequential(candidates: &CoverCandidates<'_>) -> Vec<usize> {
     let mut order: Vec<usize> = (0..candidates.len()).collect();
     let rank = |i: usize| (candidates.get(i).area, Reverse(candidates.base(i)));
@@ -87,32 +87,32 @@ pub(super) fn sequential(candidates: &CoverCandidates<'_>) -> Vec<usize> {
         let ((area_a, base_a), (area_b, base_b)) = (rank(a), rank(b));
         area_b.total_cmp(&area_a).then(base_b.cmp(&base_a))
     });
-    let mut counts = Counts::new(candidates);
-    let mut chosen = Vec::new();
+    let mut counts = CoverCounts::new(candidates);
+    let mut selected = Vec::new();
     for &candidate in &order {
-        if counts.is_bare(candidates.base(candidate)) {
+        if counts.is_uncovered(candidates.base(candidate)) {
             counts.add(candidates.faces(candidate));
-            chosen.push(candidate);
+            selected.push(candidate);
         }
     }
     for &candidate in &order {
         let faces = candidates.faces(candidate);
-        if faces.iter().any(|&face| counts.is_bare(face)) {
+        if faces.iter().any(|&face| counts.is_uncovered(face)) {
             counts.add(faces);
-            chosen.push(candidate);
+            selected.push(candidate);
         }
     }
-    prune(candidates, counts, chosen)
+    prune(candidates, counts, selected)
 }
 
-/// Drops candidates whose faces are all covered by others, the last chosen first.
+/// Removes candidates whose faces are all covered by others, starting with the one selected last.
 fn prune(
     candidates: &CoverCandidates<'_>,
-    mut counts: Counts,
-    mut chosen: Vec<usize>,
+    mut counts: CoverCounts,
+    mut selected: Vec<usize>,
 ) -> Vec<usize> {
-    let mut kept = Vec::with_capacity(chosen.len());
-    while let Some(candidate) = chosen.pop() {
+    let mut kept = Vec::with_capacity(selected.len());
+    while let Some(candidate) = selected.pop() {
         let faces = candidates.faces(candidate);
         if faces.iter().all(|face| counts.0[face.index()] >= 2) {
             for face in faces {

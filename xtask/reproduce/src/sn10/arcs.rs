@@ -1,6 +1,6 @@
 //! Fig. 4 and 5: the arcs of both osculating circles of a hyperbolic point, and the patch between.
 
-use curvpatch::{Params, PatchProbe, Shape};
+use curvpatch::{FitTest, Params, Shape};
 use glam::DVec3;
 use mesh_core::shapes::{AnalyticSurface, Diagonals, Saddle};
 
@@ -37,7 +37,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.number("error of the principal curvatures (%)", 100.0 * error);
     item.number("alpha = r_g / rho 1 (rad)", RADIUS * k1.abs());
     item.number("beta = r_g / rho 2 (rad)", RADIUS * k2.abs());
-    let errors = PatchProbe::new(&mesh).full_error(&fit, RADIUS, false);
+    let errors = FitTest::new(&mesh).full_error(&fit, RADIUS, false);
     item.number("largest distance of patch and mesh (% of r_g)", 100.0 * errors.max() / RADIUS);
     beta_claim(item);
 

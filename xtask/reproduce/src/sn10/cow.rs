@@ -1,9 +1,7 @@
 //! Fig. 13, a large elliptical patch on the cow, and what the paper leaves to the reader: covers of
 //! whole meshes.
 
-use curvpatch::{
-    Cover, CoverOptions, Params, PatchProbe, PatchSizer, Shape, SizeOptions, SizedPatch,
-};
+use curvpatch::{Cover, CoverOptions, FitTest, Params, PatchSizer, Shape, SizeOptions, SizedPatch};
 use glam::DVec3;
 use mesh_core::shapes::{Ellipsoid, Irregular, Torus};
 use mesh_core::{FaceId, TriMesh};
@@ -69,7 +67,7 @@ fn largest(
         .max_by(|a, b| area(a).total_cmp(&area(b)))
         .ok_or(Failure::Usage(format!("no patch fits the {name}")))?;
     let [l1, l2] = best.fit.patch.arcs();
-    let error = PatchProbe::new(mesh).full_error(&best.fit, options.tolerance, false).max();
+    let error = FitTest::new(mesh).full_error(&best.fit, options.tolerance, false).max();
     item.number(format!("{name}, r_g (% of the diagonal)"), 100.0 * l1 / diagonal);
     item.number(format!("{name}, second arc (% of the diagonal)"), 100.0 * l2 / diagonal);
     item.number(format!("{name}, faces under the patch"), best.faces.len() as f64);

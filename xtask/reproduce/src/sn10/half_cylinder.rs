@@ -1,6 +1,6 @@
 //! Fig. 7: a half cylinder with vertices on its two rims only.
 
-use curvpatch::{Params, PatchFit, PatchProbe, Shape};
+use curvpatch::{FitTest, Params, PatchFit, Shape};
 use glam::DVec3;
 use mesh_core::shapes::{Cylinder, RowPhase};
 use mesh_core::{FaceId, TriMesh};
@@ -97,7 +97,7 @@ fn figures(run: &Run<'_>, item: &mut Item, mesh: &TriMesh) -> Result<Vec<Figure>
 fn add_numbers(item: &mut Item, mesh: &TriMesh, fit: &PatchFit, name: &str) {
     let [l1, l2] = fit.patch.arcs();
     item.number(format!("{name}, length of the second arc / r_g"), l2 / l1);
-    let errors = PatchProbe::new(mesh).quarter_errors(fit);
+    let errors = FitTest::new(mesh).quarter_errors(fit);
     let largest = errors.into_iter().fold(0.0, f64::max);
     item.number(
         format!("{name}, largest error at four boundary points (% of r_g)"),

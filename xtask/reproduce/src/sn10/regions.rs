@@ -1,6 +1,6 @@
 //! Fig. 11 and 12: the regions that circular and elliptical patches cover on a saddle and a torus.
 
-use curvpatch::{CurvatureEstimator, Params, PatchProbe, Shape};
+use curvpatch::{CurvatureEstimator, FitTest, Params, Shape};
 use glam::DVec3;
 use mesh_core::shapes::{Diagonals, Saddle, Torus};
 use mesh_core::{FaceId, TriMesh};
@@ -33,11 +33,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
          pictures and prints no areas.",
     );
     item.how(
-        &[
-            "curvpatch::Shape",
-            "curvpatch::PatchProbe::faces_under",
-            "curvpatch::PatchProbe::full_error",
-        ],
+        &["curvpatch::Shape", "curvpatch::FitTest::faces_under", "curvpatch::FitTest::full_error"],
         &["curvmesh patch IN -o OUT.glb --face N --radius R --shape ellipse"],
     );
     let mut lines = Vec::new();
@@ -102,7 +98,7 @@ fn figure(
     shape_name: &str,
 ) -> Result<(Figure, Vec<Vec<String>>), Failure> {
     let Case { name, mesh, radius, .. } = case;
-    let mut probe = PatchProbe::new(mesh);
+    let mut probe = FitTest::new(mesh);
     let mut fits = Vec::new();
     let mut covered: Vec<FaceId> = Vec::new();
     let mut lines = Vec::new();

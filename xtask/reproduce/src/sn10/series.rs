@@ -1,6 +1,6 @@
 //! Fig. 8: patches in a row on a dense cylinder.
 
-use curvpatch::{Params, PatchProbe, Shape, StripOptions};
+use curvpatch::{FitTest, Params, Shape, StripOptions};
 use glam::DVec3;
 use mesh_core::shapes::{Cylinder, RowPhase};
 
@@ -31,7 +31,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     let mesh = mesh_of(&CYLINDER.mesh(32, 48, RowPhase::Staggered).map_err(Failure::mesh)?)?;
     let estimator = estimator(&mesh, Params::robust())?;
     let view = view_of(&mesh, TOWARD, DVec3::Z)?;
-    let mut probe = PatchProbe::new(&mesh);
+    let mut probe = FitTest::new(&mesh);
     let rows = [
         ("round", DVec3::new(0.94, 0.33, 2.0), DVec3::Y, Shape::Circle, PERIMETER / 12.0, 12),
         ("along", DVec3::new(0.94, 0.33, 0.8), DVec3::Z, Shape::Ellipse, 1.2, 3),

@@ -1,6 +1,6 @@
 //! Fig. 9 and 10: the error of patches on a sphere, at four points of their boundary.
 
-use curvpatch::{CurvatureEstimator, Params, PatchProbe, Shape};
+use curvpatch::{CurvatureEstimator, FitTest, Params, Shape};
 use glam::DVec3;
 use mesh_core::TriMesh;
 use mesh_core::shapes::Sphere;
@@ -33,7 +33,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.stand_in("An icosphere in place of the paper's mesh of a sphere, which is not named; with models, one more that was not made by subdivision.");
     item.how(
-        &["curvpatch::PatchProbe::quarter_errors"],
+        &["curvpatch::FitTest::quarter_errors"],
         &["curvmesh patch IN -o OUT.json --face 0 --radius 0.8 --shape circle --preset paper"],
     );
     let mesh = mesh_of(&Sphere::UNIT.icosphere(3).map_err(Failure::mesh)?)?;
@@ -88,7 +88,7 @@ fn quarter_errors(
     radius: f64,
 ) -> Result<Vec<[f64; 4]>, Failure> {
     let mesh = estimator.mesh();
-    let mut probe = PatchProbe::new(mesh);
+    let mut probe = FitTest::new(mesh);
     let mut of_face = |face| {
         let fit = patch(estimator, face, radius, Shape::Circle)?;
         Ok(probe.quarter_errors(&fit).map(|error| percent(error, radius)))

@@ -1,24 +1,24 @@
-//! Eight vectors side by side.
+//! Eight three-dimensional vectors in SIMD registers, one coordinate per register.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f64x8, mask64x8};
 use glam::DVec3;
 
-/// How many there are.
+/// Number of vectors per group.
 pub(crate) const LANES: usize = 8;
 
-/// Eight vectors at rest, coordinate by coordinate.
-pub(crate) type Columns = [[f64; LANES]; 3];
+/// Eight vectors in memory, one array per coordinate.
+pub(crate) type Vec3Lanes = [[f64; LANES]; 3];
 
-/// Eight vectors, coordinate by coordinate.
+/// Eight vectors in registers, one register per coordinate.
 #[derive(Clone, Copy)]
-pub(crate) struct Wide<S: Simd> {
+pub(crate) struct Vec3x8<S: Simd> {
     pub(crate) x: f64x8<S>,
     pub(crate) y: f64x8<S>,
     pub(crate) z: f64x8<S>,
 }
 
-impl<S: Simd> Wide<S> {
+impl<S: Simd> Vec3x8<S> {
     #[inline(always)]
     pub(crate) fn splat(simd: S, v: DVec3) -> Self {
         let (x, y, z) = (f64x8::splat(simd, v.x), f64x8::splat(simd, v.y), f64x8::splat(simd, v.z));
@@ -26,7 +26,7 @@ impl<S: Simd> Wide<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn load(simd: S, [x, y, z]: &Columns) -> Self {
+    pub(crate) fn load(simd: S, [x, y, z]: &Vec3Lanes) -> Self {
         Self { x: (*x).simd_into(simd), y: (*y).simd_into(simd), z: (*z).simd_into(simd) }
     }
 
@@ -40,13 +40,13 @@ impl<S: Simd> Wide<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn store(self, [x, y, z]: &mut Columns) {
+    pub(crate) fn store(self, [x, y, z]: &mut Vec3Lanes) {
         self.x.store_slice(x);
         self.y.store_slice(y);
         self.z.store_slice(z);
     }
 
-    /// The dot products, added up in the order in which those of single vectors are.
+    /// The eight dot products, summed in the order that [`DVec3::dot`] uses, so that the bits agree.
     #[inline(always)]
     pub(crate) fn dot(self, other: Self) -> f64x8<S> {
         self.x * other.x + self.y * other.y + self.z * other.z
@@ -72,7 +72,7 @@ impl<S: Simd> Wide<S> {
         DVec3::new(self.x[lane], self.y[lane], self.z[lane])
     }
 
-    /// Of each two vectors, the first where the mask is set.
+    /// Lane by lane, `then` where the mask is set and `or` elsewhere.
     #[inline(always)]
     pub(crate) fn select(mask: mask64x8<S>, then: Self, or: Self) -> Self {
         Self {
@@ -83,25 +83,25 @@ impl<S: Simd> Wide<S> {
     }
 }
 
-/// Puts a vector among eight at rest.
+/// Stores a vector in one lane.
 #[inline(always)]
-pub(crate) fn put(columns: &mut Columns, lane: usize, v: DVec3) {
+pub(crate) fn put(columns: &mut Vec3Lanes, lane: usize, v: DVec3) {
     let [x, y, z] = columns;
     (x[lane], y[lane], z[lane]) = (v.x, v.y, v.z);
 }
 
-/// Takes one of eight vectors at rest.
+/// Loads the vector of one lane.
 #[inline(always)]
-pub(crate) fn take(columns: &Columns, lane: usize) -> DVec3 {
+pub(crate) fn take(columns: &Vec3Lanes, lane: usize) -> DVec3 {
     let [x, y, z] = columns;
     DVec3::new(x[lane], y[lane], z[lane])
 }
 
-/// The numbers of the bits that are set.
+/// Iterates over the lanes whose bit is set, in ascending order.
 #[derive(Clone, Copy)]
-pub(crate) struct LanesOf(pub(crate) u64);
+pub(crate) struct LaneBits(pub(crate) u64);
 
-impl Iterator for LanesOf {
+impl Iterator for LaneBits {
     type Item = usize;
 
     #[inline(always)]

@@ -1,49 +1,51 @@
-//! From a point of the mesh to its patch: curvature, outline, translation.
+//! The patch at a point of the mesh: curvature, shape and translation (SN10, section 2).
 
-use crate::curvature::{CurvatureEstimator, DiscCurvature};
 use crate::curvature_error::CurvatureError;
+use crate::curvature_estimator::CurvatureEstimator;
+use crate::disc_curvature::DiscCurvature;
 use crate::params::TranslationRule;
 use crate::patch::{Patch, PatchError};
 use crate::shape::Shape;
 use crate::surface_point::SurfacePoint;
 
-/// A patch with what it was made from.
+/// A patch with the data that it was made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PatchFit {
-    /// The point that the patch was made for.
+    /// The point on the mesh.
     pub point: SurfacePoint,
     /// The curvature of the disc.
     pub curvature: DiscCurvature,
-    /// The outline that was asked for.
+    /// The requested shape.
     pub shape: Shape,
     /// The patch.
     pub patch: Patch,
-    /// The translation was asked for but left out, because a vertex of the base face lies too far
-    /// outside the patch to say anything about it.
+    /// The translation was requested but omitted, because a vertex of the base face is too far outside
+    /// the patch.
     pub translation_skipped: bool,
 }
 
-/// Why there is no patch at a point.
+/// The reason why there is no patch at a point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FitError {
-    /// No curvature.
+    /// The curvature is undefined.
     #[error(transparent)]
     Curvature(#[from] CurvatureError),
-    /// The curvature is too large for the radius.
+    /// The radius is too large for the curvature.
     #[error(transparent)]
     Patch(#[from] PatchError),
 }
 
-/// How far outside the patch, in u, the vertices of the base face may lie for the translation.
+/// The largest parameter u of the vertices of the base face for which the translation is computed.
 const MAX_VERTEX_U: f64 = 1.5;
 
 impl CurvatureEstimator<'_> {
     /// The patch of this shape and radius at a point, or at the barycentre of a face.
     ///
     /// # Errors
-    /// As [`CurvatureEstimator::at`], and when an arc turns by a quarter circle or more.
+    /// The errors of [`CurvatureEstimator::at`], and [`PatchError::RadiusTooLarge`] if an arc turns by a
+    /// quarter circle or more.
     pub fn patch(
         &self,
         point: impl Into<SurfacePoint>,
@@ -55,7 +57,7 @@ impl CurvatureEstimator<'_> {
         Ok(self.patch_of(point, curvature, shape)?)
     }
 
-    /// The patch of this shape for a curvature that was estimated at `point` before.
+    /// The patch of this shape for a curvature that was already estimated at `point`.
     pub(crate) fn patch_of(
         &self,
         point: SurfacePoint,
@@ -77,10 +79,10 @@ impl CurvatureEstimator<'_> {
         })
     }
 
-    /// The mean height of the base face's vertices over the untranslated patch. `None` when one
+    /// The mean height of the vertices of the base face over the untranslated patch. `None` if a vertex
     /// is too far outside.
     ///
-    /// The Euclidean distance, of which SN10 speaks, differs by less than 0.01 % of the radius.
+    /// SN10 uses the Euclidean distance, which differs by less than 0.01 % of the radius.
     fn translation(&self, point: SurfacePoint, patch: &Patch) -> Option<f64> {
         let mut sum = 0.0;
         for vertex in self.mesh().triangle(point.face()) {

@@ -1,26 +1,30 @@
-//! Normal sections as polygons, for drawing them.
+//! Normal sections as polygons, for drawings.
 
 use glam::DVec3;
 
-use crate::curvature::{CurvatureEstimator, DiscCurvature};
-use crate::section::{Section, SectionPlane, SectionWalk};
+use crate::curvature_estimator::CurvatureEstimator;
+use crate::disc_curvature::DiscCurvature;
+use crate::scalar_walk::ScalarWalk;
+use crate::section::Section;
 use crate::section_curvature::section_curvature;
+use crate::section_plane::SectionPlane;
 use crate::surface_point::SurfacePoint;
 
 /// A normal section of a disc.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SectionTrace {
-    /// The polygon in which the plane cuts the mesh, from one end over the centre to the other.
+    /// The polygon in which the plane cuts the mesh, from the backward end through the centre to the
+    /// forward end.
     pub points: Vec<DVec3>,
-    /// Which of the points is the centre.
+    /// The index of the centre in `points`.
     pub center: usize,
-    /// The normal curvature by the estimator's rule, in one over length, positive where convex.
+    /// The normal curvature by the section rule of the estimator, in 1 / length, positive where convex.
     pub curvature: f64,
 }
 
 impl SectionTrace {
-    /// The distance of both ends: the diameter of the disc that SN10 calls d.
+    /// The distance between both ends: the diameter of the disc, d in SN10.
     #[must_use]
     pub fn chord(&self) -> f64 {
         match self.points[..] {
@@ -31,10 +35,10 @@ impl SectionTrace {
 }
 
 impl CurvatureEstimator<'_> {
-    /// The section through the centre of a disc in the direction cos φ e₁ + sin φ e₂, as long as
-    /// the disc's radius to either side. `point` is where the disc was estimated.
+    /// The section through the centre of a disc in the direction cos φ e₁ + sin φ e₂, of the length of
+    /// the radius to either side. `angle` is φ in radians; `point` is the point of the disc.
     ///
-    /// Where the mesh ends, so does the polygon.
+    /// At the boundary of the mesh the polygon ends.
     #[must_use]
     pub fn trace(
         &self,
@@ -47,7 +51,7 @@ impl CurvatureEstimator<'_> {
         let tangent = (cos * e1 + sin * e2).normalize_or(e1);
         let plane = SectionPlane::new(disc.center, normal, tangent);
         let face = point.into().face();
-        let walks = SectionWalk::both_ways(self.mesh(), face, &plane);
+        let walks = ScalarWalk::both_ways(self.mesh(), face, &plane);
         let [forward, backward] = match walks {
             Some(walks) => walks.map(|walk| polygon(walk, disc.radius)),
             None => [Vec::new(), Vec::new()],
@@ -63,8 +67,8 @@ impl CurvatureEstimator<'_> {
     }
 }
 
-/// The corners of one half of a section up to a length, relative to its origin.
-fn polygon(mut walk: SectionWalk<'_>, length: f64) -> Vec<DVec3> {
+/// The corners of one half-section up to a length, relative to its origin.
+fn polygon(mut walk: ScalarWalk<'_>, length: f64) -> Vec<DVec3> {
     let mut corners = Vec::new();
     let mut left = length;
     let mut last = DVec3::ZERO;
