@@ -3,9 +3,13 @@
 use mesh_core::{EdgeId, FaceId, FaceMap, Handle, TriMesh, parallel};
 
 use crate::curvature_error::{CurvatureError, check_radius};
+use crate::direction::Direction;
 use crate::disc_curvature::DiscCurvature;
+use crate::disc_size::DiscSize;
+use crate::local_scale::LocalScale;
+use crate::local_section::LocalSection;
 use crate::params::{NormalRule, Params};
-use crate::principal_fit::{Direction, Principal, slope_gradient};
+use crate::principal_fit::{Principal, WeightedSection, slope_gradient};
 use crate::reusable_sections::{self, ReusableSections};
 use crate::section::Section;
 use crate::section_arc::WalkEnd;
@@ -69,7 +73,20 @@ impl<'a> CurvatureEstimator<'a> {
         4.0 * total / topology.edge_count().max(1) as f64
     }
 
-    /// The curvature over the disc of this radius at a point, or at the barycentre of a face.
+    /// The default size of discs: [`CurvatureEstimator::suggested_radius`] for [`Params::paper`], because
+    /// the discs of SN10 have one radius, and [`DiscSize::Local`] for all other parameters.
+    #[must_use]
+    pub fn default_size(&self) -> DiscSize {
+        if self.params == Params::paper() {
+            DiscSize::Radius(self.suggested_radius())
+        } else {
+            DiscSize::Local
+        }
+    }
+
+    /// The curvature over a disc around a point, or around the barycentre of a face.
+    ///
+    /// The size is a radius in model units, or [`DiscSize::Local`].
     ///
     /// # Errors
     /// A bad radius, a face that is not in the mesh or has no area, or too few directions for the fit;
@@ -77,8 +94,12 @@ impl<'a> CurvatureEstimator<'a> {
     pub fn at(
         &self,
         point: impl Into<SurfacePoint>,
-        radius: f64,
+        size: impl Into<DiscSize>,
     ) -> Result<DiscCurvature, CurvatureError> {
+        let radius = match size.into() {
+            DiscSize::Local => return self.at_local_scale(point.into()),
+            DiscSize::Radius(radius) => radius,
+        };
         self.at_with(point.into(), radius, |plane, _| {
             let section = |direction: &Direction| {
                 let section_plane = plane.section_plane(direction);
@@ -123,51 +144,72 @@ impl<'a> CurvatureEstimator<'a> {
         check_radius(radius)?;
         let face_plane = TangentPlane::of_face(self.mesh, point)?;
         let face_sections = sections(&face_plane, true);
-        if self.params.normal == NormalRule::Face {
-            return self.disc(&face_plane, radius, false, &face_sections);
-        }
-        let gradient = slope_gradient(&self.directions, &face_sections, radius);
-        match gradient.and_then(|gradient| face_plane.tilted(gradient)) {
-            None => self.disc(&face_plane, radius, true, &face_sections),
-            Some(plane) => self.disc(&plane, radius, false, &sections(&plane, false)),
-        }
-    }
-
-    /// The curvature from the sections in the planes through one normal.
-    fn disc(
-        &self,
-        plane: &TangentPlane,
-        radius: f64,
-        face_normal_kept: bool,
-        sections: &[Section],
-    ) -> Result<DiscCurvature, CurvatureError> {
+        let disc_plane = (self.params.normal == NormalRule::Disc).then(|| {
+            self.disc_plane(&face_plane, face_sections.iter().map(|s| s.weighted(radius)))
+        });
+        let (plane, sections) = match disc_plane.flatten() {
+            Some(plane) => (plane, sections(&plane, false)),
+            None => (face_plane, face_sections),
+        };
         let is_any_cut_short = |is_cause: fn(WalkEnd) -> bool| {
             sections.iter().any(|section| section.is_cut_short_by(is_cause))
         };
-        let truncated = is_any_cut_short(|cause| cause == WalkEnd::Boundary);
-        let wrapped = is_any_cut_short(WalkEnd::is_closed);
-        let face = plane.face;
-        let Principal { curvatures, cos_sin } =
-            Principal::of_sections(&self.params, &self.directions, sections, radius)
-                .ok_or(CurvatureError::TooFewDirections { face })?;
-        let e1 = plane.tangent(cos_sin.x, cos_sin.y);
-        let frame = [e1, plane.normal.cross(e1), plane.normal];
-        if !(curvatures.iter().all(|k| k.is_finite()) && frame.iter().all(|e| e.is_finite())) {
-            return Err(CurvatureError::Overflow { face });
-        }
-        let center = plane.origin;
-        Ok(DiscCurvature {
-            center,
-            frame,
-            curvatures,
-            radius,
-            truncated,
-            wrapped,
-            face_normal_kept,
-        })
+        let weighted = sections.iter().map(|section| section.weighted(radius));
+        let flags = DiscFlags {
+            truncated: is_any_cut_short(|cause| cause == WalkEnd::Boundary),
+            wrapped: is_any_cut_short(WalkEnd::is_closed),
+            face_normal_kept: disc_plane == Some(None),
+        };
+        let principal = Principal::of_sections(&self.params, &self.directions, weighted);
+        disc_curvature(&plane, radius, principal, flags)
     }
 
-    /// The curvature at the barycentre of every face, over discs of this radius.
+    /// The curvature over a disc of local size; see [`DiscSize::Local`].
+    fn at_local_scale(&self, point: SurfacePoint) -> Result<DiscCurvature, CurvatureError> {
+        let face_plane = TangentPlane::of_face(self.mesh, point)?;
+        let face_sections = self.local_sections(&face_plane);
+        let disc_plane = (self.params.normal == NormalRule::Disc).then(|| {
+            self.disc_plane(&face_plane, face_sections.iter().map(LocalSection::weighted))
+        });
+        let (plane, sections) = match disc_plane.flatten() {
+            Some(plane) => (plane, self.local_sections(&plane)),
+            None => (face_plane, face_sections),
+        };
+        let products = sections.iter().map(|local| local.section.length_product());
+        let radius = (products.sum::<f64>() / sections.len() as f64).sqrt();
+        let flags = DiscFlags {
+            truncated: sections.iter().any(|local| local.truncated),
+            wrapped: sections.iter().any(|local| local.wrapped),
+            face_normal_kept: disc_plane == Some(None),
+        };
+        let weighted = sections.iter().map(LocalSection::weighted);
+        let principal = Principal::of_local_sections(&self.params, &self.directions, weighted);
+        disc_curvature(&plane, radius, principal, flags)
+    }
+
+    /// The tangent plane of the disc, fitted to the slopes of sections in the plane of the face. `None` if
+    /// they do not determine it.
+    fn disc_plane<'s>(
+        &self,
+        face_plane: &TangentPlane,
+        sections: impl Iterator<Item = WeightedSection<'s>>,
+    ) -> Option<TangentPlane> {
+        let gradient = slope_gradient(&self.directions, sections)?;
+        face_plane.tilted(gradient)
+    }
+
+    /// The sections of local length in the planes through a normal.
+    fn local_sections(&self, plane: &TangentPlane) -> Vec<LocalSection> {
+        let scale = LocalScale::new(self.mesh, plane);
+        let section = |direction: &Direction| {
+            let section_plane = plane.section_plane(direction);
+            let length = scale.half_length(direction);
+            LocalSection::measure(self.mesh, plane, &section_plane, length)
+        };
+        self.directions.iter().map(section).collect()
+    }
+
+    /// The curvature at the barycentre of every face, over discs of this size.
     ///
     /// Faces are processed in parallel. Each result has the bits of [`CurvatureEstimator::at`].
     ///
@@ -175,12 +217,13 @@ impl<'a> CurvatureEstimator<'a> {
     /// A bad radius. Errors of single faces are in the map.
     pub fn all_faces(
         &self,
-        radius: f64,
+        size: impl Into<DiscSize>,
     ) -> Result<FaceMap<Result<DiscCurvature, CurvatureError>>, CurvatureError> {
-        check_radius(radius)?;
+        let size = size.into();
+        size.check()?;
         let capacity = self.mesh.topology().face_capacity();
         Ok(FaceMap::from_vec(parallel::collect(capacity, |index| {
-            self.at(FaceId::from_index(index), radius)
+            self.at(FaceId::from_index(index), size)
         })))
     }
 
@@ -192,16 +235,43 @@ impl<'a> CurvatureEstimator<'a> {
     /// A bad radius. Errors of single faces are in the map.
     pub fn all_faces_until(
         &self,
-        radius: f64,
+        size: impl Into<DiscSize>,
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<FaceMap<Result<DiscCurvature, CurvatureError>>>, CurvatureError> {
-        check_radius(radius)?;
+        let size = size.into();
+        size.check()?;
         let capacity = self.mesh.topology().face_capacity();
         // The placeholder is never returned, because `stops` stays true.
         let found = parallel::collect(capacity, |index| {
             let face = FaceId::from_index(index);
-            if stops() { Err(CurvatureError::NotInMesh { face }) } else { self.at(face, radius) }
+            if stops() { Err(CurvatureError::NotInMesh { face }) } else { self.at(face, size) }
         });
         Ok((!stops()).then(|| FaceMap::from_vec(found)))
     }
+}
+
+/// Flags of [`DiscCurvature`].
+struct DiscFlags {
+    truncated: bool,
+    wrapped: bool,
+    face_normal_kept: bool,
+}
+
+/// The result in a plane, unless there are no principal curvatures or they overflow.
+fn disc_curvature(
+    plane: &TangentPlane,
+    radius: f64,
+    principal: Option<Principal>,
+    DiscFlags { truncated, wrapped, face_normal_kept }: DiscFlags,
+) -> Result<DiscCurvature, CurvatureError> {
+    let face = plane.face;
+    let Principal { curvatures, cos_sin } =
+        principal.ok_or(CurvatureError::TooFewDirections { face })?;
+    let e1 = plane.tangent(cos_sin.x, cos_sin.y);
+    let frame = [e1, plane.normal.cross(e1), plane.normal];
+    if !(curvatures.iter().all(|k| k.is_finite()) && frame.iter().all(|e| e.is_finite())) {
+        return Err(CurvatureError::Overflow { face });
+    }
+    let center = plane.origin;
+    Ok(DiscCurvature { center, frame, curvatures, radius, truncated, wrapped, face_normal_kept })
 }

@@ -7,11 +7,11 @@ use glam::DVec3;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum PointClass {
-    /// |κ₁| `r_g` < 10⁻³: the disc is planar.
+    /// |κ| `r_g` < 10⁻³ for both principal curvatures: the disc is planar.
     Flat,
-    /// |κ₁ - κ₂| < 0.05 |κ₁|: the principal directions are undefined.
+    /// κ₁ - κ₂ < 0.05 max(|κ₁|, |κ₂|): the principal directions are undefined.
     Umbilic,
-    /// |κ₂| < 0.05 |κ₁|: the surface is curved in one direction only.
+    /// min(|κ₁|, |κ₂|) < 0.05 max(|κ₁|, |κ₂|): the surface is curved in one direction only.
     Parabolic,
     /// κ₁ κ₂ > 0.
     Elliptic,
@@ -32,10 +32,13 @@ pub struct DiscCurvature {
     ///
     /// The tangents are defined up to a common sign. At umbilics they are arbitrary.
     pub frame: [DVec3; 3],
-    /// κ₁ and κ₂, the one of larger absolute value first. When both are exactly as large, the
-    /// concave one is first.
+    /// The principal curvatures κ₁ ≥ κ₂.
+    ///
+    /// SN10 calls the curvature with the larger absolute value κ₁.
     pub curvatures: [f64; 2],
     /// The radius `r_g` of the disc: the arc length of each half-section.
+    ///
+    /// For [`DiscSize::Local`](crate::DiscSize::Local), the root mean square length of the half-sections.
     pub radius: f64,
     /// At least one arc ends at the boundary of the mesh.
     pub truncated: bool,
@@ -70,11 +73,12 @@ impl DiscCurvature {
     #[must_use]
     pub fn class(&self) -> PointClass {
         let [k1, k2] = self.curvatures;
-        if k1.abs() * self.radius < 1e-3 {
+        let (large, small) = (k1.abs().max(k2.abs()), k1.abs().min(k2.abs()));
+        if large * self.radius < 1e-3 {
             PointClass::Flat
-        } else if (k1 - k2).abs() < 0.05 * k1.abs() {
+        } else if k1 - k2 < 0.05 * large {
             PointClass::Umbilic
-        } else if k2.abs() < 0.05 * k1.abs() {
+        } else if small < 0.05 * large {
             PointClass::Parabolic
         } else if self.gaussian() > 0.0 {
             PointClass::Elliptic

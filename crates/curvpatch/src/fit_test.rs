@@ -1,6 +1,6 @@
 //! Errors of patches against the mesh, and the faces that a patch covers.
 
-use core::f64::consts::FRAC_PI_6;
+use core::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 use core::ops::ControlFlow;
 
 use glam::DVec3;
@@ -48,10 +48,12 @@ impl<'a> FitTest<'a> {
 
     /// The distances of the boundary points φ = 0°, 30°, 60° and 90° from the mesh, in model units.
     ///
-    /// SN10 prints these errors, divided by the radius, for its Fig. 10. The angle φ is measured from
-    /// the direction of κ₁.
+    /// SN10 prints these errors, divided by the radius, for its Fig. 10. As in SN10, the angle φ is measured
+    /// from the principal direction whose curvature has the larger absolute value.
     pub fn quarter_errors(&mut self, fit: &PatchFit) -> [f64; 4] {
-        let angles = [0.0, 1.0, 2.0, 3.0].map(|j| j * FRAC_PI_6);
+        let [k1, k2] = fit.patch.curvatures().map(f64::abs);
+        let start = if k1 >= k2 { 0.0 } else { FRAC_PI_2 };
+        let angles = [0.0, 1.0, 2.0, 3.0].map(|j| start + j * FRAC_PI_6);
         let mut points = angles.map(|phi| TestPoint::new(fit.patch.point(1.0, phi)));
         let [l1, l2] = fit.patch.arcs();
         self.grow_whole(fit);

@@ -222,8 +222,18 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
     }
 
     /// The radius of a step of the search.
+    ///
+    /// Radii grow by the factor `growth` up to [`EVEN_RANGE`] times the smallest radius. Beyond, the exponent
+    /// doubles with each step, so that the number of steps is bounded on meshes with coordinates of very
+    /// different magnitudes.
     fn radius_of(&self, smallest: f64, step: usize) -> f64 {
-        smallest * self.options.growth.powi(step as i32)
+        let growth = self.options.growth;
+        let even = (EVEN_RANGE.ln() / growth.ln()).ceil() as usize;
+        let exponent = match step.checked_sub(even) {
+            None => step,
+            Some(excess) => even + (1 << excess.min(20)) - 1,
+        };
+        smallest * growth.powi(exponent as i32)
     }
 
     /// The smallest radius: the disc just contains the face.
@@ -422,6 +432,9 @@ impl<'e, 'a> PatchSizer<'e, 'a> {
         is_wide.then(|| (low * high).sqrt())
     }
 }
+
+/// The ratio of radii up to which steps of the search are even.
+const EVEN_RANGE: f64 = 65_536.0;
 
 /// Number of faces from which the early test is faster than the full test.
 const LARGE: usize = 128;

@@ -2,33 +2,15 @@
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-use crate::params::{Params, PrincipalRule};
+use crate::direction::Direction;
+use crate::params::{Params, PrincipalRule, SectionRule};
 use crate::section::Section;
-use crate::section_curvature::{section_curvature, section_slope};
+use crate::section_curvature::{parabola_bend, section_curvature, section_slope};
 
-/// A direction of the tangent plane: cosine and sine of its angle and of the double angle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Direction {
-    pub(crate) cos: f64,
-    pub(crate) sin: f64,
-    cos_double: f64,
-    sin_double: f64,
-}
+/// A section and its weight in least-squares fits.
+pub(crate) type WeightedSection<'s> = (&'s Section, f64);
 
-impl Direction {
-    /// Directions evenly spaced over half a turn.
-    pub(crate) fn evenly_spaced(count: u16) -> Vec<Self> {
-        let direction = |i: u16| {
-            let angle = core::f64::consts::PI * f64::from(i) / f64::from(count);
-            let (sin, cos) = angle.sin_cos();
-            let (sin_double, cos_double) = (2.0 * angle).sin_cos();
-            Self { cos, sin, cos_double, sin_double }
-        };
-        (0..count).map(direction).collect()
-    }
-}
-
-/// Principal curvatures, with the direction of the first one.
+/// Principal curvatures, the larger one first, with the direction of the first one.
 pub(crate) struct Principal {
     pub(crate) curvatures: [f64; 2],
     /// Cosine and sine of the angle of the first principal direction.
@@ -36,28 +18,62 @@ pub(crate) struct Principal {
 }
 
 impl Principal {
-    /// Orders the smallest and the largest curvature by absolute value. If these are equal, the
-    /// smallest curvature, which is the concave one, is first.
-    fn ordered(min: (f64, DVec2), max: (f64, DVec2)) -> Self {
-        let (first, second) = if min.0.abs() >= max.0.abs() { (min, max) } else { (max, min) };
-        Self { curvatures: [first.0, second.0], cos_sin: first.1 }
+    /// Orders two curvatures, given with their directions. The first of equal ones stays first.
+    fn ordered(first: (f64, DVec2), second: (f64, DVec2)) -> Self {
+        let (max, min) = if second.0 > first.0 { (second, first) } else { (first, second) };
+        Self { curvatures: [max.0, min.0], cos_sin: max.1 }
     }
 
-    /// The principal curvatures by the rule of `params`. `None` if too few directions have both arcs.
-    pub(crate) fn of_sections(
+    /// The principal curvatures by the rule of `params`. `None` if too few directions have a weight.
+    pub(crate) fn of_sections<'s>(
         params: &Params,
         directions: &[Direction],
-        sections: &[Section],
-        radius: f64,
+        sections: impl Iterator<Item = WeightedSection<'s>>,
     ) -> Option<Self> {
-        let curvatures = sections.iter().map(|section| section_curvature(params.section, section));
+        let rows = sections
+            .map(|(section, weight)| ([section_curvature(params.section, section)], weight));
         match params.principal {
-            PrincipalRule::SignedExtremes => signed_extremes(directions, curvatures),
+            PrincipalRule::SignedExtremes => {
+                signed_extremes(directions, rows.map(|([curvature], _)| curvature))
+            }
             PrincipalRule::EulerFit => {
-                let weights = sections.iter().map(|section| section.weight(radius));
-                euler_fit(directions, curvatures.zip(weights))
+                let [fit] = euler_fit(directions, rows)?;
+                let [min, max] = extremes(fit);
+                Some(Self::ordered(min, max))
             }
         }
+    }
+
+    /// The principal curvatures from sections whose lengths depend on the direction.
+    ///
+    /// The circles of two sections with different lengths do not fulfil Euler's formula, even on a
+    /// cylinder. Their parabolas do. The formula is therefore fitted to the second derivatives C of the
+    /// parabolas, and to 1 / X² for the horizontal lengths X of the arcs, which end on an ellipse. For each
+    /// principal direction, the circle that meets the parabola at the distance X has the curvature
+    /// κ = C / (1 + C² X² / 4). The result is exact on spheres and cylinders.
+    pub(crate) fn of_local_sections<'s>(
+        params: &Params,
+        directions: &[Direction],
+        sections: impl Iterator<Item = WeightedSection<'s>>,
+    ) -> Option<Self> {
+        if (params.principal, params.section)
+            != (PrincipalRule::EulerFit, SectionRule::ThreePointCircle)
+        {
+            return Self::of_sections(params, directions, sections);
+        }
+        let rows = sections.map(|(section, weight)| match parabola_bend(section) {
+            Some(bend) => ([bend, -1.0 / (section.forward.x * section.backward.x)], weight),
+            None => ([0.0; 2], 0.0),
+        });
+        let [bends, inverse_squares] = euler_fit(directions, rows)?;
+        let [min, max] = extremes(bends).map(|(bend, at)| {
+            let double = DVec3::new(1.0, at.x * at.x - at.y * at.y, 2.0 * at.x * at.y);
+            let inverse_square = inverse_squares.dot(double);
+            let is_valid = inverse_square > 0.0;
+            let excess = if is_valid { 0.25 * bend * bend / inverse_square } else { 0.0 };
+            (bend / (1.0 + excess), at)
+        });
+        Some(Self::ordered(min, max))
     }
 }
 
@@ -68,7 +84,7 @@ fn signed_extremes(
 ) -> Option<Principal> {
     let mut extremes: Option<[(f64, DVec2); 2]> = None;
     for (direction, curvature) in directions.iter().zip(curvatures) {
-        let here = (curvature, DVec2::new(direction.cos, direction.sin));
+        let here = (curvature, direction.unit());
         let [min, max] = extremes.get_or_insert([here; 2]);
         if curvature < min.0 {
             *min = here;
@@ -77,53 +93,68 @@ fn signed_extremes(
             *max = here;
         }
     }
-    extremes.map(|[min, max]| Principal::ordered(min, max))
+    // The direction of the curvature with the larger absolute value is the measured one.
+    extremes.map(|[min, max]| {
+        let cos_sin = if min.0.abs() < max.0.abs() {
+            max.1
+        } else if min.0 < max.0 {
+            // Orthogonal to the direction of the smallest curvature.
+            DVec2::new(min.1.y, -min.1.x)
+        } else {
+            min.1
+        };
+        Principal { curvatures: [max.0, min.0], cos_sin }
+    })
 }
 
-/// Weighted least squares for κ(φ) = p + q cos 2φ + r sin 2φ. `None` if fewer than three directions
-/// have a positive weight.
-fn euler_fit(
+/// Weighted least squares for values v(φ) = p + q cos 2φ + r sin 2φ, for several values at once. Returns
+/// (p, q, r). `None` if fewer than three directions have a positive weight.
+fn euler_fit<const N: usize>(
     directions: &[Direction],
-    weighted_curvatures: impl Iterator<Item = (f64, f64)>,
-) -> Option<Principal> {
+    rows: impl Iterator<Item = ([f64; N], f64)>,
+) -> Option<[DVec3; N]> {
     let mut matrix = DMat3::ZERO;
-    let mut right = DVec3::ZERO;
+    let mut right = [DVec3::ZERO; N];
     let mut usable = 0;
-    for (direction, (curvature, weight)) in directions.iter().zip(weighted_curvatures) {
+    for (direction, (values, weight)) in directions.iter().zip(rows) {
         if weight > 0.0 {
             usable += 1;
         }
         let row = DVec3::new(1.0, direction.cos_double, direction.sin_double);
         let weighted = weight * row;
         matrix += DMat3::from_cols(weighted, row.y * weighted, row.z * weighted);
-        right += curvature * weighted;
+        for (right, value) in right.iter_mut().zip(values) {
+            *right += value * weighted;
+        }
     }
     let solvable = usable >= 3 && matrix.determinant() > 1e-12 * matrix.x_axis.x.powi(3);
-    let fit = solvable.then(|| matrix.inverse() * right)?;
+    solvable.then(|| {
+        let inverse = matrix.inverse();
+        right.map(|right| inverse * right)
+    })
+}
+
+/// The smallest and the largest value of p + q cos 2φ + r sin 2φ, with their directions.
+fn extremes(fit: DVec3) -> [(f64, DVec2); 2] {
     let amplitude = fit.y.hypot(fit.z);
-    // The angle of the smallest curvature; 0 if all directions are equal. Rounding must not choose
-    // between the two ends of the range of atan2, which are opposite directions.
+    // The angle of the smallest value; 0 if all directions are equal. Rounding must not choose between
+    // the two ends of the range of atan2, which are opposite directions.
     let sine = if fit.z.abs() > 1e-12 * amplitude { -fit.z } else { 0.0 };
     let angle = if amplitude > 0.0 { 0.5 * sine.atan2(-fit.y) } else { 0.0 };
     let (sin, cos) = angle.sin_cos();
-    Some(Principal::ordered(
-        (fit.x - amplitude, DVec2::new(cos, sin)),
-        (fit.x + amplitude, DVec2::new(-sin, cos)),
-    ))
+    [(fit.x - amplitude, DVec2::new(cos, sin)), (fit.x + amplitude, DVec2::new(-sin, cos))]
 }
 
 /// The gradient g for which slope ≈ g · t holds in the least-squares sense, t being the direction of a
 /// section. `None` if the sections do not determine g.
-pub(crate) fn slope_gradient(
+pub(crate) fn slope_gradient<'s>(
     directions: &[Direction],
-    sections: &[Section],
-    radius: f64,
+    sections: impl Iterator<Item = WeightedSection<'s>>,
 ) -> Option<DVec2> {
     let mut matrix = DMat2::ZERO;
     let mut right = DVec2::ZERO;
-    for (direction, section) in directions.iter().zip(sections) {
-        let weight = section.weight(radius);
-        let row = DVec2::new(direction.cos, direction.sin);
+    for (direction, (section, weight)) in directions.iter().zip(sections) {
+        let row = direction.unit();
         matrix += DMat2::from_cols(weight * row.x * row, weight * row.y * row);
         right += weight * section_slope(section) * row;
     }

@@ -66,9 +66,19 @@ impl Section {
         arcs.into_iter().any(|arc| arc.cut_short.is_some_and(&is_cause))
     }
 
+    /// Product of the two arc lengths.
+    pub(crate) fn length_product(&self) -> f64 {
+        self.forward.length * self.backward.length
+    }
+
+    /// The section with its [`Section::weight`].
+    pub(crate) fn weighted(&self, radius: f64) -> (&Self, f64) {
+        (self, self.weight(radius))
+    }
+
     /// Product of the two arc lengths over `radius`²: 1 for two full arcs, 0 if one arc is empty.
     pub(crate) fn weight(&self, radius: f64) -> f64 {
-        self.forward.length * self.backward.length / (radius * radius)
+        self.length_product() / (radius * radius)
     }
 }
 

@@ -4,12 +4,12 @@ use glam::{DVec2, DVec3};
 use mesh_core::{FaceId, TriMesh};
 
 use crate::curvature_error::CurvatureError;
-use crate::principal_fit::Direction;
+use crate::direction::Direction;
 use crate::section_plane::SectionPlane;
 use crate::surface_point::SurfacePoint;
 
 /// A point with a normal n and orthonormal tangents t₀ and t₁ = n × t₀.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TangentPlane {
     pub(crate) face: FaceId,
     pub(crate) origin: DVec3,

@@ -3,6 +3,7 @@
 mod accuracy;
 mod common;
 mod covers;
+mod local_scale;
 mod models;
 mod patches;
 mod robustness;

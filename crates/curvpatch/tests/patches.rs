@@ -428,7 +428,7 @@ enum Preset {
 /// SN10, Fig. 7: circular and elliptical patches on a half cylinder whose vertices are all on its
 /// two rims.
 #[test]
-fn half_cylinder_patches_are_those_of_the_table() {
+fn half_cylinder_patches_agree_with_the_table() {
     let mesh = common::bare_half_cylinder();
     let mut probe = FitTest::new(&mesh);
     for &(shape, preset, radius, curvatures, arc, quarter) in HALF_CYLINDER {
@@ -436,11 +436,14 @@ fn half_cylinder_patches_are_those_of_the_table() {
         let estimator = CurvatureEstimator::new(&mesh, params).unwrap();
         let fit = estimator.patch(mesh_core::FaceId::new(22), radius, shape).unwrap();
         // The table has the sign of the paper.
-        for (ours, theirs) in fit.curvature.curvatures.into_iter().zip(curvatures) {
+        let axes = common::sn10_order(&fit.curvature);
+        for (ours, theirs) in
+            axes.map(|axis| fit.curvature.curvatures[axis]).into_iter().zip(curvatures)
+        {
             assert!((ours + theirs).abs() < 2e-6, "{preset:?} {radius}: {ours} {theirs}");
         }
-        assert!((fit.patch.arcs()[1] - arc).abs() < 1e-9);
-        assert!(fit.patch.frame()[0].z.abs() < 1e-12);
+        assert!((fit.patch.arcs()[axes[1]] - arc).abs() < 1e-9);
+        assert!(fit.patch.frame()[axes[0]].z.abs() < 1e-12);
         // Errors at 30° and 60° swap with the sign of a direction, which the fit leaves open; the
         // worse of both is compared.
         let errors = probe.quarter_errors(&fit).map(|error| 100.0 * error / radius);

@@ -1,44 +1,42 @@
-//! Curvature averaged over balls: smoothed values at a scale that one chooses.
+//! Curvature averaged over balls of a given radius.
 //!
-//! Cohen-Steiner and Morvan 2003, Restricted Delaunay triangulations and normal cycle: the curvature
-//! *measures* of a mesh. For the part `B` of the surface inside a ball,
+//! The curvature measures of Cohen-Steiner and Morvan 2003, Restricted Delaunay triangulations and normal
+//! cycle. For the part `B` of the surface inside a ball:
 //!
 //! - Gaussian curvature: the sum of the angle defects of the vertices in `B`;
 //! - mean curvature: `1/2 sum of |e ∩ B| beta(e)` over the edges, with signed dihedral angles;
-//! - the tensor `sum of |e ∩ B| beta(e) ē ēᵀ`, with the unit vectors `ē` along the edges: in the
-//!   tangent plane it has the eigenvalues of the curvature tensor, with the principal directions
-//!   swapped, since a surface bends across an edge and not along it.
+//! - the tensor `sum of |e ∩ B| beta(e) ē ēᵀ`, with the unit vectors `ē` along the edges. In the tangent
+//!   plane it has the eigenvalues of the curvature tensor with exchanged principal directions, because a
+//!   surface bends across an edge and not along it.
 //!
-//! Edges and triangles are cut at the ball exactly. Divided by the area of `B` these are averages
-//! over the ball: pointwise values that converge to those of a smooth surface when the radius goes
-//! to zero and the edge length goes to zero faster, whatever the triangles look like. At a radius of
-//! several edge lengths they hardly depend on noise and on the mesh; details smaller than the radius
-//! are gone.
+//! Edges and triangles are cut exactly at the ball. Divided by the area of `B`, these are averages over
+//! the ball. They converge to the pointwise values of a smooth surface if the radius tends to zero and the
+//! edge length tends to zero faster. With a radius of several edge lengths they hardly depend on noise and
+//! on the triangulation; details smaller than the radius disappear.
 //!
-//! `B` is what hangs together with the centre inside the ball of that radius in space: another sheet
-//! of the surface that happens to be near does not count. (A geodesic disk of the same radius differs
-//! from it by the cube of the radius.)
+//! `B` is the part that is connected to the centre inside the ball. Another sheet of the surface inside the
+//! ball does not count. (A geodesic disc of the same radius differs by the cube of the radius.)
 //!
-//! **Boundary.** `B` ends at the boundary; edges on it have no dihedral angle, and the angle defect of
-//! vertices on it is left out: it belongs to the boundary, not to the surface. So the values are
-//! averages over the part of the ball that there is, off by the first order in the radius.
+//! **Boundary.** `B` ends at the boundary. Boundary edges have no dihedral angle, and the angle defects of
+//! boundary vertices are omitted, because they belong to the boundary curve. The values are averages over
+//! the part of the ball that exists; their error is of first order in the radius.
 //!
-//! **Cost.** As many steps per vertex as there are faces in the ball: for a radius of `k` edge lengths
-//! about `7 k²`. The bits of the results do not depend on the number of threads, but, since they use the
-//! sine and arc tangent of the platform, [principal directions](BallCurvature::principal) may depend
-//! on that.
+//! **Cost.** The time per vertex is proportional to the number of faces in the ball, about `7 k²` for a
+//! radius of `k` edge lengths. [`default_ball_radius`] bounds this number. The results have the same bits
+//! for any number of threads. [Principal directions](BallCurvature::principal) use the sine and arc tangent
+//! of the platform and can depend on it.
 
 use glam::{DMat3, DVec2, DVec3};
-use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId, VertexMap, parallel};
+use mesh_core::{EdgeId, EdgeMap, FaceId, Handle, TriMesh, VertexId, VertexMap, parallel};
 
 use crate::area::VertexArea;
 use crate::atan2::atan2;
-use crate::edge::edge_dihedral_angle;
+use crate::edge::{dihedral_angles, edge_dihedral_angle};
 use crate::principal::{Axes, PrincipalFrame, TangentFrame};
 use crate::quantity::{Area, Integral, Pointwise};
 use crate::star::vertex_integrals;
 
-/// What is integrated over the part of a surface inside a ball.
+/// Integrals over the part of a surface inside a ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BallCurvature {
@@ -50,13 +48,13 @@ pub struct BallCurvature {
     pub mean: Integral,
     /// Absolute mean curvature, `1/2 sum of |e ∩ B| |beta(e)|`, in model units.
     pub abs_mean: Integral,
-    /// The curvature tensor, in model units; its trace is twice `mean`.
+    /// The curvature tensor, in model units. Its trace is twice `mean`.
     pub tensor: DMat3,
-    /// The vector area: the sum of the normals of the faces, times their areas.
+    /// The vector area: the sum of area times normal over the faces, in squared model units.
     pub normal_area: DVec3,
 }
 
-/// Nothing inside. (The default matrix of `glam` is not zero.)
+/// All zero. (The default matrix of `glam` is the identity.)
 impl Default for BallCurvature {
     fn default() -> Self {
         Self {
@@ -70,7 +68,7 @@ impl Default for BallCurvature {
     }
 }
 
-/// A radius that is no length.
+/// A radius that is not positive and finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InvalidRadius(
     /// The radius.
@@ -86,26 +84,26 @@ impl core::fmt::Display for InvalidRadius {
 impl core::error::Error for InvalidRadius {}
 
 impl BallCurvature {
-    /// The mean of the Gaussian curvature over the ball, per square of the model unit.
+    /// The average of the Gaussian curvature over the ball, in 1 / length².
     #[must_use]
     pub fn gaussian(&self) -> Pointwise {
         self.gaussian / self.area
     }
 
-    /// The mean of the mean curvature over the ball, positive where convex, per model unit.
+    /// The average of the mean curvature over the ball, positive where convex, in 1 / length.
     #[must_use]
     pub fn mean(&self) -> Pointwise {
         self.mean / self.area
     }
 
-    /// The mean of the absolute mean curvature over the ball, per model unit.
+    /// The average of the absolute mean curvature over the ball, in 1 / length.
     #[must_use]
     pub fn abs_mean(&self) -> Pointwise {
         self.abs_mean / self.area
     }
 
-    /// The principal curvatures and directions of the tensor in the plane across the mean normal.
-    /// `None` where there is no area, or no mean normal.
+    /// The principal curvatures and directions: those of the tensor in the plane orthogonal to the mean
+    /// normal. `None` without area or mean normal.
     #[must_use]
     pub fn principal(&self) -> Option<PrincipalFrame> {
         let plane = TangentFrame::of(self.normal_area.normalize_or_zero())?;
@@ -115,7 +113,7 @@ impl BallCurvature {
         (max.is_finite() && min.is_finite()).then(|| PrincipalFrame {
             k_max: Pointwise::new(max),
             k_min: Pointwise::new(min),
-            // Across the edges that bend most.
+            // Across the edges with the largest bend.
             direction_max: cos * plane.y - sin * plane.x,
             direction_min: -(cos * plane.x + sin * plane.y),
             normal: plane.z,
@@ -123,9 +121,8 @@ impl BallCurvature {
     }
 }
 
-/// What is integrated over the part of the surface inside the ball round a vertex.
-///
-/// All zero for isolated vertices.
+/// The integrals over the part of the surface inside the ball around a vertex. All zero for isolated
+/// vertices.
 ///
 /// # Errors
 /// The radius is not positive and finite.
@@ -138,10 +135,10 @@ pub fn ball_curvature(
     radius: f64,
 ) -> Result<BallCurvature, InvalidRadius> {
     check(radius)?;
-    Ok(Ball::new(mesh).integrate(mesh, vertex, radius))
+    Ok(Ball::new(mesh, None).integrate(vertex, radius))
 }
 
-/// [`ball_curvature`] of all vertices; zero for removed ones, too.
+/// [`ball_curvature`] of all vertices; zero for removed vertices.
 ///
 /// ```
 /// use mesh_core::{TriMesh, shapes::Sphere};
@@ -163,8 +160,8 @@ pub fn ball_curvatures(
     Ok(all_balls(mesh, radius, &|| false))
 }
 
-/// As [`ball_curvatures`], until `stops` says so, which is asked before each vertex by any thread and
-/// stays with its answer; `None` then.
+/// As [`ball_curvatures`], until `stops` returns true; then `None`. Any thread calls `stops` before each
+/// vertex. Once true, it must stay true.
 ///
 /// # Errors
 /// The radius is not positive and finite.
@@ -178,7 +175,7 @@ pub fn ball_curvatures_until(
     Ok((!stops()).then_some(found))
 }
 
-/// Zero for the vertices that are left once it was stopped.
+/// Zero for the vertices after `stops` has returned true.
 fn all_balls(
     mesh: &TriMesh,
     radius: f64,
@@ -188,47 +185,145 @@ fn all_balls(
         if stops() {
             return BallCurvature::default();
         }
-        ball.integrate(mesh, VertexId::from_index(index), radius)
+        ball.integrate(VertexId::from_index(index), radius)
     };
     let count = mesh.topology().vertex_capacity();
-    VertexMap::from_vec(parallel::collect_with(count, || Ball::new(mesh), integrate))
+    let angles = Angles::of(mesh);
+    let ball = || Ball::new(mesh, Some(&angles));
+    VertexMap::from_vec(parallel::collect_with(count, ball, integrate))
+}
+
+/// Four mean edge lengths, or less where balls of that radius contain very many faces. 0 without edges.
+///
+/// The radius is halved until balls around 64 vertices, evenly spaced by index, contain at most 1,000 faces
+/// on average. A mesh with edges of similar length has about 110 faces per ball, and its radius is not
+/// reduced. Long edges beside small faces, as in triangulated CAD parts, would otherwise make the time
+/// quadratic in the number of faces.
+#[must_use]
+pub fn default_ball_radius(mesh: &TriMesh) -> f64 {
+    const EDGES: f64 = 4.0;
+    const MAX_HALVINGS: usize = 20;
+    let mut radius = EDGES * mesh.mean_edge_length().unwrap_or(0.0);
+    let mut ball = Ball::new(mesh, None);
+    for _ in 0..MAX_HALVINGS {
+        if check(radius).is_err() || ball.has_few_faces(radius) {
+            break;
+        }
+        radius *= 0.5;
+    }
+    radius
 }
 
 fn check(radius: f64) -> Result<(), InvalidRadius> {
     if radius.is_finite() && radius > 0.0 { Ok(()) } else { Err(InvalidRadius(radius)) }
 }
 
-/// Memory for a walk through a ball: for each element, one more than the index of the centre of the
-/// ball that it was met in last.
-struct Ball {
+/// Angles of all edges and vertices. A ball needs many of them, and a vertex is in many balls.
+struct Angles {
+    dihedral: EdgeMap<Option<f64>>,
+    defects: VertexMap<Integral>,
+}
+
+impl Angles {
+    fn of(mesh: &TriMesh) -> Self {
+        let topology = mesh.topology();
+        let defects = parallel::collect(topology.vertex_capacity(), |index| {
+            let vertex = VertexId::from_index(index);
+            if topology.contains_vertex(vertex) {
+                angle_defect(mesh, vertex)
+            } else {
+                Integral::default()
+            }
+        });
+        Self { dihedral: dihedral_angles(mesh), defects: VertexMap::from_vec(defects) }
+    }
+}
+
+fn angle_defect(mesh: &TriMesh, vertex: VertexId) -> Integral {
+    vertex_integrals(mesh, vertex, VertexArea::Barycentric).angle_defect
+}
+
+/// Traverses the faces in a ball. Its arrays contain, for each element, one more than the index of the centre
+/// of the ball in which the element was visited last.
+struct Ball<'a> {
+    mesh: &'a TriMesh,
+    angles: Option<&'a Angles>,
     vertices: Vec<u32>,
     edges: Vec<u32>,
     faces: Vec<u32>,
     /// Faces to be visited.
     open: Vec<FaceId>,
+    /// Number of faces visited so far, in all balls.
+    visited: usize,
 }
 
-impl Ball {
-    fn new(mesh: &TriMesh) -> Self {
+impl<'a> Ball<'a> {
+    fn new(mesh: &'a TriMesh, angles: Option<&'a Angles>) -> Self {
         let topology = mesh.topology();
         Self {
+            mesh,
+            angles,
             vertices: vec![0; topology.vertex_capacity()],
             edges: vec![0; topology.edge_capacity()],
             faces: vec![0; topology.face_capacity()],
             open: Vec::new(),
+            visited: 0,
         }
     }
 
-    fn integrate(&mut self, mesh: &TriMesh, vertex: VertexId, radius: f64) -> BallCurvature {
+    /// Whether balls around 64 vertices contain at most 1,000 faces on average.
+    fn has_few_faces(&mut self, radius: f64) -> bool {
+        const SAMPLES: usize = 64;
+        const MAX_FACES: usize = 1000;
+        let topology = self.mesh.topology();
+        let stride = (topology.vertex_capacity() / SAMPLES).max(1);
+        let vertices = (0..topology.vertex_capacity()).step_by(stride).map(VertexId::from_index);
+        let (before, mut samples) = (self.visited, 0);
+        // Marks of an earlier radius must not hide faces.
+        self.clear();
+        for vertex in vertices.filter(|&vertex| topology.contains_vertex(vertex)) {
+            self.integrate(vertex, radius);
+            samples += 1;
+            if self.visited - before > MAX_FACES * SAMPLES {
+                return false;
+            }
+        }
+        self.visited - before <= MAX_FACES * samples
+    }
+
+    fn clear(&mut self) {
+        self.vertices.fill(0);
+        self.edges.fill(0);
+        self.faces.fill(0);
+    }
+
+    fn dihedral_angle(&self, edge: EdgeId) -> Option<f64> {
+        match self.angles {
+            Some(angles) => angles.dihedral[edge],
+            None => edge_dihedral_angle(self.mesh, edge),
+        }
+    }
+
+    /// The angle defect of an inner vertex; 0 at the boundary.
+    fn defect(&self, vertex: VertexId) -> Integral {
+        if self.mesh.topology().is_boundary_vertex(vertex) {
+            return Integral::default();
+        }
+        self.angles.map_or_else(|| angle_defect(self.mesh, vertex), |angles| angles.defects[vertex])
+    }
+
+    fn integrate(&mut self, vertex: VertexId, radius: f64) -> BallCurvature {
+        let mesh = self.mesh;
         let topology = mesh.topology();
         let mark = vertex.get() + 1;
         let center = mesh.position(vertex);
-        // In units of the radius, so that no square leaves the range of numbers.
+        // In units of the radius, so that squares do not overflow.
         let place = |v: VertexId| (mesh.position(v) - center) / radius;
         let mut total = BallCurvature::default();
         self.open.extend(topology.faces_of_vertex(vertex));
         self.open.iter().for_each(|face| self.faces[face.index()] = mark);
         while let Some(face) = self.open.pop() {
+            self.visited += 1;
             let corners = topology.face_vertices(face);
             let points = corners.map(place);
             let cross = (points[1] - points[0]).cross(points[2] - points[0]);
@@ -238,14 +333,14 @@ impl Ball {
             total.normal_area += area * normal;
             for (v, p) in corners.into_iter().zip(points) {
                 if p.length_squared() <= 1.0 && is_new(&mut self.vertices, v.index(), mark) {
-                    total.add_vertex(mesh, v);
+                    total.gaussian += self.defect(v);
                 }
             }
             for h in topology.face_half_edges(face) {
                 let ends = [topology.origin(h), topology.target(h)].map(place);
                 let Some(inside) = part_in_unit_ball(ends) else { continue };
                 if is_new(&mut self.edges, h.edge().index(), mark) {
-                    total.add_edge(mesh, h.edge(), ends, radius * inside);
+                    total.add_edge(self.dihedral_angle(h.edge()), ends, radius * inside);
                 }
                 if let Some(face) = topology.face(h.twin())
                     && is_new(&mut self.faces, face.index(), mark)
@@ -258,21 +353,15 @@ impl Ball {
     }
 }
 
-/// Whether an element was not met in this ball before; from now on it was.
-fn is_new(met: &mut [u32], index: usize, mark: u32) -> bool {
-    core::mem::replace(&mut met[index], mark) != mark
+/// Whether an element is new in this ball. Marks it as visited.
+fn is_new(visited: &mut [u32], index: usize, mark: u32) -> bool {
+    core::mem::replace(&mut visited[index], mark) != mark
 }
 
 impl BallCurvature {
-    fn add_vertex(&mut self, mesh: &TriMesh, vertex: VertexId) {
-        if !mesh.topology().is_boundary_vertex(vertex) {
-            self.gaussian += vertex_integrals(mesh, vertex, VertexArea::Barycentric).angle_defect;
-        }
-    }
-
-    /// Adds an edge of which so much is inside.
-    fn add_edge(&mut self, mesh: &TriMesh, edge: EdgeId, [from, to]: [DVec3; 2], length: f64) {
-        let Some(beta) = edge_dihedral_angle(mesh, edge) else { return };
+    /// Adds an edge with a dihedral angle, of which `length` is inside. Boundary edges have none.
+    fn add_edge(&mut self, angle: Option<f64>, [from, to]: [DVec3; 2], length: f64) {
+        let Some(beta) = angle else { return };
         let along = (to - from).normalize_or_zero();
         self.mean += Integral::new(0.5 * length * beta);
         self.abs_mean += Integral::new(0.5 * length * beta.abs());
@@ -281,15 +370,15 @@ impl BallCurvature {
     }
 }
 
-/// The length of the part of a segment inside the unit ball; `None` where it stays outside.
+/// The length of the part of a segment inside the unit ball; `None` if it is outside.
 fn part_in_unit_ball([p, q]: [DVec3; 2]) -> Option<f64> {
     let along = q - p;
     let [low, high] = chord(along.length_squared(), p.dot(along), p.length_squared())?;
     Some((high - low) * along.length())
 }
 
-/// Where a segment `p + t d` with `dd = d.d`, `pd = p.d`, `pp = p.p` enters the unit ball and leaves
-/// it, in parameters from 0 to 1; `None` where it stays outside.
+/// The parameters in [0, 1] at which the segment `p + t d`, with `dd = d.d`, `pd = p.d` and `pp = p.p`, enters
+/// and leaves the unit ball; `None` if it is outside.
 fn chord(dd: f64, pd: f64, pp: f64) -> Option<[f64; 2]> {
     if dd == 0.0 {
         return (pp <= 1.0).then_some([0.0, 1.0]);
@@ -300,8 +389,7 @@ fn chord(dd: f64, pd: f64, pp: f64) -> Option<[f64; 2]> {
     (low <= high).then_some([low, high])
 }
 
-/// The area of the part of a triangle inside the unit ball: that of its meet with a disk in its
-/// plane.
+/// The area of the part of a triangle inside the unit ball: its intersection with a disk in its plane.
 fn area_in_unit_ball(triangle: [DVec3; 3], normal: DVec3) -> f64 {
     let Some(plane) = TangentFrame::of(normal) else { return 0.0 };
     let height = normal.dot(triangle[0]);
@@ -315,8 +403,8 @@ fn area_in_unit_ball(triangle: [DVec3; 3], normal: DVec3) -> f64 {
     radius_squared * area.max(0.0)
 }
 
-/// The signed area of the part of the triangle from the origin over `p` and `q` inside the unit
-/// disk: triangles where the side is inside, sectors where it is outside.
+/// The signed area of the triangle (origin, `p`, `q`) inside the unit disk: triangles where the side is
+/// inside, sectors where it is outside.
 fn area_in_unit_disk(p: DVec2, q: DVec2) -> f64 {
     let sector = |p: DVec2, q: DVec2| 0.5 * atan2(p.perp_dot(q), p.dot(q));
     let along = q - p;
@@ -337,7 +425,7 @@ mod tests {
     use mesh_core::shapes::SplitMix64;
 
     #[test]
-    fn areas_of_triangles_in_a_ball_agree_with_counting() {
+    fn areas_of_triangles_in_a_ball_agree_with_sampling() {
         let mut random = SplitMix64::new(8);
         for _ in 0..40 {
             let mut point =

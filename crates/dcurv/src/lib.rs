@@ -25,6 +25,7 @@ pub use area::{VertexArea, corner_area};
 #[doc(inline)]
 pub use ball::{
     BallCurvature, InvalidRadius, ball_curvature, ball_curvatures, ball_curvatures_until,
+    default_ball_radius,
 };
 #[doc(inline)]
 pub use curvatures::{CurvatureOptions, Curvatures};

@@ -288,3 +288,36 @@ fn what_is_not_stopped_is_the_same_and_what_is_gives_nothing() {
     }
     assert!(ball_curvatures_until(&mesh, f64::NAN, &|| true).is_err());
 }
+
+/// A disc of thin triangles from a hub: balls of four mean edges contain all faces. The default radius is
+/// reduced so that the total number of faces in balls is at most 1,000 per vertex, as a sample shows.
+#[test]
+fn the_default_ball_radius_bounds_the_faces_per_ball() {
+    let count = 6000_u32;
+    let mut vertices = vec![[0.0, 0.0, 0.0]];
+    for ring in 1..=2 {
+        let radius = if ring == 1 { 1.0 } else { 1.001 };
+        vertices.extend((0..count).map(|i| {
+            let (sin, cos) = (core::f64::consts::TAU * f64::from(i) / f64::from(count)).sin_cos();
+            [radius * cos, radius * sin, 0.0]
+        }));
+    }
+    let mut triangles = Vec::new();
+    for i in 0..count {
+        let (a, b) = (1 + i, 1 + (i + 1) % count);
+        triangles.extend([[0, a, b], [a, a + count, b + count], [a, b + count, b]]);
+    }
+    let fan = TriMesh::from_triangles(&vertices, &triangles).unwrap();
+    let radius = dcurv::default_ball_radius(&fan);
+    assert!(radius < 0.5 * 4.0 * fan.mean_edge_length().unwrap(), "{radius}");
+    // Faces of the disc in a ball around a vertex of the rim, counted by the nearest corner.
+    let center = fan.position(VertexId::new(1));
+    let near = fan
+        .topology()
+        .faces()
+        .filter(|&face| fan.triangle(face).iter().all(|corner| corner.distance(center) <= radius));
+    assert!(near.count() <= 1000);
+    let even = TriMesh::from_soup(&Sphere::UNIT.icosphere(4).unwrap()).unwrap();
+    let four = 4.0 * even.mean_edge_length().unwrap();
+    assert_eq!(dcurv::default_ball_radius(&even), four);
+}

@@ -1,35 +1,37 @@
-//! The curvature of every face, from normal sections.
+//! The curvature of every face from normal sections.
 
-use curvpatch::{CurvatureError, CurvatureEstimator, DiscCurvature, Params};
+use curvpatch::{CurvatureError, CurvatureEstimator, DiscCurvature, DiscSize, Params};
 use mesh_core::{FaceMap, TriMesh};
 
 use crate::quantity::{Integrals, Quantity};
 
-/// The curvature of every face; nothing of those that have none: without area, or cut off from
-/// their neighbours.
+/// The curvature of every face, with the reasons where it is unknown or uncertain.
 #[derive(Clone, Debug)]
 pub struct FaceValues {
-    /// Curvatures and frames.
+    /// Curvatures and frames. `None` for a face whose curvature is unknown: it has no area, its sections
+    /// do not leave it, or they close on themselves.
     pub discs: FaceMap<Option<DiscCurvature>>,
-    /// How far the sections reach to either side, in model units.
+    /// Faces whose sections close on themselves: the radius is too large there.
+    pub closed: FaceMap<bool>,
+    /// The size of the discs.
+    pub size: DiscSize,
+    /// The radius of the discs in model units; the median radius for [`DiscSize::Local`].
     pub radius: f64,
 }
 
 impl FaceValues {
-    /// Of a mesh; without a radius it is four mean edges.
+    /// The curvature of all faces. Without a radius, the size of the discs is
+    /// [`CurvatureEstimator::default_size`].
     ///
     /// # Errors
     /// A parameter or the radius is out of its range.
     pub fn of(mesh: &TriMesh, params: Params, radius: Option<f64>) -> Result<Self, CurvatureError> {
-        let (estimator, radius) = start(mesh, params, radius)?;
-        if mesh.topology().face_count() == 0 {
-            return Ok(Self::of_discs(Vec::new(), radius));
-        }
-        Ok(Self::of_discs(estimator.all_faces(radius)?.into_vec(), radius))
+        let found = Self::of_until(mesh, params, radius, &|| false)?;
+        Ok(found.unwrap_or_else(|| Self::of_discs(Vec::new(), DiscSize::Local)))
     }
 
-    /// As [`FaceValues::of`], until `stops` says so, which is asked before each face by any thread and
-    /// stays with its answer; `None` then.
+    /// As [`FaceValues::of`], until `stops` returns true; then `None`. Any thread calls `stops` before
+    /// each face. Once true, it must stay true.
     ///
     /// # Errors
     /// A parameter or the radius is out of its range.
@@ -39,25 +41,42 @@ impl FaceValues {
         radius: Option<f64>,
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Self>, CurvatureError> {
-        let (estimator, radius) = start(mesh, params, radius)?;
+        let estimator = CurvatureEstimator::new(mesh, params)?;
+        let size = radius.map_or_else(|| estimator.default_size(), DiscSize::Radius);
+        // Without faces there is no mean edge length.
         if mesh.topology().face_count() == 0 {
-            return Ok(Some(Self::of_discs(Vec::new(), radius)));
+            return Ok(Some(Self::of_discs(Vec::new(), size)));
         }
-        let discs = estimator.all_faces_until(radius, stops)?;
-        Ok(discs.map(|discs| Self::of_discs(discs.into_vec(), radius)))
+        let discs = estimator.all_faces_until(size, stops)?;
+        Ok(discs.map(|discs| Self::of_discs(discs.into_vec(), size)))
     }
 
-    fn of_discs(discs: Vec<Result<DiscCurvature, CurvatureError>>, radius: f64) -> Self {
-        let discs = discs.into_iter().map(Result::ok).collect();
-        Self { discs: FaceMap::from_vec(discs), radius }
+    fn of_discs(found: Vec<Result<DiscCurvature, CurvatureError>>, size: DiscSize) -> Self {
+        let is_closed = |disc: &Result<DiscCurvature, _>| {
+            disc.as_ref().is_ok_and(|disc: &DiscCurvature| disc.wrapped)
+        };
+        let closed = FaceMap::from_vec(found.iter().map(is_closed).collect());
+        let known = |disc: Result<DiscCurvature, _>| disc.ok().filter(|disc| !disc.wrapped);
+        let discs: Vec<Option<DiscCurvature>> = found.into_iter().map(known).collect();
+        let radius = match size {
+            DiscSize::Radius(radius) => radius,
+            _ => median(discs.iter().flatten().map(|disc| disc.radius).collect()),
+        };
+        Self { discs: FaceMap::from_vec(discs), closed, size, radius }
     }
 
-    /// How many faces have a curvature of which something is true.
+    /// Number of faces with known curvature that satisfy a condition.
     pub fn count(&self, is: impl Fn(&DiscCurvature) -> bool) -> usize {
         self.discs.as_slice().iter().flatten().filter(|&disc| is(disc)).count()
     }
 
-    /// Curvatures of faces times their areas.
+    /// Number of faces whose sections close on themselves.
+    #[must_use]
+    pub fn closed_count(&self) -> usize {
+        self.closed.as_slice().iter().filter(|&&closed| closed).count()
+    }
+
+    /// Integrals over the faces with known curvature: sums of curvature times area.
     #[must_use]
     pub fn integrals(&self, mesh: &TriMesh) -> Integrals {
         let mut sums = Integrals::default();
@@ -76,18 +95,13 @@ impl FaceValues {
     }
 }
 
-/// The estimator and the radius. Without faces there is no mean edge, and no curvature either.
-fn start(
-    mesh: &TriMesh,
-    params: Params,
-    radius: Option<f64>,
-) -> Result<(CurvatureEstimator<'_>, f64), CurvatureError> {
-    let estimator = CurvatureEstimator::new(mesh, params)?;
-    let radius = radius.unwrap_or_else(|| estimator.suggested_radius());
-    Ok((estimator, radius))
+/// The median of radii; 0 without any.
+fn median(mut radii: Vec<f64>) -> f64 {
+    radii.sort_by(f64::total_cmp);
+    radii.get(radii.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// A quantity of a face, pointwise; a face has no Willmore energy of its own.
+/// A pointwise quantity of a face. The Willmore energy of a face is undefined (NaN).
 #[must_use]
 pub fn disc_quantity(disc: &DiscCurvature, quantity: Quantity) -> f64 {
     let [k1, k2] = disc.curvatures;
@@ -95,10 +109,10 @@ pub fn disc_quantity(disc: &DiscCurvature, quantity: Quantity) -> f64 {
         Quantity::Gaussian => disc.gaussian(),
         Quantity::Mean => disc.mean(),
         Quantity::AbsMean => disc.mean().abs(),
-        Quantity::K1 => k1.max(k2),
-        Quantity::K2 => k1.min(k2),
+        Quantity::K1 => k1,
+        Quantity::K2 => k2,
         Quantity::AbsSum => k1.abs() + k2.abs(),
-        Quantity::ShapeIndex => (k1 + k2).atan2((k1 - k2).abs()) * core::f64::consts::FRAC_2_PI,
+        Quantity::ShapeIndex => (k1 + k2).atan2(k1 - k2) * core::f64::consts::FRAC_2_PI,
         Quantity::Curvedness => (0.5 * (k1 * k1 + k2 * k2)).sqrt(),
         Quantity::Willmore => f64::NAN,
     }

@@ -3,7 +3,7 @@
 
 use dcurv::{
     BallCurvature, FitOptions, InvalidRadius, PrincipalFrame, ball_curvatures,
-    ball_curvatures_until, fitted_frames, fitted_frames_until,
+    ball_curvatures_until, default_ball_radius, fitted_frames, fitted_frames_until,
 };
 use mesh_core::{TriMesh, VertexMap};
 
@@ -29,16 +29,31 @@ pub struct FrameValues {
     pub of_vertex: VertexMap<Option<FrameValue>>,
     /// The radius of the balls, in model units.
     pub radius: Option<f64>,
+    /// Whether the default radius was reduced because balls contain very many faces; see
+    /// [`default_ball_radius`].
+    pub radius_reduced: bool,
     /// How many rings of neighbours surfaces were fitted to.
     pub rings: Option<usize>,
 }
 
-/// The radius of balls, unless it is given: in mean edges.
-const SPAN: f64 = 4.0;
+/// The radius of balls.
+#[derive(Clone, Copy, Debug)]
+struct BallRadius {
+    radius: f64,
+    /// Whether it is less than four mean edge lengths, to limit the time.
+    reduced: bool,
+}
 
-fn ball_radius(mesh: &TriMesh, given: Option<f64>) -> f64 {
-    let mean_edge = mesh.mean_edge_length().filter(|&length| length > 0.0);
-    given.or_else(|| Some(SPAN * mean_edge?)).unwrap_or(1.0)
+impl BallRadius {
+    /// The given radius, or the default. 1 for a mesh without edges, which has no balls.
+    fn of(mesh: &TriMesh, given: Option<f64>) -> Self {
+        if let Some(radius) = given {
+            return Self { radius, reduced: false };
+        }
+        let radius = default_ball_radius(mesh);
+        let reduced = radius < 4.0 * mesh.mean_edge_length().unwrap_or(0.0);
+        Self { radius: if radius > 0.0 { radius } else { 1.0 }, reduced }
+    }
 }
 
 impl FrameValues {
@@ -63,16 +78,16 @@ impl FrameValues {
 
     fn of_fits(frames: &VertexMap<Option<PrincipalFrame>>, rings: usize) -> Self {
         let of_vertex = frames.map(|frame| frame.map(FrameValue::of_fit));
-        Self { of_vertex, radius: None, rings: Some(rings) }
+        Self { of_vertex, radius: None, radius_reduced: false, rings: Some(rings) }
     }
 
-    /// Averaged over balls; without a radius it is four mean edges.
+    /// Averaged over balls. Without a radius, it is [`default_ball_radius`].
     ///
     /// # Errors
     /// The radius is not positive.
     pub fn averaged(mesh: &TriMesh, radius: Option<f64>) -> Result<Self, InvalidRadius> {
-        let radius = ball_radius(mesh, radius);
-        Ok(Self::of_balls(&ball_curvatures(mesh, radius)?, radius))
+        let size = BallRadius::of(mesh, radius);
+        Ok(Self::of_balls(&ball_curvatures(mesh, size.radius)?, size))
     }
 
     /// As [`FrameValues::averaged`], until `stops` says so, which is asked before each vertex by any
@@ -85,14 +100,15 @@ impl FrameValues {
         radius: Option<f64>,
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Result<Option<Self>, InvalidRadius> {
-        let radius = ball_radius(mesh, radius);
-        let balls = ball_curvatures_until(mesh, radius, stops)?;
-        Ok(balls.map(|balls| Self::of_balls(&balls, radius)))
+        let size = BallRadius::of(mesh, radius);
+        let balls = ball_curvatures_until(mesh, size.radius, stops)?;
+        Ok(balls.map(|balls| Self::of_balls(&balls, size)))
     }
 
-    fn of_balls(balls: &VertexMap<BallCurvature>, radius: f64) -> Self {
+    fn of_balls(balls: &VertexMap<BallCurvature>, size: BallRadius) -> Self {
         let of_vertex = balls.map(|ball| Some(FrameValue::of_ball(ball, ball.principal()?)));
-        Self { of_vertex, radius: Some(radius), rings: None }
+        let BallRadius { radius, reduced } = size;
+        Self { of_vertex, radius: Some(radius), radius_reduced: reduced, rings: None }
     }
 
     /// Curvatures of vertices times a third of the areas of their faces.

@@ -162,7 +162,7 @@ fn of_faces(whole: &Whole, values: &FaceValues) -> Columns {
         None => NO_AXES,
         Some(disc) => {
             let [a, b, _] = disc.frame.map(|axis| axis.to_array());
-            if disc.curvatures[0] >= disc.curvatures[1] { [a, b] } else { [b, a] }
+            [a, b]
         }
     };
     let principal =
@@ -177,7 +177,7 @@ fn of_faces(whole: &Whole, values: &FaceValues) -> Columns {
         flags: vec![
             ("known", is(|_| true)),
             ("truncated", is(|d| d.truncated)),
-            ("wrapped", is(|d| d.wrapped)),
+            ("wrapped", values.closed.as_slice().to_vec()),
         ],
         principal: discs.iter().map(principal).collect(),
         directions: Some(discs.iter().map(axes).collect()),

@@ -1,7 +1,7 @@
-//! Meshes and statistics that several tests share.
+//! Meshes and statistics for several tests.
 #![allow(unreachable_pub, clippy::unwrap_used)]
 
-use curvpatch::{CurvatureEstimator, DiscCurvature, Params};
+use curvpatch::{CurvatureEstimator, DiscCurvature, DiscSize, Params};
 use mesh_core::shapes::{AnalyticSurface, Cylinder, Diagonals, RowPhase, Saddle, Sphere, Torus};
 use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
 
@@ -44,7 +44,7 @@ pub fn mean_edge(mesh: &TriMesh) -> f64 {
         / topology.edge_count() as f64
 }
 
-/// About this many faces, evenly spaced by index: those that the reference statistics are over.
+/// About this many faces, evenly spaced by index. The reference statistics use the same faces.
 pub fn sample(mesh: &TriMesh, about: usize) -> impl Iterator<Item = FaceId> + Clone {
     let count = mesh.topology().face_count();
     (0..count).step_by((count / about).max(1)).map(FaceId::from_index)
@@ -67,36 +67,37 @@ pub struct Accuracy {
     /// Median and 95th percentile of the larger error of the two principal curvatures over the
     /// largest exact curvature, in percent.
     pub curvature: [f64; 2],
-    /// Those of the angle between the first directions, in degrees; none at umbilics.
+    /// Median and 95th percentile of the error of the directions, in degrees; `None` at umbilics.
     pub direction: Option<[f64; 2]>,
     pub samples: usize,
 }
 
-/// Errors over the sampled faces that `keep` accepts and whose disc is not cut off.
+/// Errors of the sampled faces that `keep` accepts and whose disc is not truncated.
 pub fn accuracy(
     mesh: &TriMesh,
     surface: &dyn AnalyticSurface,
     params: Params,
-    radius: f64,
+    size: impl Into<DiscSize>,
     keep: impl Fn(&DiscCurvature) -> bool,
 ) -> Accuracy {
     let estimator = CurvatureEstimator::new(mesh, params).unwrap();
     let mut errors = Vec::new();
     let mut angles = Vec::new();
+    let size = size.into();
     for face in sample(mesh, 300) {
-        let disc = estimator.at(face, radius).unwrap();
+        let disc = estimator.at(face, size).unwrap();
         if disc.truncated || !keep(&disc) {
             continue;
         }
         let exact = surface.principal_curvatures(disc.center);
-        let [k1, k2] = disc.curvatures;
-        let (max, min) = (k1.max(k2), k1.min(k2));
+        let [max, min] = disc.curvatures;
+        assert!(max >= min);
         let scale = exact.max.abs().max(exact.min.abs());
         errors.push(100.0 * (max - exact.max).abs().max((min - exact.min).abs()) / scale);
         if let Some([of_max, of_min]) = exact.directions {
             let first = if exact.max.abs() >= exact.min.abs() { of_max } else { of_min };
-            // In the tangent plane of the estimate, so that the tilt of its normal does not count.
-            // On a saddle either may be the larger one; the angle to the cross is what counts.
+            // Measured in the tangent plane of the estimate, so that the tilt of its normal does not count.
+            // On a saddle the two directions can be exchanged; the angle to the nearer one counts.
             let [x, y] = [disc.frame[0], disc.frame[1]].map(|axis| axis.dot(first));
             let off = y.abs().atan2(x.abs()).to_degrees();
             angles.push(off.min(90.0 - off));
@@ -105,6 +106,12 @@ pub fn accuracy(
     let samples = errors.len();
     let direction = (!angles.is_empty()).then(|| percentiles(angles));
     Accuracy { curvature: percentiles(errors), direction, samples }
+}
+
+/// The axes of a disc in the order of SN10: the curvature with the larger absolute value first.
+pub fn sn10_order(disc: &DiscCurvature) -> [usize; 2] {
+    let [k1, k2] = disc.curvatures.map(f64::abs);
+    if k1 >= k2 { [0, 1] } else { [1, 0] }
 }
 
 /// The part of the saddle away from its rim.

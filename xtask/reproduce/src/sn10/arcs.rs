@@ -8,7 +8,7 @@ use super::super::item::Item;
 use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, BLUE_LINE, DARK, Drawing, RED_LINE, arc};
-use super::patches::{STYLE, estimator, face_at, patch};
+use super::patches::{STYLE, axes_of_paper, estimator, face_at, patch};
 use xtask_common::Failure;
 
 const SADDLE: Saddle = Saddle { coefficient: 0.5, half_width: 1.0 };
@@ -31,7 +31,8 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     let estimator = estimator(&mesh, Params::paper())?;
     let fit = patch(&estimator, face, RADIUS, Shape::Circle)?;
     let exact = SADDLE.principal_curvatures(fit.curvature.center);
-    let [k1, k2] = fit.curvature.curvatures;
+    let axes = axes_of_paper(fit.curvature.curvatures);
+    let [k1, k2] = axes.map(|axis| fit.curvature.curvatures[axis]);
     let scale = exact.max.max(-exact.min);
     let error = (k1.max(k2) - exact.max).abs().max((k1.min(k2) - exact.min).abs()) / scale;
     item.number("error of the principal curvatures (%)", 100.0 * error);
@@ -45,7 +46,8 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     let lift = 1.5 * errors.max();
     let up = lift * fit.patch.frame()[2];
     let mut arcs = Drawing::of(&mesh, &[], BLUE);
-    for (phi, color) in [(0.0, RED_LINE), (core::f64::consts::FRAC_PI_2, BLUE_LINE)] {
+    for (axis, color) in axes.into_iter().zip([RED_LINE, BLUE_LINE]) {
+        let phi = core::f64::consts::FRAC_PI_2 * axis as f64;
         arcs.line(arc(&fit.patch, phi).map(|p| p + up).collect(), color, 5.0);
     }
     arcs.dot(fit.patch.center() + up, 0.022, TOWARD, DARK);

@@ -10,7 +10,7 @@ use super::super::item::Item;
 use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{Drawing, ORANGE, cover, patches};
-use super::patches::{STYLE, estimator};
+use super::patches::{STYLE, axes_of_paper, estimator};
 use mesh_render::Style;
 use xtask_common::Failure;
 
@@ -66,7 +66,8 @@ fn largest(
     let best = fits
         .max_by(|a, b| area(a).total_cmp(&area(b)))
         .ok_or(Failure::Usage(format!("no patch fits the {name}")))?;
-    let [l1, l2] = best.fit.patch.arcs();
+    let axes = axes_of_paper(best.fit.patch.curvatures());
+    let [l1, l2] = axes.map(|axis| best.fit.patch.arcs()[axis]);
     let error = FitTest::new(mesh).full_error(&best.fit, options.tolerance, false).max();
     item.number(format!("{name}, r_g (% of the diagonal)"), 100.0 * l1 / diagonal);
     item.number(format!("{name}, second arc (% of the diagonal)"), 100.0 * l2 / diagonal);

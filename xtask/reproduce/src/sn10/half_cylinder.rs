@@ -9,7 +9,7 @@ use super::super::item::{Figure, Item};
 use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, ORANGE};
-use super::patches::{PRESETS, STYLE, estimator, patch};
+use super::patches::{PRESETS, STYLE, axes_of_paper, estimator, patch};
 use mesh_render::Style;
 use xtask_common::Failure;
 
@@ -45,14 +45,15 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         let [few, many] = [(&sparse, FACES[0]), (&dense, FACES[1])]
             .map(|(mesh, face)| estimator(mesh, params)?.at(face, RADIUS).map_err(Failure::mesh));
         let (few, many) = (few?, many?);
-        let [k1, k2] = few.curvatures;
+        let axes = axes_of_paper(few.curvatures);
+        let [k1, k2] = axes.map(|axis| few.curvatures[axis]);
         item.number(format!("{name} preset, kappa 1 (exact: 1)"), k1);
         item.number_within(
             format!("{name} preset, |kappa 2| below 0.01"),
             below(k2.abs(), 0.01),
             0.0,
         );
-        let off = few.frame[0].z.abs().asin().to_degrees();
+        let off = few.frame[axes[0]].z.abs().asin().to_degrees();
         item.number_within(
             format!("{name} preset, T1 off by less than 1e-6 degrees"),
             below(off, 1e-6),
@@ -95,7 +96,8 @@ fn figures(run: &Run<'_>, item: &mut Item, mesh: &TriMesh) -> Result<Vec<Figure>
 }
 
 fn add_numbers(item: &mut Item, mesh: &TriMesh, fit: &PatchFit, name: &str) {
-    let [l1, l2] = fit.patch.arcs();
+    let axes = axes_of_paper(fit.patch.curvatures());
+    let [l1, l2] = axes.map(|axis| fit.patch.arcs()[axis]);
     item.number(format!("{name}, length of the second arc / r_g"), l2 / l1);
     let errors = FitTest::new(mesh).quarter_errors(fit);
     let largest = errors.into_iter().fold(0.0, f64::max);

@@ -27,6 +27,13 @@ pub(super) fn patch(
     estimator.patch(face, radius, shape).map_err(Failure::mesh)
 }
 
+/// The principal axes in the order of SN10: the axis whose curvature has the larger absolute value first.
+/// (`curvpatch` has the larger curvature first.)
+pub(super) fn axes_of_paper(curvatures: [f64; 2]) -> [usize; 2] {
+    let [k1, k2] = curvatures.map(f64::abs);
+    if k1 >= k2 { [0, 1] } else { [1, 0] }
+}
+
 /// The face whose barycentre is nearest to a point, on the side of a direction.
 pub(super) fn face_at(mesh: &TriMesh, point: DVec3, side: DVec3) -> FaceId {
     let center = |face: FaceId| mesh.triangle(face).iter().sum::<DVec3>() / 3.0;

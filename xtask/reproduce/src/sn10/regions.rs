@@ -8,7 +8,7 @@ use mesh_core::{FaceId, TriMesh};
 use super::super::item::{Figure, Item};
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, GREEN, ORANGE};
-use super::patches::{STYLE, estimator, face_at, patch};
+use super::patches::{STYLE, axes_of_paper, estimator, face_at, patch};
 use xtask_common::Failure;
 
 /// A surface with the places where patches are put.
@@ -111,13 +111,14 @@ fn figure(
         let what = format!("{name}, {place}, {shape_name}");
         item.number(format!("{what}, area over pi r_g²"), share);
         item.number(format!("{what}, error (% of r_g)"), error);
-        let [k1, k2] = fit.curvature.curvatures;
+        let axes = axes_of_paper(fit.curvature.curvatures);
+        let [k1, k2] = axes.map(|axis| fit.curvature.curvatures[axis]);
         lines.push(vec![
             format!("{name}, {place}"),
             shape_name.to_owned(),
             format!("{k1:.3}"),
             format!("{k2:.3}"),
-            format!("{:.2}", fit.patch.arcs()[1] / radius),
+            format!("{:.2}", fit.patch.arcs()[axes[1]] / radius),
             faces.len().to_string(),
             format!("{share:.2}"),
             format!("{error:.2}"),

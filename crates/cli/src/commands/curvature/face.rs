@@ -1,6 +1,6 @@
 //! `curvmesh curvature --estimator face`: the curvature of every face from normal sections.
 
-use curvpatch::DiscCurvature;
+use curvpatch::{DiscCurvature, DiscSize};
 use mesh_core::{TriMesh, VertexMap};
 use mesh_io::{Format, Model, Scalars};
 use mesh_render::Scale;
@@ -16,23 +16,27 @@ use crate::load::Seconds;
 use crate::task::{Done, Report, Task};
 use crate::view::{self, name_of};
 
-/// The property that is 1 for faces with curvature, and 0 for those without, whose other numbers
-/// are 0.
+/// Properties of faces that are 0 or 1. A face with [`KNOWN`] = 0 has NaN as curvature.
 const KNOWN: &str = "curvature_known";
+const TRUNCATED: &str = "sections_truncated";
+const CLOSED: &str = "sections_closed";
 
-/// The keys of the vertex estimator, as far as there are such integrals over faces, and what is
-/// particular to this one.
+/// The results in `--json`: integrals with the names of the vertex estimator, and face counts.
 #[derive(Serialize)]
 struct Results {
     #[serde(flatten)]
     integrals: Integrals,
     estimator: &'static str,
+    /// The radius of the discs; the median radius if `local_radius`.
     radius: f64,
-    /// Faces whose sections end at the boundary of the mesh.
+    /// Whether the length of sections follows the edges around each face.
+    local_radius: bool,
+    /// Number of faces with sections that end at the boundary of the mesh.
     truncated_faces: usize,
-    /// Faces whose sections come back to them: the radius is too large there.
+    /// Number of faces with sections that close on themselves. Their curvature is unknown.
     wrapped_faces: usize,
-    /// Faces without curvature: those without area, or cut off from their neighbours.
+    /// Number of faces with unknown curvature: no area, no section that leaves the face, or closed
+    /// sections.
     faces_without_curvature: usize,
     quantity: String,
     range: [f64; 2],
@@ -77,12 +81,15 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     report.done(console, summary(&report), brief)
 }
 
-/// Both principal directions at the faces, a tenth of the reach of the sections long.
+/// Both principal directions at the faces. The lines are a tenth of the disc radius long.
 fn directions(values: &FaceValues) -> Vec<Lines> {
-    let half = 0.05 * values.radius;
     let line = |axis: usize| {
         let discs = values.discs.as_slice().iter().flatten();
-        discs.map(|d| [d.center - half * d.frame[axis], d.center + half * d.frame[axis]]).collect()
+        let line = |d: &DiscCurvature| {
+            let half = 0.05 * d.radius * d.frame[axis];
+            [d.center - half, d.center + half]
+        };
+        discs.map(line).collect()
     };
     let lines = |name: &str, color, segments| Lines {
         name: name.into(),
@@ -97,9 +104,10 @@ fn directions(values: &FaceValues) -> Vec<Lines> {
     ]
 }
 
-/// The mesh with every quantity as a number per face, 0 where there is none. Colours go to the
-/// faces where the format has them (PLY, OFF), and otherwise to the vertices, by the mean of the
-/// faces round each weighted by their areas, so that the mesh stays connected.
+/// The mesh with every quantity as a property of the faces, NaN where it is unknown.
+///
+/// Colours are stored in the faces if the format supports it (PLY, OFF). Otherwise each vertex gets the
+/// colour of the area-weighted mean of its faces, so that the mesh stays connected.
 fn colored(
     quantity: Quantity,
     in_faces: bool,
@@ -113,14 +121,22 @@ fn colored(
     for &quantity in of_faces {
         let name = quantity.property();
         model.face_scalars.retain(|scalars| scalars.name != name);
-        let of_face =
-            |disc: &Option<DiscCurvature>| disc.map_or(0.0, |disc| disc_quantity(&disc, quantity));
+        let of_face = |disc: &Option<DiscCurvature>| {
+            disc.map_or(f64::NAN, |disc| disc_quantity(&disc, quantity))
+        };
         let values: Vec<f64> = discs.iter().map(of_face).collect();
         model.face_scalars.push(Scalars::new(name, values));
     }
-    model.face_scalars.retain(|scalars| scalars.name != KNOWN);
-    let known: Vec<u8> = discs.iter().map(|disc| u8::from(disc.is_some())).collect();
-    model.face_scalars.push(Scalars::new(KNOWN, known));
+    let flags: [(&str, Vec<bool>); 3] = [
+        (KNOWN, discs.iter().map(Option::is_some).collect()),
+        (TRUNCATED, discs.iter().map(|disc| disc.is_some_and(|disc| disc.truncated)).collect()),
+        (CLOSED, values.closed.as_slice().to_vec()),
+    ];
+    for (name, flags) in flags {
+        model.face_scalars.retain(|scalars| scalars.name != name);
+        let values: Vec<u8> = flags.into_iter().map(u8::from).collect();
+        model.face_scalars.push(Scalars::new(name, values));
+    }
     model.vertex_colors = None;
     model.face_colors = None;
     if in_faces {
@@ -136,10 +152,10 @@ fn colored(
     Ok(model)
 }
 
-/// The colour of what has no curvature.
+/// The colour of unknown curvature.
 const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
 
-/// The mean over the faces round each vertex, weighted by area; nothing without any.
+/// The area-weighted mean over the faces of each vertex; `None` if all are unknown.
 fn vertex_means(mesh: &TriMesh, values: &FaceValues, quantity: Quantity) -> VertexMap<Option<f64>> {
     let topology = mesh.topology();
     let mut sums = topology.vertex_map(0.0);
@@ -163,8 +179,9 @@ fn results(options: &Curvature, loaded: &Loaded, values: &FaceValues, scale: &Sc
         integrals: values.integrals(&loaded.mesh),
         estimator: "face",
         radius: values.radius,
+        local_radius: values.size == DiscSize::Local,
         truncated_faces: values.count(|disc| disc.truncated),
-        wrapped_faces: values.count(|disc| disc.wrapped),
+        wrapped_faces: values.closed_count(),
         faces_without_curvature: topology.face_count() - values.count(|_| true),
         quantity: options.quantity.to_string(),
         range: [scale.low, scale.high],
@@ -174,14 +191,19 @@ fn results(options: &Curvature, loaded: &Loaded, values: &FaceValues, scale: &Sc
 fn summary(report: &Report<Results>) -> String {
     let found = &report.results;
     format!(
-        "{}: sections of {:.6} to either side; integral of K {:.6}, of |H| {:.6}\n  {} of {} faces have sections that end at the boundary, {} that close on themselves, {} have no curvature",
+        "{}: sections of {:.6} to either side{}; integral of K {:.6}, of |H| {:.6}\n  {} of {} faces have sections that end at the boundary; the curvature of {} faces is unknown (NaN), of {} because their sections close on themselves",
         report.subject(),
         found.radius,
+        if found.local_radius {
+            " (median; four local edge lengths in each direction)"
+        } else {
+            ""
+        },
         found.integrals.integral_gaussian,
         found.integrals.integral_abs_mean,
         found.truncated_faces,
         report.faces,
-        found.wrapped_faces,
-        found.faces_without_curvature
+        found.faces_without_curvature,
+        found.wrapped_faces
     )
 }

@@ -28,6 +28,8 @@ struct Results {
     /// With `ball`.
     #[serde(skip_serializing_if = "Option::is_none")]
     radius: Option<f64>,
+    /// Whether the default radius of balls was reduced to limit the time.
+    radius_reduced: bool,
     /// With `fit`.
     #[serde(skip_serializing_if = "Option::is_none")]
     rings: Option<usize>,
@@ -71,6 +73,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         integrals: values.integrals(&loaded.mesh),
         estimator: if values.radius.is_some() { "ball" } else { "fit" },
         radius: values.radius,
+        radius_reduced: values.radius_reduced,
         rings: values.rings,
         vertices_without_curvature: loaded
             .mesh
@@ -166,7 +169,14 @@ fn arrows(mesh: &TriMesh, values: &FrameValues) -> Result<Model, Failure> {
 fn summary(report: &Report<Results>) -> String {
     let found = &report.results;
     let way = match (found.radius, found.rings) {
-        (Some(radius), _) => format!("averages over balls of radius {radius:.6}"),
+        (Some(radius), _) => {
+            let reduced = if found.radius_reduced {
+                " (less than 4 mean edge lengths, because such balls contain more than 1,000 faces)"
+            } else {
+                ""
+            };
+            format!("averages over balls of radius {radius:.6}{reduced}")
+        }
         (None, rings) => format!("quadratic surfaces fitted to {} rings", rings.unwrap_or(0)),
     };
     format!(

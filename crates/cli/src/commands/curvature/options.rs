@@ -59,8 +59,9 @@ pub(crate) struct Estimate {
     /// `fit`: of quadratic surfaces fitted to rings of neighbours; `ball`: averaged over balls
     #[arg(long, value_enum, default_value_t)]
     pub(crate) estimator: EstimatorName,
-    /// With `face`: how far sections reach to either side; with `ball`: the radius of the balls
-    /// [default: 4 mean edges]
+    /// With `face`: length of the sections to either side [default: 4 local edge lengths, different in each
+    /// direction; 4 mean edge lengths with `--preset paper`]. With `ball`: radius of the balls [default: 4 mean
+    /// edge lengths]
     #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
     pub(crate) radius: Option<Length>,
     /// With `face`: how curvature is read off the sections
