@@ -455,3 +455,25 @@ struct Candidate {
     /// Whether it has passed the full test.
     is_tested: bool,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::params::Params;
+    use mesh_core::TriMesh;
+    use mesh_core::shapes::Sphere;
+
+    /// Corrupted coordinates make the ratio of the largest to the smallest radius arbitrary.
+    #[test]
+    fn the_number_of_steps_is_bounded_for_any_range_of_radii() {
+        let mesh = TriMesh::from_soup(&Sphere::UNIT.icosphere(0).unwrap()).unwrap();
+        let estimator = CurvatureEstimator::new(&mesh, Params::robust()).unwrap();
+        let sizer = PatchSizer::new(&estimator, SizeOptions::new(0.1)).unwrap();
+        let smallest = 1e-150;
+        let steps = (0..).take_while(|&step| sizer.radius_of(smallest, step) < 1e150).count();
+        assert!(steps < 70, "{steps}");
+        for step in 0..40 {
+            assert_eq!(sizer.radius_of(smallest, step), smallest * 1.25_f64.powi(step as i32));
+        }
+    }
+}

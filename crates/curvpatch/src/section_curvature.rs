@@ -68,11 +68,12 @@ pub(crate) fn parabola_bend(section: &Section) -> Option<f64> {
 
 /// The slope of a section at its origin against the tangent.
 ///
-/// For two full arcs, this is the slope of the chord. If an arc is cut short, it is the slope of the
+/// For two full arcs of equal length, this is the slope of the chord. Otherwise it is the slope of the
 /// parabola through both ends and the origin.
 pub(crate) fn section_slope(section: &Section) -> f64 {
     let Section { forward: p, backward: m, .. } = section;
-    let (rise, run) = if p.cut_short.is_none() && m.cut_short.is_none() {
+    let are_full = p.cut_short.is_none() && m.cut_short.is_none();
+    let (rise, run) = if are_full && p.length == m.length {
         (p.y - m.y, p.x - m.x)
     } else {
         (p.y * m.x * m.x - m.y * p.x * p.x, p.x * m.x * m.x - m.x * p.x * p.x)

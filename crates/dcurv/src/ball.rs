@@ -181,7 +181,7 @@ fn all_balls(
     radius: f64,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> VertexMap<BallCurvature> {
-    let integrate = |ball: &mut Ball, index| {
+    let integrate = |ball: &mut Ball<'_>, index| {
         if stops() {
             return BallCurvature::default();
         }
