@@ -12,8 +12,9 @@ use clap::ValueEnum;
 use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions, Quad, Rebuild};
 use glam::DVec3;
-use mesh_core::shapes::{Ellipsoid, ShapeError, Sphere, SplitMix64, scramble};
+use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, PolygonSoup, Repair, TriMesh, build};
+use mesh_shapes::{Ellipsoid, ShapeError, Sphere, scramble};
 use rayon::prelude::*;
 
 use xtask_common::{Failure, Numbers, progress_bar};

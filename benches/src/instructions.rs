@@ -15,11 +15,12 @@ use comfy_table::{CellAlignment, Table};
 use curvpatch::{CoverOptions, CurvatureEstimator, Params, cover};
 use dcurv::{CurvatureOptions, Curvatures, VertexArea};
 use dtri_flip::{CostName, FlipOptions};
-use mesh_core::shapes::{SplitMix64, Torus, scramble};
+use mesh_core::SplitMix64;
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_io::{Format, ReadOptions, WriteOptions, read_from, write_to};
 use mesh_metric::{CompareOptions, Surface, compare};
 use mesh_render::{Scene, Side, Style, View, render};
+use mesh_shapes::{Torus, scramble};
 use simplify::{Options, Preset, simplify};
 
 use xtask_common::Failure;

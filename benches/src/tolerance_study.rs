@@ -230,9 +230,9 @@ fn table(options: &ToleranceStudy, rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::{Preset, Row, Way, measure};
-    use mesh_core::shapes::Sphere;
     use mesh_core::{Repair, build};
     use mesh_metric::Surface;
+    use mesh_shapes::Sphere;
 
     #[test]
     fn rows_survive_the_way_through_the_file() {

@@ -5,7 +5,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, 
 use criterion_benches::{SIZES, model_mesh};
 use dtri_flip::{AbsMean, FlipOptions, optimise};
 use mesh_core::TriMesh;
-use mesh_core::shapes::Torus;
+use mesh_shapes::Torus;
 
 /// The torus of DHKL01 with more points: half of its edges are worth flipping.
 fn shifted_torus(faces: usize) -> TriMesh {

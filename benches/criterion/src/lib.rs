@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use mesh_core::build::{Repair, build};
-use mesh_core::shapes::Torus;
 use mesh_core::{PolygonSoup, TriMesh};
+use mesh_shapes::Torus;
 
 /// The numbers of faces at which growth is measured.
 pub const SIZES: [usize; 3] = [10_000, 100_000, 1_000_000];

@@ -76,8 +76,8 @@ mod tests {
     use super::super::surfaces::{Fineness, Shape};
     use super::{balance, distances};
     use mesh_core::TriMesh;
-    use mesh_core::shapes::Sphere;
     use mesh_metric::Surface;
+    use mesh_shapes::Sphere;
 
     /// An octahedron in a sphere: the centre of a face is farthest.
     #[test]

@@ -1,10 +1,8 @@
 //! The surfaces of the study: fine meshes of them, and what is exact about them.
 
 use glam::{DVec2, DVec3};
-use mesh_core::shapes::{
-    AnalyticSurface, Ellipsoid, Irregular, Saddle, SignedDistance, Sphere, Torus,
-};
 use mesh_core::{PolygonSoup, TriMesh};
+use mesh_shapes::{AnalyticSurface, Ellipsoid, Irregular, Saddle, SignedDistance, Sphere, Torus};
 
 use xtask_common::Failure;
 
@@ -204,7 +202,7 @@ mod tests {
     use super::{Fineness, Shape};
     use clap::ValueEnum;
     use glam::DVec3;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     #[test]
     fn fine_meshes_lie_on_their_surfaces() {

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use crate::common::{code, curvmesh, json, write};
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::{Torus, polyhedra};
 use mesh_io::{Model, WriteOptions};
+use mesh_shapes::{Torus, polyhedra};
 
 fn torus(folder: &Path) -> String {
     let path = folder.join("torus.ply");

@@ -9,8 +9,8 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use crate::common::code;
-use mesh_core::shapes::Torus;
 use mesh_io::{Image, ImageData, Material, Model, WriteOptions};
+use mesh_shapes::Torus;
 
 /// A torus with a material, texture coordinates and an embedded picture.
 fn painted(around: usize, shade: u8) -> Model {

@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 
 use crate::common::{files, json, write};
-use mesh_core::shapes::Torus;
+use mesh_shapes::Torus;
 
 /// Whether a process has taken SIGINT, number 2, into its own hands.
 fn catches_interrupt(process: u32) -> bool {

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crate::common::{code, curvmesh, json, write};
-use mesh_core::shapes::Torus;
+use mesh_shapes::Torus;
 
 /// A torus of 100,000 faces.
 fn torus(folder: &Path) -> PathBuf {

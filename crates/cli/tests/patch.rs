@@ -6,9 +6,9 @@ use std::path::Path;
 use crate::common::{curvmesh, json, write};
 use curvpatch::{CoverOptions, CoverRecord, CurvatureEstimator, Params, Shape, cover};
 use glam::DVec3;
-use mesh_core::shapes::{Saddle, Sphere, Torus};
 use mesh_core::{Repair, TriMesh, build};
 use mesh_io::Model;
+use mesh_shapes::{Saddle, Sphere, Torus};
 
 const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
 const SPHERE: Sphere = Sphere { radius: 2.0 };

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use crate::common::{curvmesh, json, write};
 use glam::DVec3;
-use mesh_core::shapes::Torus;
 use mesh_io::Model;
+use mesh_shapes::Torus;
 
 const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
 

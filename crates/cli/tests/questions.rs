@@ -6,9 +6,9 @@ use std::path::Path;
 use std::process::Command;
 
 use crate::common::{json, write};
-use mesh_core::shapes::{Saddle, Torus, polyhedra};
 use mesh_core::{Repair, build};
 use mesh_io::{Model, WriteOptions};
+use mesh_shapes::{Saddle, Torus, polyhedra};
 
 const QUESTIONS: &str = include_str!("../../../docs/questions.md");
 

@@ -7,8 +7,8 @@ use std::path::Path;
 use crate::common::{code, json, write};
 use glam::DVec3;
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::{Torus, polyhedra};
 use mesh_io::{Model, WriteOptions};
+use mesh_shapes::{Torus, polyhedra};
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()

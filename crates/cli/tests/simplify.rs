@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common::{code, json, write};
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::{Sphere, Torus};
+use mesh_shapes::{Sphere, Torus};
 use serde_json::Value;
 
 fn text(path: &Path) -> &str {

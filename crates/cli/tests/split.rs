@@ -5,8 +5,8 @@ use std::path::Path;
 
 use crate::common::{json, write};
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::Sphere;
 use mesh_io::{Model, WriteOptions};
+use mesh_shapes::Sphere;
 use serde_json::Value;
 
 fn text(path: &Path) -> &str {

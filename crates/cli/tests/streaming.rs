@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::common::{code, json, write};
-use mesh_core::shapes::Torus;
+use mesh_shapes::Torus;
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()

@@ -8,7 +8,7 @@ use std::process::{Command, Output, Stdio};
 
 use crate::common::{code, curvmesh, json, write};
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::{Sphere, Torus, polyhedra};
+use mesh_shapes::{Sphere, Torus, polyhedra};
 use serde_json::Value;
 
 fn text(path: &Path) -> &str {

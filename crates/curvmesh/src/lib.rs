@@ -17,6 +17,7 @@ pub use mesh_metric;
 pub use mesh_refine;
 #[cfg(feature = "mesh-render")]
 pub use mesh_render;
+pub use mesh_shapes;
 #[cfg(feature = "mesh-view")]
 pub use mesh_view;
 #[cfg(feature = "mesh-work")]

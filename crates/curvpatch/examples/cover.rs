@@ -3,7 +3,7 @@
 
 use curvpatch::{CoverOptions, CurvatureEstimator, Params, cover};
 use mesh_core::TriMesh;
-use mesh_core::shapes::Torus;
+use mesh_shapes::Torus;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = TriMesh::from_soup(&Torus { major: 2.0, minor: 1.0 }.mesh(48, 24)?)?;

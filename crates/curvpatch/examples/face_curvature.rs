@@ -3,7 +3,7 @@
 
 use curvpatch::{CurvatureEstimator, Params};
 use mesh_core::TriMesh;
-use mesh_core::shapes::{AnalyticSurface, Torus};
+use mesh_shapes::{AnalyticSurface, Torus};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let torus = Torus { major: 2.0, minor: 1.0 };

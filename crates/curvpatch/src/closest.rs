@@ -65,7 +65,7 @@ mod tests {
             [DVec3::ZERO, DVec3::new(3.0, 0.1, 0.2), DVec3::new(1.0, 0.0, -0.4)],
             [DVec3::ZERO, DVec3::X, 2.0 * DVec3::X],
         ];
-        let mut random = mesh_core::shapes::SplitMix64::new(3);
+        let mut random = mesh_core::SplitMix64::new(3);
         for corners in triangles {
             for _ in 0..200 {
                 let mut draw = || 2.0 * random.symmetric();

@@ -200,7 +200,7 @@ mod tests {
     use super::*;
     use crate::patch::PatchData;
     use fearless_simd::{Level, dispatch};
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     #[test]
     fn the_series_bound_their_functions() {

@@ -461,7 +461,7 @@ mod tests {
     use super::*;
     use crate::params::Params;
     use mesh_core::TriMesh;
-    use mesh_core::shapes::Sphere;
+    use mesh_shapes::Sphere;
 
     /// Corrupted coordinates make the ratio of the largest to the smallest radius arbitrary.
     #[test]

@@ -85,7 +85,7 @@ impl Section {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::Torus;
+    use mesh_shapes::Torus;
 
     /// A closed section is walked once. Its other half equals the result of walking it.
     #[test]

@@ -126,7 +126,7 @@ mod tests {
     use crate::scalar_walk::ScalarWalk;
     use crate::section_plane::SectionPlane;
     use mesh_core::TriMesh;
-    use mesh_core::shapes::{Diagonals, Saddle, Torus};
+    use mesh_shapes::{Diagonals, Saddle, Torus};
 
     /// On a torus and on a grid with boundary, with lengths at which arcs end for every reason.
     #[test]

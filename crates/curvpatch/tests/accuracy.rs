@@ -5,8 +5,8 @@
 use crate::common;
 use crate::common::{accuracy, inner, mean_edge};
 use curvpatch::{CurvatureEstimator, DiscCurvature, Params};
-use mesh_core::shapes::{AnalyticSurface, Irregular, RowPhase, Sphere, add_normal_noise};
 use mesh_core::{PolygonSoup, TriMesh};
+use mesh_shapes::{AnalyticSurface, Irregular, RowPhase, Sphere, add_normal_noise};
 
 #[derive(Clone, Copy, Debug)]
 enum Mesh {

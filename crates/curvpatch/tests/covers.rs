@@ -10,7 +10,7 @@ use curvpatch::{
     Cover, CoverCandidates, CoverMethod, CoverOptions, CurvatureEstimator, Params, Patch, Shape,
 };
 use mesh_core::TriMesh;
-use mesh_core::shapes::RowPhase;
+use mesh_shapes::RowPhase;
 
 /// A row of the reference table: the numbers of patches of the greedy and the sequential cover,
 /// with no face left over.

@@ -5,8 +5,9 @@ use crate::common;
 use core::f64::consts::TAU;
 
 use curvpatch::{CurvatureError, CurvatureEstimator, DiscCurvature, DiscSize, Params};
-use mesh_core::shapes::{Irregular, Saddle, SplitMix64, Torus};
+use mesh_core::SplitMix64;
 use mesh_core::{FaceId, TriMesh};
+use mesh_shapes::{Irregular, Saddle, Torus};
 
 /// A cylinder of radius 0.4 around z without caps, `sides` x `rows` quads, and its height.
 fn open_cylinder(sides: u32, rows: u32, height: f64) -> TriMesh {

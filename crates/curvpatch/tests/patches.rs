@@ -11,7 +11,7 @@ use curvpatch::{
 };
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{RowPhase, SignedDistance, Sphere};
+use mesh_shapes::{RowPhase, SignedDistance, Sphere};
 
 const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 

@@ -8,8 +8,9 @@ use curvpatch::{
     Unfit, cover,
 };
 use glam::DVec3;
-use mesh_core::shapes::{RowPhase, SplitMix64};
+use mesh_core::SplitMix64;
 use mesh_core::{FaceId, PolygonSoup, Repair, TriMesh, build};
+use mesh_shapes::RowPhase;
 use proptest::prelude::*;
 
 fn moved(mesh: &TriMesh, scale: f64, offset: DVec3) -> TriMesh {

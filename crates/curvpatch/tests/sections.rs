@@ -11,8 +11,8 @@ use curvpatch::{
 };
 use dcurv::{CurvatureOptions, Curvatures};
 use glam::DVec3;
-use mesh_core::shapes::{Diagonals, Plane, RowPhase, SignedDistance};
 use mesh_core::{FaceId, TriMesh};
+use mesh_shapes::{Diagonals, Plane, RowPhase, SignedDistance};
 
 /// The face and point of a half cylinder's mesh over this angle and height.
 fn locate(mesh: &TriMesh, at: DVec3) -> SurfacePoint {
@@ -40,7 +40,7 @@ fn locate(mesh: &TriMesh, at: DVec3) -> SurfacePoint {
 fn half_cylinder_without_inner_vertices_has_the_curvature_of_a_dense_one() {
     let sparse = common::bare_half_cylinder();
     let dense = common::mesh(
-        &mesh_core::shapes::Cylinder { radius: 1.0, height: 6.0 }
+        &mesh_shapes::Cylinder { radius: 1.0, height: 6.0 }
             .mesh(48, 48, RowPhase::Aligned)
             .unwrap(),
     );

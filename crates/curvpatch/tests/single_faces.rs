@@ -6,8 +6,8 @@ use core::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use curvpatch::{CurvatureEstimator, FitTest, Params, PointClass, Shape};
 use glam::DVec3;
-use mesh_core::shapes::RowPhase;
 use mesh_core::{FaceId, TriMesh};
+use mesh_shapes::RowPhase;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Mesh {

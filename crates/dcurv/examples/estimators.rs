@@ -7,8 +7,8 @@
 use std::error::Error;
 
 use dcurv::{CurvatureOptions, Curvatures, FitOptions, ball_curvatures, fitted_frames};
-use mesh_core::shapes::{AnalyticSurface, Irregular, Torus, add_normal_noise};
 use mesh_core::{TriMesh, VertexId};
+use mesh_shapes::{AnalyticSurface, Irregular, Torus, add_normal_noise};
 
 const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
 

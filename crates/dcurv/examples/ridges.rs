@@ -9,7 +9,7 @@ use std::io::{Write, stdout};
 use dcurv::{FitOptions, fitted_frames};
 use mesh_core::TriMesh;
 use mesh_core::glam::DVec3;
-use mesh_core::shapes::{Ellipsoid, Irregular};
+use mesh_shapes::{Ellipsoid, Irregular};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let ellipsoid = Ellipsoid { semi_axes: DVec3::new(1.0, 0.7, 0.4) };

@@ -120,7 +120,7 @@ impl AngleSum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     #[test]
     fn angles_of_degenerate_triangles_add_up_to_pi() {

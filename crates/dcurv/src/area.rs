@@ -73,7 +73,7 @@ pub(crate) fn voronoi_share(u: DVec3, w: DVec3, twice_area: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     fn shares(kind: VertexArea, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
         [[a, b, c], [b, c, a], [c, a, b]].map(|[a, b, c]| corner_area(kind, a, b, c).value())

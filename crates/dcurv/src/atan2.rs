@@ -53,7 +53,7 @@ fn small_atan(r: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     #[test]
     fn agrees_with_the_standard_library_to_the_last_bits() {

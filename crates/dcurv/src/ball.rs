@@ -141,7 +141,8 @@ pub fn ball_curvature(
 /// [`ball_curvature`] of all vertices; zero for removed vertices.
 ///
 /// ```
-/// use mesh_core::{TriMesh, shapes::Sphere};
+/// use mesh_core::TriMesh;
+/// use mesh_shapes::Sphere;
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let sphere = TriMesh::from_soup(&Sphere::UNIT.icosphere(5)?)?;
 /// let smoothed = dcurv::ball_curvatures(&sphere, 0.3)?;
@@ -422,7 +423,7 @@ fn area_in_unit_disk(p: DVec2, q: DVec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     #[test]
     fn areas_of_triangles_in_a_ball_agree_with_sampling() {

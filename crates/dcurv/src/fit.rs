@@ -71,7 +71,8 @@ pub fn fitted_frame(
 ///
 /// ```
 /// use dcurv::{FitOptions, fitted_frames};
-/// use mesh_core::{TriMesh, shapes::Sphere};
+/// use mesh_core::TriMesh;
+/// use mesh_shapes::Sphere;
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let sphere = TriMesh::from_soup(&Sphere { radius: 2.0 }.icosphere(4)?)?;
 /// for (_, frame) in fitted_frames(&sphere, &FitOptions::default()).iter() {

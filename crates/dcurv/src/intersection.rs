@@ -102,7 +102,7 @@ fn scaled_intersection_angle(sides: [DVec3; 4]) -> f64 {
 mod tests {
     use super::*;
     use core::f64::consts::PI;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     fn random_points(random: &mut SplitMix64) -> [DVec3; 4] {
         [(); 4].map(|()| DVec3::new(random.uniform(), random.uniform(), random.uniform()))

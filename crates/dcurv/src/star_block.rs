@@ -345,7 +345,8 @@ mod tests {
     use crate::vertex::vertex_curvature;
     use crate::willmore::willmore_energy;
     use fearless_simd::Simd;
-    use mesh_core::shapes::{SplitMix64, scramble};
+    use mesh_core::SplitMix64;
+    use mesh_shapes::scramble;
 
     fn levels() -> Vec<Level> {
         let best = Level::new();

@@ -3,11 +3,11 @@
 
 use dcurv::{CurvatureOptions, Curvatures, principal_frames};
 use glam::DVec3;
-use mesh_core::shapes::{
+use mesh_core::{PolygonSoup, TriMesh};
+use mesh_shapes::{
     AnalyticSurface, Catenoid, Cylinder, Diagonals, Ellipsoid, Irregular, RowPhase, Saddle,
     ShapeError, Sphere, Torus,
 };
-use mesh_core::{PolygonSoup, TriMesh};
 
 const REFINEMENTS: [usize; 4] = [16, 32, 64, 128];
 

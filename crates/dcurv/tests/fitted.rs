@@ -6,11 +6,11 @@ use dcurv::{
     ball_curvatures_until, fitted_frame, fitted_frames, fitted_frames_until,
 };
 use glam::DVec3;
-use mesh_core::shapes::{
+use mesh_core::{Handle, PolygonSoup, TriMesh, VertexId};
+use mesh_shapes::{
     AnalyticSurface, Cylinder, Ellipsoid, Irregular, RowPhase, Saddle, Sphere, Torus,
     add_normal_noise,
 };
-use mesh_core::{Handle, PolygonSoup, TriMesh, VertexId};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };

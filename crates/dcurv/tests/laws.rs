@@ -8,8 +8,8 @@ use dcurv::{
     willmore_energy,
 };
 use glam::DVec3;
-use mesh_core::shapes::{Cylinder, Diagonals, Irregular, RowPhase, Saddle, Sphere, Torus};
 use mesh_core::{PolygonSoup, TriMesh};
+use mesh_shapes::{Cylinder, Diagonals, Irregular, RowPhase, Saddle, Sphere, Torus};
 
 const AREAS: [VertexArea; 2] = [VertexArea::Voronoi, VertexArea::Barycentric];
 

@@ -4,8 +4,8 @@
 use dcurv::{
     CurvatureOptions, Curvatures, Totals, VertexArea, total_willmore_energy, willmore_energies,
 };
-use mesh_core::shapes::{Torus, inset_cube, polyhedra, seven_points};
 use mesh_core::{PolygonSoup, TriMesh};
+use mesh_shapes::{Torus, inset_cube, polyhedra, seven_points};
 
 fn mesh(soup: &PolygonSoup) -> TriMesh {
     TriMesh::from_soup(soup).unwrap()

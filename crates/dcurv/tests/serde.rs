@@ -6,8 +6,8 @@ use dcurv::{
     BallCurvature, CurvatureOptions, Curvatures, FitOptions, PrincipalFrame, Totals,
     ball_curvatures, fitted_frames,
 };
-use mesh_core::shapes::Torus;
 use mesh_core::{TriMesh, VertexMap};
+use mesh_shapes::Torus;
 use serde_json::{from_str, to_string};
 
 #[test]

@@ -3,7 +3,8 @@
 
 use dtri_flip::{Change, FlipCost, FlipOptions, Quad, Reach, optimise};
 use glam::DVec3;
-use mesh_core::{TriMesh, VertexId, shapes::Torus};
+use mesh_core::{TriMesh, VertexId};
+use mesh_shapes::Torus;
 
 /// The sum over the edges of the part of their length that is across a direction.
 struct Across(DVec3);

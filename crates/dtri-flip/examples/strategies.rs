@@ -5,8 +5,9 @@ use std::ops::ControlFlow;
 
 use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions, Rebuild};
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Sphere, SplitMix64, scramble};
+use mesh_shapes::{Sphere, scramble};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The convex hull is the best triangulation of these points; the scrambled one starts far off.

@@ -2,7 +2,7 @@
 
 use core::f64::consts::FRAC_PI_2;
 
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, Handle};
 
 use crate::cost::FlipCost;

@@ -11,7 +11,8 @@ use crate::quad::Quad;
 ///
 /// ```
 /// use dtri_flip::{Change, FlipCost, FlipOptions, Quad, Reach, optimise};
-/// use mesh_core::{TriMesh, VertexId, shapes};
+/// use mesh_core::{TriMesh, VertexId};
+/// use mesh_shapes::Torus;
 ///
 /// /// The sum of the squared areas.
 /// struct SquaredArea;
@@ -42,7 +43,7 @@ use crate::quad::Quad;
 /// }
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// let torus = shapes::Torus { major: 5.0, minor: 2.0 }.shifted_mesh(12, 6)?;
+/// let torus = Torus { major: 5.0, minor: 2.0 }.shifted_mesh(12, 6)?;
 /// let mut mesh = TriMesh::from_soup(&torus)?;
 /// let report = optimise(&mut mesh, &SquaredArea, &FlipOptions::default())?;
 /// assert!(report.cost_after < report.cost_before);

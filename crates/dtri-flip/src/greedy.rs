@@ -2,7 +2,7 @@
 
 use core::iter::zip;
 
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, Handle, parallel};
 
 use crate::cost::{Change, FlipCost, Reach};

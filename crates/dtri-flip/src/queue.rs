@@ -132,7 +132,7 @@ impl IndexedQueue {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     #[test]
     fn agrees_with_a_sorted_list_under_random_changes() {

@@ -14,7 +14,7 @@
 use std::collections::VecDeque;
 
 use glam::DVec3;
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 use mesh_core::{
     EdgeId, EdgeMap, FaceId, FaceMap, HalfEdgeId, Handle, TriMesh, VertexId, VertexMap,
 };

@@ -11,8 +11,9 @@ use dtri_flip::{
     Change, CostName, FlipCost, FlipError, FlipOptions, FlipReport, Quad, Reach, Stop, VertexCost,
     VertexFunction, optimise,
 };
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Sphere, SplitMix64, scramble};
+use mesh_shapes::{Sphere, scramble};
 
 /// A cone with one face for each of many points on an uneven rim.
 fn cone(faces: u32) -> TriMesh {

@@ -7,8 +7,9 @@ use crate::common::{face_set, mesh_of, model};
 use dcurv::VertexArea;
 use dtri_flip::{AbsMean, CostName, FlipError, FlipOptions, feature_edges, optimise};
 use glam::DVec3;
-use mesh_core::shapes::{Sphere, SplitMix64, inset_cube, scramble};
+use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, FaceId, TriMesh, VertexId, triangles_cross};
+use mesh_shapes::{Sphere, inset_cube, scramble};
 
 #[test]
 fn trap_15_locked_and_feature_edges_never_flip_and_two_flips_restore_the_mesh() {

@@ -10,8 +10,9 @@ use dtri_flip::{
     AbsMean, Anneal, CostName, FlipCost, FlipError, FlipOptions, FlipReport, Phase, Rebuild, Stop,
     optimise, optimise_with,
 };
-use mesh_core::shapes::{Sphere, SplitMix64, scramble};
+use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, PolygonSoup, TriMesh, triangles_cross};
+use mesh_shapes::{Sphere, scramble};
 
 fn rebuilding(seed: u64) -> FlipOptions {
     FlipOptions { rebuild: Some(Rebuild { seed, ..Rebuild::default() }), ..FlipOptions::default() }

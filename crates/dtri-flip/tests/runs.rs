@@ -6,8 +6,9 @@ use std::ops::ControlFlow;
 use crate::common::{mesh_of, model};
 use dcurv::{CurvatureOptions, Curvatures, VertexArea};
 use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Stop, Ties, Update};
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Sphere, SplitMix64, scramble};
+use mesh_shapes::{Sphere, scramble};
 use proptest::prelude::*;
 
 fn run(mesh: &mut TriMesh, cost: CostName, options: &FlipOptions) -> FlipReport {

@@ -8,7 +8,7 @@ use crate::common::{face_set, mesh_of};
 use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions, Stop};
 use mesh_core::TriMesh;
-use mesh_core::shapes::seven_points;
+use mesh_shapes::seven_points;
 
 const COSTS: [(CostName, f64, f64); 3] = [
     (CostName::F1, 31.369089, 32.958906),

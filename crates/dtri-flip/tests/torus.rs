@@ -8,7 +8,7 @@ use dtri_flip::{
     lattice_error, optimise,
 };
 use mesh_core::TriMesh;
-use mesh_core::shapes::SignedDistance;
+use mesh_shapes::SignedDistance;
 
 fn error(mesh: &TriMesh) -> LatticeError {
     lattice_error(mesh, 100, |p| TORUS.signed_distance(p))

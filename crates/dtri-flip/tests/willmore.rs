@@ -7,8 +7,9 @@ use dtri_flip::{
     CostName, FlipOptions, FlipReport, Stop, Ties, VirtualWillmore, Willmore, lattice_error,
     optimise,
 };
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{SignedDistance, SplitMix64, inset_cube, scramble};
+use mesh_shapes::{SignedDistance, inset_cube, scramble};
 
 fn literal(mesh: &mut TriMesh) -> FlipReport {
     optimise(mesh, &VirtualWillmore, &FlipOptions::default()).unwrap()

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::io::{Write, stdout};
 
 use mesh_core::TriMesh;
-use mesh_core::shapes::Torus;
+use mesh_shapes::Torus;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut mesh = TriMesh::from_soup(&Torus { major: 2.0, minor: 0.7 }.mesh(48, 24)?)?;

@@ -7,8 +7,8 @@
 use std::error::Error;
 
 use mesh_core::fill::FillOptions;
-use mesh_core::shapes::Sphere;
 use mesh_core::{PolygonSoup, Repair, build, diagnose};
+use mesh_shapes::Sphere;
 
 fn main() -> Result<(), Box<dyn Error>> {
     // Every triangle has vertices of its own, as in STL files; a band and a few faces are missing.

@@ -6,8 +6,8 @@
 use std::error::Error;
 
 use mesh_core::glam::DVec3;
-use mesh_core::shapes::{Sphere, add_normal_noise};
 use mesh_core::{TriMesh, VertexMap};
+use mesh_shapes::{Sphere, add_normal_noise};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut soup = Sphere::UNIT.icosphere(4)?;

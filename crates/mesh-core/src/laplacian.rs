@@ -62,7 +62,8 @@ impl TriMesh {
     /// of the arrays indexed by vertex: with removed vertices, compact first.
     ///
     /// ```
-    /// use mesh_core::{TriMesh, shapes::polyhedra};
+    /// use mesh_core::TriMesh;
+    /// use mesh_shapes::polyhedra;
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let mesh = TriMesh::from_soup(&polyhedra::octahedron())?;
     /// let laplacian = mesh.cotangent_laplacian();

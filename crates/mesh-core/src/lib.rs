@@ -26,10 +26,10 @@ pub mod parallel;
 pub mod pieces;
 pub mod position;
 pub mod quadrisect;
+pub mod random;
 mod revision;
 #[cfg(feature = "serde")]
 mod serial;
-pub mod shapes;
 pub mod soup;
 pub mod topology;
 pub mod validate;
@@ -65,6 +65,8 @@ pub use pairing::TopologyError;
 pub use pieces::Piece;
 #[doc(inline)]
 pub use position::{Position, VertexIndex};
+#[doc(inline)]
+pub use random::SplitMix64;
 #[doc(inline)]
 pub use soup::PolygonSoup;
 #[doc(inline)]

@@ -155,7 +155,8 @@ impl TriMesh {
     /// order of [`Topology::face_vertices`]. Isolated vertices stay.
     ///
     /// ```
-    /// use mesh_core::{TriMesh, shapes::polyhedra};
+    /// use mesh_core::TriMesh;
+    /// use mesh_shapes::polyhedra;
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let mut mesh = TriMesh::from_soup(&polyhedra::octahedron())?;
     /// let half_edge = mesh.topology().half_edges().next().ok_or("no half-edge")?;

@@ -21,7 +21,8 @@ impl TriMesh {
     /// vertices are in none. Takes linear time.
     ///
     /// ```
-    /// use mesh_core::{TriMesh, shapes::polyhedra};
+    /// use mesh_core::TriMesh;
+    /// use mesh_shapes::polyhedra;
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 5.], [1., 0., 5.], [0., 1., 5.]];
     /// let mesh = TriMesh::from_triangles(&corners, &[[3, 4, 5], [0, 1, 2]])?;

@@ -4,8 +4,8 @@
 use glam::{DAffine3, DVec2, DVec3};
 use mesh_core::butterfly::{Butterfly, ButterflyError, ButterflyOptions, IrregularRule, subdivide};
 use mesh_core::quadrisect::{EdgeOrigin, VertexOrigin};
-use mesh_core::shapes::*;
 use mesh_core::{EdgeId, PolygonSoup, Topology, TriMesh, VertexId};
+use mesh_shapes::*;
 
 const ZORIN: ButterflyOptions =
     ButterflyOptions { tension: 1.0 / 16.0, irregular: IrregularRule::Zorin };
@@ -355,7 +355,6 @@ fn new_vertices_approach_the_sphere() {
     assert!(5.0 * errors[1] < away, "{away} against {}", errors[1]);
 }
 
-#[cfg(feature = "hull")]
 #[test]
 fn random_valences_are_no_trouble() {
     let coarse = mesh(&Sphere::UNIT.random_hull(200, 4).unwrap());

@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::glam::{DVec3, Vec3};
-use mesh_core::shapes::{Plane, Sphere, Torus, polyhedra};
 use mesh_core::{
     FaceId, FaceMap, FaceTree, MeshError, PolygonSoup, Topology, TriMesh, VertexId, VertexMap,
 };
+use mesh_shapes::{Plane, Sphere, Torus, polyhedra};
 
 const TORUS: Torus = Torus { major: 2.0, minor: 1.0 };
 

@@ -4,9 +4,10 @@
 use core::f64::consts::TAU;
 
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::crossing::Triangle;
-use mesh_core::shapes::{Sphere, SplitMix64};
 use mesh_core::{Extent, FaceTree, TriMesh, VertexId, triangles_cross};
+use mesh_shapes::Sphere;
 
 /// On a coarse grid, so that much touches; anywhere; or in a needle.
 fn corners(random: &mut SplitMix64, kind: usize) -> [DVec3; 3] {

@@ -1,15 +1,16 @@
 //! Adding and removing faces, and filling holes.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
+use mesh_core::SplitMix64;
 use mesh_core::edit::{FaceRefusal, RemovalRefusal};
 use mesh_core::fill::{FillMethod, FillOptions, FillRefusal};
 use mesh_core::glam::DVec3;
-use mesh_core::shapes::{Sphere, SplitMix64, Torus};
 use mesh_core::{FaceId, HalfEdgeId, Repair, Topology, TriMesh, VertexId, build};
+use mesh_shapes::{Sphere, Torus};
 use proptest::prelude::*;
 
 fn octahedron() -> TriMesh {
-    TriMesh::from_soup(&mesh_core::shapes::polyhedra::octahedron()).unwrap()
+    TriMesh::from_soup(&mesh_shapes::polyhedra::octahedron()).unwrap()
 }
 
 fn vertices<const N: usize>(indices: [u32; N]) -> [VertexId; N] {

@@ -8,5 +8,4 @@ mod edits;
 mod extents;
 mod faces;
 mod serde;
-mod shapes;
 mod topology;

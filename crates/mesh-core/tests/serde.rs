@@ -2,12 +2,13 @@
 #![cfg(feature = "serde")]
 #![allow(clippy::unwrap_used)]
 
+use mesh_core::SplitMix64;
 use mesh_core::build::{BuildReport, Sample};
-use mesh_core::shapes::{SplitMix64, Torus, polyhedra};
 use mesh_core::{
     BoundingBox, FaceId, HalfEdgeId, PolygonSoup, Repair, Topology, TriMesh, VertexId, VertexMap,
     Weld, build,
 };
+use mesh_shapes::{Torus, polyhedra};
 use serde::{Serialize, de::DeserializeOwned};
 use serde_json::{Value, from_str, from_value, json, to_string, to_value};
 

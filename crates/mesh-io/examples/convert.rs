@@ -2,8 +2,8 @@
 //! through every format, with what each of them could not keep.
 #![allow(clippy::print_stdout)]
 
-use mesh_core::shapes::polyhedra;
 use mesh_io::{Format, Model, WriteOptions, read, write};
+use mesh_shapes::polyhedra;
 use std::error::Error;
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 //! `cargo run --example paint_heights -- in.stl out`. Without arguments, a torus.
 #![allow(clippy::print_stdout)]
 
-use mesh_core::shapes::Torus;
 use mesh_io::{Format, Model, Scalars, WriteOptions, read, stage};
+use mesh_shapes::Torus;
 use std::error::Error;
 use std::path::PathBuf;
 

@@ -6,11 +6,11 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::Torus;
 use mesh_io::{
     Encoding, Format, Item, Model, ReadError, ReadErrorKind, ReadOptions, WriteOptions, read_from,
     scan_from, write_to,
 };
+use mesh_shapes::Torus;
 
 /// What a scan meets: the positions of vertices, and those of the corners of each face.
 #[derive(Debug, Default, PartialEq)]

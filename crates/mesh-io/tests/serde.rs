@@ -2,11 +2,11 @@
 #![cfg(feature = "serde")]
 #![allow(clippy::unwrap_used)]
 
-use mesh_core::shapes::polyhedra;
 use mesh_io::{
     Alpha, Encoding, External, Format, Group, Image, ImageData, Material, Model, Precision,
     ReadOptions, Scalars, WriteOptions, WriteReport, write_to,
 };
+use mesh_shapes::polyhedra;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

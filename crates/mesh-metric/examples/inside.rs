@@ -2,9 +2,10 @@
 #![allow(missing_docs, clippy::print_stdout)]
 
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{SplitMix64, Torus};
 use mesh_metric::SignedDistance;
+use mesh_shapes::Torus;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = TriMesh::from_soup(&Torus { major: 2.0, minor: 0.75 }.mesh(64, 32)?)?;

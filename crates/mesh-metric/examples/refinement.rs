@@ -1,8 +1,9 @@
 //! How fast finer and finer polyhedra approach a sphere, sampled and proved.
 #![allow(missing_docs, clippy::print_stdout)]
 
-use mesh_core::{TriMesh, shapes::Sphere};
+use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
+use mesh_shapes::Sphere;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let level = |level| -> Result<Surface, Box<dyn std::error::Error>> {

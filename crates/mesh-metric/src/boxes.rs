@@ -292,7 +292,7 @@ fn are_single(triangles: usize, triangle: impl Fn(usize) -> [DVec3; 3] + Sync) -
 mod tests {
     use super::*;
     use fearless_simd::{Level, dispatch};
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     fn triangles(count: usize, keep: impl Fn(f64) -> f64) -> Vec<[DVec3; 3]> {
         let mut random = SplitMix64::new(5);

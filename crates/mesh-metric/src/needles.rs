@@ -129,7 +129,7 @@ fn doubled_area([a, b, c]: &[DVec3; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     fn random_point(random: &mut SplitMix64) -> DVec3 {
         DVec3::new(random.symmetric(), random.symmetric(), random.symmetric())

@@ -3,8 +3,8 @@
 use core::ops::{AddAssign, Range};
 
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::parallel;
-use mesh_core::shapes::SplitMix64;
 
 use crate::blocks::values_in_blocks;
 use crate::surface::Surface;

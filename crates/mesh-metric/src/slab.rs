@@ -81,7 +81,7 @@ fn rounding(point: DVec3) -> f64 {
 mod tests {
     use super::*;
     use fearless_simd::{Level, dispatch};
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     use crate::closest::closest_on_triangle;
 

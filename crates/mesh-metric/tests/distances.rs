@@ -2,13 +2,14 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use glam::{DQuat, DVec3};
-use mesh_core::shapes::{Plane, Sphere, SplitMix64, polyhedra};
+use mesh_core::SplitMix64;
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_metric::{
     CertifyOptions, CompareOptions, SignedDistance, Surface, SurfaceError, closest_on_triangle,
     compare, compare_until, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,
     sample_surface, sampled_hausdorff, vertex_distances,
 };
+use mesh_shapes::{Plane, Sphere, polyhedra};
 use proptest::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

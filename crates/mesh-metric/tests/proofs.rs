@@ -4,7 +4,7 @@
 use core::cmp::Ordering;
 
 use glam::DVec3;
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 use mesh_metric::{
     CertifyOptions, Surface, closest_on_triangle, hausdorff_bounds, one_sided_bounds,
 };

@@ -12,7 +12,7 @@ use core::time::Duration;
 use std::time::Instant;
 
 use glam::DVec3;
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, Handle, TriMesh, VertexId, VertexMap};
 use mesh_metric::{Surface, SurfaceError, sample_surface};
 

@@ -128,7 +128,7 @@ pub fn collapse_back_placed(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::{Irregular, Wave};
+    use mesh_shapes::{Irregular, Wave};
 
     #[test]
     fn edges_that_come_first_are_enough_for_a_few_collapses_and_the_others_follow() {

@@ -295,7 +295,7 @@ fn top_up(mesh: &mut TriMesh, faces: usize) {
 mod tests {
     use super::{quadruple, stages, top_up};
     use mesh_core::TriMesh;
-    use mesh_core::shapes::{Saddle, Sphere};
+    use mesh_shapes::{Saddle, Sphere};
 
     #[test]
     fn a_mesh_cut_in_four_is_the_same_surface_with_regular_new_vertices() {

@@ -21,7 +21,7 @@
 use std::time::Instant;
 
 use glam::{DMat3, DVec3};
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId, parallel};
 use mesh_metric::{Surface, closest_on_triangle};
 

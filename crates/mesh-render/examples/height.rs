@@ -2,9 +2,9 @@
 //! for temporary files.
 #![allow(clippy::print_stdout)]
 
-use mesh_core::shapes::Torus;
 use mesh_core::{TriMesh, VertexMap};
 use mesh_render::{ColorBar, Paint, ScaleOptions, Scene, Side, Style, View, render};
+use mesh_shapes::Torus;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mesh = TriMesh::from_soup(&Torus { major: 5.0, minor: 2.0 }.mesh(96, 48)?)?;

@@ -2,8 +2,8 @@
 #![allow(clippy::print_stdout)]
 
 use mesh_core::build::{Repair, build};
-use mesh_core::shapes::inset_cube;
 use mesh_render::{Scene, SheetOptions, Side, Style, View, render, sheet};
+use mesh_shapes::inset_cube;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);

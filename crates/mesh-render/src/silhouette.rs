@@ -55,7 +55,7 @@ fn zero_line(points: [DVec3; 3], values: [f64; 3]) -> Option<[DVec3; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::Sphere;
+    use mesh_shapes::Sphere;
 
     /// Of a ball, seen from anywhere, a great circle.
     #[test]

@@ -4,9 +4,9 @@
 use core::f64::consts::PI;
 
 use glam::DVec3;
-use mesh_core::shapes::{Sphere, Torus, inset_cube};
 use mesh_core::{FaceMap, TriMesh, VertexMap};
 use mesh_render::{Paint, Picture, RenderError, Scene, Side, Stroke, Style, Texture, View, render};
+use mesh_shapes::{Sphere, Torus, inset_cube};
 
 fn mesh(soup: &mesh_core::PolygonSoup) -> TriMesh {
     mesh_core::build(soup, &mesh_core::Repair::strict()).unwrap().mesh

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Torus, add_normal_noise};
+use mesh_shapes::{Torus, add_normal_noise};
 use mesh_view::{Exhibit, Page};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -91,7 +91,7 @@ fn cluster(positions: &[DVec3], triangles: &[[u32; 3]], low: DVec3, density: f64
 mod tests {
     use super::*;
     use mesh_core::TriMesh;
-    use mesh_core::shapes::Sphere;
+    use mesh_shapes::Sphere;
 
     #[test]
     fn a_sphere_stays_a_sphere_below_the_limit() {

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use browser::Browser;
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Sphere, Torus};
 use mesh_io::{Alpha, Model, Scalars};
+use mesh_shapes::{Sphere, Torus};
 use mesh_view::{
     Directions, Exhibit, Field, Layout, Lines, Materials, On, Page, Picture, Section, Surface,
 };

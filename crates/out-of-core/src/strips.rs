@@ -195,8 +195,8 @@ mod tests {
     #![allow(clippy::unwrap_used)]
 
     use mesh_core::TriMesh;
-    use mesh_core::shapes::Torus;
     use mesh_io::{ReadOptions, WriteOptions};
+    use mesh_shapes::Torus;
     use simplify::{Options, Preset};
 
     use super::*;

@@ -1,7 +1,7 @@
 //! Shapes whose curvature is known, for trials and examples.
 
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::{Sphere, Torus, polyhedra};
+use mesh_shapes::{Sphere, Torus, polyhedra};
 use pyo3::prelude::*;
 
 use crate::failure::Failure;

@@ -6,8 +6,8 @@
 use std::ops::ControlFlow;
 
 use glam::DVec3;
-use mesh_core::shapes::Sphere;
 use mesh_core::{Remap, TriMesh, VertexMap};
+use mesh_shapes::Sphere;
 use simplify::{
     Constraint, CurvatureFactor, EdgePatch, Hybrid, Optimal, Options, Policies, Policy, Rejection,
     Scratch, simplify_with,

@@ -7,7 +7,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::Wave;
+use mesh_shapes::Wave;
 use simplify::{
     CostModifier, EdgePatch, Hybrid, Optimal, Options, Policies, Policy, Scratch, simplify_with,
 };

@@ -65,7 +65,7 @@ pub struct Simplified {
 /// use mesh_core::TriMesh;
 /// use simplify::{Options, Preset, simplify};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-/// # let soup = mesh_core::shapes::Sphere { radius: 1.0 }.icosphere(3)?;
+/// # let soup = mesh_shapes::Sphere { radius: 1.0 }.icosphere(3)?;
 /// # let mesh = TriMesh::from_soup(&soup)?;
 /// let result = simplify(&mesh, &Options::preset(Preset::Default).to_faces(200))?;
 /// assert_eq!(result.mesh.topology().face_count(), 200);

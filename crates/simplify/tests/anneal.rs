@@ -4,9 +4,9 @@
 use core::ops::ControlFlow;
 use core::time::Duration;
 
-use mesh_core::shapes::{Diagonals, Ellipsoid, Irregular, Saddle, Sphere};
 use mesh_core::{TriMesh, VertexId};
 use mesh_metric::{Surface, sample_surface};
+use mesh_shapes::{Diagonals, Ellipsoid, Irregular, Saddle, Sphere};
 use simplify::{
     AnnealOptions, AnnealReport, FitConstraints, FitNorm, FitOptions, Options, Phase, Preset,
     StopReason, anneal, simplify, simplify_observed,

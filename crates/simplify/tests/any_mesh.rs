@@ -2,8 +2,9 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Irregular, Plane, Sphere, SplitMix64};
+use mesh_shapes::{Irregular, Plane, Sphere};
 use proptest::prelude::*;
 use simplify::{Boundary, ErrorCheck, Options, Preset, StopReason, simplify};
 

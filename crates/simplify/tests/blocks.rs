@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use crate::common::model;
 use glam::DVec3;
-use mesh_core::shapes::{Irregular, Plane, Sphere, Torus, Wave};
 use mesh_core::{TriMesh, VertexId};
 use mesh_metric::{CompareOptions, Surface, compare};
+use mesh_shapes::{Irregular, Plane, Sphere, Torus, Wave};
 use simplify::blocks::{Block, CostThreshold, FlatMesh, Fragment, Reduced, Rules};
 use simplify::{
     ErrorCheck, Options, Preset, Schedule, Simplified, SimplifyError, StopReason, finish_collapses,

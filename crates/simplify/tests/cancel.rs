@@ -4,8 +4,8 @@
 use std::ops::ControlFlow;
 
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Irregular, Wave};
 use mesh_metric::{CompareOptions, Surface, compare};
+use mesh_shapes::{Irregular, Wave};
 use simplify::{
     AnnealOptions, ErrorCheck, Options, Phase, Preset, Progress, Simplified, StopReason, simplify,
     simplify_observed,

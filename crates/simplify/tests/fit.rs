@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
-use mesh_core::shapes::{Irregular, Plane, Wave};
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_metric::{CompareOptions, Surface, compare};
+use mesh_shapes::{Irregular, Plane, Wave};
 use simplify::{
     AnnealOptions, Boundary, Curve, FitOptions, MaxErrorOptions, Options, Preset, Tuning, simplify,
 };
@@ -91,7 +91,7 @@ fn corners_of_a_curve_are_where_it_turns() {
 
 #[test]
 fn the_last_seed_is_as_good_as_any() {
-    let soup = mesh_core::shapes::Sphere { radius: 1.0 }.icosphere(2).unwrap();
+    let soup = mesh_shapes::Sphere { radius: 1.0 }.icosphere(2).unwrap();
     let original = mesh(&soup);
     let mut options = Options::preset(Preset::Extreme).to_faces(60);
     options.refine.seed = u64::MAX;

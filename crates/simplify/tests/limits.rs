@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use crate::common::model;
-use mesh_core::shapes::{Irregular, Sphere, Wave};
 use mesh_core::{Repair, TriMesh, build};
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
+use mesh_shapes::{Irregular, Sphere, Wave};
 use simplify::{ErrorCheck, Options, Preset, simplify};
 
 /// In percent of the diagonal of the bounding box.

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::TriMesh;
-use mesh_core::shapes::Torus;
+use mesh_shapes::Torus;
 use peak_alloc::PeakAlloc;
 use simplify::{Options, Preset, RefineOptions, memory_needed, simplify};
 

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Irregular, SignedDistance, Sphere, Torus};
 use mesh_metric::{Surface, sample_surface};
+use mesh_shapes::{Irregular, SignedDistance, Sphere, Torus};
 use simplify::{FitNorm, Options, Preset, simplify};
 
 /// The mean, root mean square and largest distance of a mesh from a surface.

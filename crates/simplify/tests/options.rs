@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::TriMesh;
-use mesh_core::shapes::Sphere;
 use mesh_metric::Surface;
+use mesh_shapes::Sphere;
 use simplify::{
     AnnealOptions, CollapseLog, CornerAttributes, ErrorCheck, FitConstraints, FitOptions,
     MAX_CHANNELS, MaxErrorOptions, Options, Preset, RecordError, RefineError, SimplifyError,

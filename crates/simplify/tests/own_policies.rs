@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::DVec3;
-use mesh_core::shapes::{Irregular, Sphere};
 use mesh_core::{Remap, TriMesh, VertexMap};
+use mesh_shapes::{Irregular, Sphere};
 use simplify::{
     AnnealOptions, Collapse, Constraint, Cost, EdgePatch, ErrorCheck, Hybrid, Memoryless, Metric,
     Optimal, Options, Place, Placement, PlacementRule, Policies, Policy, Preset, Protect, Quadric,

@@ -3,8 +3,9 @@
 
 use crate::common::joined;
 use glam::DVec3;
-use mesh_core::shapes::{Irregular, Plane, Sphere, SplitMix64, Torus, Wave, polyhedra};
+use mesh_core::SplitMix64;
 use mesh_core::{EdgeMap, FaceId, PolygonSoup, TriMesh, VertexId, VertexMap};
+use mesh_shapes::{Irregular, Plane, Sphere, Torus, Wave, polyhedra};
 use simplify::{
     Boundary, Cost, EdgePatch, ErrorCheck, Midpoint, Options, Placement, Policies, Policy, Preset,
     Quadric, RefineOptions, Rejection, Schedule, Scratch, Simplified, SimplifyError, StopReason,

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use crate::common::joined;
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::Sphere;
+use mesh_shapes::Sphere;
 use simplify::{
     BestEndpoint, Collapse, Cost, EdgePatch, Policies, Policy, Quadric, Schedule, Scratch,
     StopReason, Target, collapse_edges,

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 
 use crate::common::joined;
 use glam::{DQuat, DVec3};
-use mesh_core::shapes::polyhedra;
 use mesh_core::{FaceId, TriMesh};
+use mesh_shapes::polyhedra;
 use simplify::{Options, Preset, simplify};
 
 /// The parts at the places of a grid that is so wide, in one mesh that joins nothing.

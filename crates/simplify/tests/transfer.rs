@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)]
 
 use glam::{DVec2, DVec3};
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 use mesh_core::{HalfEdgeId, TriMesh, VertexId};
 use simplify::{
     AttributeOptions, CornerAttributes, Options, Preset, Rejection, corner_sources, seam_nodes,

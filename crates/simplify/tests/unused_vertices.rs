@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Irregular, Wave};
+use mesh_shapes::{Irregular, Wave};
 use simplify::{ErrorCheck, Options, Preset, Simplified, simplify};
 
 /// A wave, and the same with a vertex far away that no face uses.

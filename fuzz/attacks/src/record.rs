@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use mesh_core::TriMesh;
-use mesh_core::shapes::Sphere;
+use mesh_shapes::Sphere;
 use simplify::{CollapseLog, Options, Preset, simplify};
 
 use crate::shape::assert_sound;

@@ -2,8 +2,8 @@
 
 use arbitrary::{Result, Unstructured};
 use glam::DVec3;
-use mesh_core::shapes::{Sphere, Torus};
 use mesh_core::{PolygonSoup, Repair, TriMesh, Weld, build};
+use mesh_shapes::{Sphere, Torus};
 
 /// Coordinates go from minus this to this.
 const REACH: i32 = 4;

@@ -2,8 +2,8 @@
 #![allow(unreachable_pub, clippy::unwrap_used)]
 
 use curvpatch::{CurvatureEstimator, DiscCurvature, DiscSize, Params};
-use mesh_core::shapes::{AnalyticSurface, Cylinder, Diagonals, RowPhase, Saddle, Sphere, Torus};
 use mesh_core::{FaceId, Handle, PolygonSoup, TriMesh};
+use mesh_shapes::{AnalyticSurface, Cylinder, Diagonals, RowPhase, Saddle, Sphere, Torus};
 
 pub fn mesh(soup: &PolygonSoup) -> TriMesh {
     TriMesh::from_soup(soup).unwrap()

@@ -1,8 +1,8 @@
 //! What the tests share.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout)]
 
-use mesh_core::shapes::Torus;
 use mesh_core::{PolygonSoup, TriMesh};
+use mesh_shapes::Torus;
 
 pub(crate) const TORUS: Torus = Torus { major: 5.0, minor: 2.0 };
 

@@ -281,8 +281,8 @@ mod tests {
     use super::*;
     use core::sync::atomic::{AtomicUsize, Ordering};
     use glam::DVec3;
-    use mesh_core::shapes::Plane;
     use mesh_core::{HalfEdgeId, VertexId};
+    use mesh_shapes::Plane;
 
     /// A region of so many faces, two of which go with each collapse.
     fn block(faces: usize, costs: &[f64]) -> Reduced {

@@ -157,7 +157,7 @@ pub(super) fn candidates<S: Simd>(
 #[cfg(test)]
 mod tests {
     use fearless_simd::dispatch;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     use super::*;
     use crate::blocks::lanes::levels;

@@ -352,8 +352,8 @@ fn squared_shape([a, b, c]: [DVec3; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use fearless_simd::dispatch;
-    use mesh_core::shapes::{Irregular, Sphere, Wave};
     use mesh_core::{PolygonSoup, TriMesh};
+    use mesh_shapes::{Irregular, Sphere, Wave};
 
     use super::*;
     use crate::blocks::lanes::levels;

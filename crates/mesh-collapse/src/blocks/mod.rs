@@ -26,7 +26,7 @@
 //! use mesh_collapse::blocks::{CostThreshold, Block, Rules, FlatMesh};
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! # let soup = mesh_core::shapes::Sphere { radius: 1.0 }.icosphere(6)?;
+//! # let soup = mesh_shapes::Sphere { radius: 1.0 }.icosphere(6)?;
 //! let mesh = TriMesh::from_soup(&soup)?;
 //! let rules = Rules::new(&mesh);
 //! let mut flat = FlatMesh::new(&mesh);

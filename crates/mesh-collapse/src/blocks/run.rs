@@ -339,7 +339,8 @@ fn forecast_ceiling(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::{Irregular, Plane, SplitMix64, Wave};
+    use mesh_core::SplitMix64;
+    use mesh_shapes::{Irregular, Plane, Wave};
 
     /// What another run goes on with is not collapsed in one piece, unless there are no passes.
     #[test]

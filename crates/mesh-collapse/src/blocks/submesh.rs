@@ -145,7 +145,7 @@ mod tests {
     use crate::placement::Optimal;
     use crate::policies::Policies;
     use crate::record::target::Target;
-    use mesh_core::shapes::{Irregular, Wave};
+    use mesh_shapes::{Irregular, Wave};
 
     /// An open mesh with so many holes that the rims of its regions touch themselves.
     fn sieve() -> TriMesh {

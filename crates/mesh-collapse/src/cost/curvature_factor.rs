@@ -53,7 +53,7 @@ impl CostModifier for CurvatureFactor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::polyhedra;
+    use mesh_shapes::polyhedra;
 
     #[test]
     fn a_patch_without_area_costs_no_more_for_its_curvature() {

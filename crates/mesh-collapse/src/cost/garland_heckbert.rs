@@ -163,7 +163,7 @@ impl AccumulatedQuadrics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::{Irregular, Sphere};
+    use mesh_shapes::{Irregular, Sphere};
 
     fn sphere() -> TriMesh {
         let soup =

@@ -160,7 +160,7 @@ impl OneRingSums {
 mod tests {
     use super::*;
     use crate::geometry::edge_patch::Place;
-    use mesh_core::shapes::{Irregular, Plane, Sphere};
+    use mesh_shapes::{Irregular, Plane, Sphere};
 
     /// Inside and at the boundary, before and after each of many collapses.
     #[test]

@@ -55,7 +55,7 @@ impl ValenceTable {
 mod tests {
     use super::*;
     use mesh_core::TriMesh;
-    use mesh_core::shapes::Plane;
+    use mesh_shapes::Plane;
 
     #[test]
     fn counts_follow_collapses_inside_and_at_the_boundary() {

@@ -406,7 +406,7 @@ fn gather_fan(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::{Irregular, Sphere};
+    use mesh_shapes::{Irregular, Sphere};
 
     #[test]
     fn a_place_on_the_volume_plane_keeps_the_volume() {

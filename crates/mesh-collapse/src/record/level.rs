@@ -104,7 +104,7 @@ mod tests {
     use crate::policies::{Policies, Schedule};
     use crate::protect::{Boundary, Protect};
     use crate::record::target::Target;
-    use mesh_core::shapes::{Irregular, Wave};
+    use mesh_shapes::{Irregular, Wave};
 
     /// What is left of a run when it is cut off is the run that was allowed no more, refusals and
     /// marks included.

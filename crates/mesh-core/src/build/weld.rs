@@ -218,7 +218,7 @@ fn mix([x, y, z]: [u64; 3], [a, b, c, d]: [u64; 4]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shapes::SplitMix64;
+    use crate::random::SplitMix64;
 
     /// The definition, in quadratic time.
     fn weld_slowly(positions: &[DVec3], distance: f64) -> Vec<u32> {

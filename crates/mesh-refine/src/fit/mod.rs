@@ -409,7 +409,7 @@ impl Cooling {
 mod tests {
     use super::{Cooling, Count, Counts, FitOptions, bend};
     use mesh_core::TriMesh;
-    use mesh_core::shapes::Sphere;
+    use mesh_shapes::Sphere;
 
     #[test]
     fn there_are_as_many_points_as_there_is_to_know() {

@@ -258,7 +258,7 @@ impl<'a> Pairs<'a> {
 mod tests {
     use super::*;
     use crate::fit::targets::Count;
-    use mesh_core::shapes::Sphere;
+    use mesh_shapes::Sphere;
 
     /// Those that stay with their face and those that are looked for anew are as far as closest points.
     #[test]

@@ -7,8 +7,8 @@
 use core::ops::Range;
 
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::parallel;
-use mesh_core::shapes::SplitMix64;
 
 /// How points are spread over triangles; where the corners of these are is told anew each time.
 pub(crate) struct Spread<'a> {

@@ -51,8 +51,8 @@ pub(super) fn walk_to(mesh: &TriMesh, start: FaceId, point: DVec3, normal: DVec3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::{Plane, Sphere};
     use mesh_metric::Surface;
+    use mesh_shapes::{Plane, Sphere};
 
     /// Where a walk ends with a foot, no other face is closer by more than the bend of the surface makes of it.
     #[test]

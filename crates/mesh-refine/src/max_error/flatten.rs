@@ -188,7 +188,7 @@ mod tests {
     use super::*;
     use crate::max_error::points::Points;
     use mesh_core::Handle;
-    use mesh_core::shapes::Plane;
+    use mesh_shapes::Plane;
 
     fn grid() -> TriMesh {
         let soup = Plane { half_width: 1.0 }.mesh(12, Default::default()).unwrap();

@@ -241,7 +241,7 @@ fn is_better(found: Heights, before: Heights, most: Most) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::{Irregular, Wave};
+    use mesh_shapes::{Irregular, Wave};
 
     fn wave(cells: usize) -> TriMesh {
         let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };

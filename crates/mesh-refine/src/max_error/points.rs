@@ -169,7 +169,7 @@ impl<'a> Peaks<'a> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use mesh_core::shapes::Plane;
+    use mesh_shapes::Plane;
 
     pub(in crate::max_error) fn plane(
         half_width: f64,

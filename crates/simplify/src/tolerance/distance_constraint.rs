@@ -465,7 +465,7 @@ impl Placement for DistanceConstraint<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::Sphere;
+    use mesh_shapes::Sphere;
 
     /// Of the edges that were asked about, those near a collapse are asked again.
     #[test]

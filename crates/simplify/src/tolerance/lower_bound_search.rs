@@ -182,7 +182,7 @@ mod tests {
     use crate::preset::Preset;
     use crate::tolerance::measure::ErrorCheck;
     use core::ops::ControlFlow;
-    use mesh_core::shapes::{Irregular, Wave};
+    use mesh_shapes::{Irregular, Wave};
 
     fn wave(cells: usize) -> TriMesh {
         let wave = Wave { amplitude: 0.15, wavelength: 0.7, half_width: 1.0 };

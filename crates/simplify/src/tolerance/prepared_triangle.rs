@@ -55,7 +55,7 @@ impl Prepared {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     #[test]
     fn points_over_it_and_beside_it_are_as_far_away_as_from_the_triangle_itself() {

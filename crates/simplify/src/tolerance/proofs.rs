@@ -88,7 +88,7 @@ pub(super) fn unproved(mesh: &TriMesh, original: &Surface, distance: f64) -> Vec
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::Plane;
+    use mesh_shapes::Plane;
 
     /// Two triangles over a square that rises to a peak over the middle of one of them, where they have no vertex or
     /// edge.

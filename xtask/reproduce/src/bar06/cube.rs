@@ -4,7 +4,7 @@ use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions, Ties};
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::inset_cube;
+use mesh_shapes::inset_cube;
 
 use super::super::flips::optimise;
 use super::super::item::Item;
@@ -71,11 +71,7 @@ impl Case {
 
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.how(
-        &[
-            "dtri_flip::VirtualWillmore",
-            "dcurv::total_willmore_energy",
-            "mesh_core::shapes::inset_cube",
-        ],
+        &["dtri_flip::VirtualWillmore", "dcurv::total_willmore_energy", "mesh_shapes::inset_cube"],
         &["curvmesh flip IN -o OUT --cost willmore", "curvmesh flip IN -o OUT --cost area"],
     );
     let cases: Vec<Case> = INSETS.into_iter().map(Case::new).collect::<Result<_, _>>()?;

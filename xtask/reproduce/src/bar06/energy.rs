@@ -3,8 +3,9 @@
 use dcurv::{VertexArea, intersection_angle, total_willmore_energy, willmore_energies};
 use dtri_flip::{CostName, FlipOptions};
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Irregular, Sphere, SplitMix64, Torus, scramble};
+use mesh_shapes::{Irregular, Sphere, Torus, scramble};
 
 use super::super::flips::optimise;
 use super::super::item::Item;

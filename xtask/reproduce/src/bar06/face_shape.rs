@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 use spade::{DelaunayTriangulation, Point2, Triangulation};
 
 use xtask_common::Failure;

@@ -85,7 +85,7 @@ fn energy_around(mesh: &TriMesh, quad: &Quad) -> f64 {
 mod tests {
     use super::*;
     use crate::run::mesh_of;
-    use mesh_core::shapes::{Torus, inset_cube};
+    use mesh_shapes::{Torus, inset_cube};
 
     #[test]
     fn virtual_energy_is_that_of_meshes_with_one_edge_split() {

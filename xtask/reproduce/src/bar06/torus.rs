@@ -3,8 +3,9 @@
 use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions, LatticeError, Stop, Ties, lattice_error};
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{SignedDistance, SplitMix64, Torus, scramble};
+use mesh_shapes::{SignedDistance, Torus, scramble};
 
 use super::super::flips::optimise;
 use super::super::item::{Figure, Item};

@@ -24,7 +24,7 @@ pub(super) fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
          6 starts per case and 60 points on the sphere; the table of the full one is on record.",
     );
     item.how(
-        &["dtri_flip::optimise", "mesh_core::shapes::scramble"],
+        &["dtri_flip::optimise", "mesh_shapes::scramble"],
         &[
             "curvmesh flip IN -o OUT --cost f2 --look-ahead 3",
             "cargo run -p benches -- convex-study",

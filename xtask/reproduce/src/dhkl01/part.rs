@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::SplitMix64;
+use mesh_core::SplitMix64;
 
 use xtask_common::Failure;
 

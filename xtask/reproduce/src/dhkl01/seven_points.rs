@@ -3,7 +3,7 @@
 use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions};
 use glam::DVec3;
-use mesh_core::shapes::seven_points;
+use mesh_shapes::seven_points;
 
 use super::super::flips::optimise;
 use super::super::item::Item;

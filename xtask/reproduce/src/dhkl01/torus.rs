@@ -4,8 +4,8 @@ use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions, LatticeError, Ties, lattice_error};
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{SignedDistance, Torus};
 use mesh_render::{Style, View};
+use mesh_shapes::{SignedDistance, Torus};
 
 use super::super::flips::optimise;
 use super::super::item::Item;

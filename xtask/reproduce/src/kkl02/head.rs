@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::Sphere;
+use mesh_shapes::Sphere;
 
 use xtask_common::Failure;
 

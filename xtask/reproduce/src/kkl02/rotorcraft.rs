@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 
 use glam::DVec3;
 use mesh_core::PolygonSoup;
-use mesh_core::shapes::Sphere;
+use mesh_shapes::Sphere;
 
 use xtask_common::Failure;
 

@@ -1,8 +1,8 @@
 //! Section 4.2: the distance alone and either curvature norm alone, from many faces to few.
 
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::SplitMix64;
 use rayon::prelude::*;
 use simplify::{Options, PlacementRule, Preset};
 

@@ -2,7 +2,7 @@
 
 use curvpatch::{FitTest, Params, Shape};
 use glam::DVec3;
-use mesh_core::shapes::{AnalyticSurface, Diagonals, Saddle};
+use mesh_shapes::{AnalyticSurface, Diagonals, Saddle};
 
 use super::super::item::Item;
 use super::super::outcome::Outcome;

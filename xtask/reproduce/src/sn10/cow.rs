@@ -3,8 +3,8 @@
 
 use curvpatch::{Cover, CoverOptions, FitTest, Params, PatchSizer, Shape, SizeOptions, SizedPatch};
 use glam::DVec3;
-use mesh_core::shapes::{Ellipsoid, Irregular, Torus};
 use mesh_core::{FaceId, TriMesh};
+use mesh_shapes::{Ellipsoid, Irregular, Torus};
 
 use super::super::item::Item;
 use super::super::outcome::Outcome;

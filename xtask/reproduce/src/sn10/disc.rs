@@ -4,8 +4,8 @@ use core::f64::consts::{PI, TAU};
 
 use curvpatch::{CurvatureEstimator, DiscCurvature, Params};
 use glam::DVec3;
-use mesh_core::shapes::{AnalyticSurface, Diagonals, Ellipsoid, Irregular, Saddle};
 use mesh_core::{FaceId, TriMesh};
+use mesh_shapes::{AnalyticSurface, Diagonals, Ellipsoid, Irregular, Saddle};
 
 use super::super::item::Item;
 use super::super::outcome::Outcome;

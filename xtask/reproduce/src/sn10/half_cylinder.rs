@@ -2,8 +2,8 @@
 
 use curvpatch::{FitTest, Params, PatchFit, Shape};
 use glam::DVec3;
-use mesh_core::shapes::{Cylinder, RowPhase};
 use mesh_core::{FaceId, TriMesh};
+use mesh_shapes::{Cylinder, RowPhase};
 
 use super::super::item::{Figure, Item};
 use super::super::outcome::Outcome;
@@ -29,10 +29,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
          of patch are drawn for r_g = 0.4, lifted a little to be seen.",
     );
     item.how(
-        &[
-            "curvpatch::CurvatureEstimator::patch",
-            "mesh_core::shapes::Cylinder::half_with_bare_sides",
-        ],
+        &["curvpatch::CurvatureEstimator::patch", "mesh_shapes::Cylinder::half_with_bare_sides"],
         &["curvmesh patch IN -o OUT.glb --face 22 --radius 0.4 --shape ellipse --preset paper"],
     );
     let sparse = mesh_of(&SPARSE.half_with_bare_sides(24).map_err(Failure::mesh)?)?;

@@ -2,8 +2,8 @@
 
 use curvpatch::{CurvatureEstimator, FitTest, Params, Shape};
 use glam::DVec3;
-use mesh_core::shapes::{Diagonals, Saddle, Torus};
 use mesh_core::{FaceId, TriMesh};
+use mesh_shapes::{Diagonals, Saddle, Torus};
 
 use super::super::item::{Figure, Item};
 use super::super::run::{Run, mesh_of, view_of};

@@ -2,7 +2,7 @@
 
 use curvpatch::{FitTest, Params, Shape, StripOptions};
 use glam::DVec3;
-use mesh_core::shapes::{Cylinder, RowPhase};
+use mesh_shapes::{Cylinder, RowPhase};
 
 use super::super::item::Item;
 use super::super::outcome::Outcome;

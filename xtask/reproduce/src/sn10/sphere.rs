@@ -3,7 +3,7 @@
 use curvpatch::{CurvatureEstimator, FitTest, Params, Shape};
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::Sphere;
+use mesh_shapes::Sphere;
 
 use super::super::item::{Figure, Item};
 use super::super::outcome::Outcome;

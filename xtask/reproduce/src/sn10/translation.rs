@@ -3,7 +3,7 @@
 use curvpatch::{Params, Patch, PatchFit, Shape};
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{SignedDistance, Sphere, Torus};
+use mesh_shapes::{SignedDistance, Sphere, Torus};
 
 use super::super::item::Item;
 use super::super::outcome::Outcome;

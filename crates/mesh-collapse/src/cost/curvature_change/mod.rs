@@ -103,7 +103,7 @@ impl CurvatureChange {
 pub(super) mod tests {
     use super::*;
     use dcurv::{VertexArea, vertex_curvature};
-    use mesh_core::shapes::{Plane, Sphere};
+    use mesh_shapes::{Plane, Sphere};
 
     /// A closed mesh, the hull of so many random points, and one with a boundary, both bent.
     pub(super) fn bent_meshes(points: usize, seed: u64, cells: usize) -> [TriMesh; 2] {

@@ -142,7 +142,7 @@ impl Queue {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     #[test]
     fn entries_leave_in_order() {

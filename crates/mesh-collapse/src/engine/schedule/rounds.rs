@@ -155,8 +155,9 @@ fn breadth_first_ranks(topology: &Topology) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use mesh_core::SplitMix64;
     use mesh_core::TriMesh;
-    use mesh_core::shapes::{Sphere, SplitMix64};
+    use mesh_shapes::Sphere;
 
     #[test]
     fn every_edge_comes_once_and_the_rounds_ascend() {

@@ -1,8 +1,6 @@
 //! Random flips, to start an optimisation from a bad triangulation.
 
-use super::splitmix::SplitMix64;
-use crate::handle::{EdgeId, Handle};
-use crate::mesh::TriMesh;
+use mesh_core::{EdgeId, Handle, SplitMix64, TriMesh};
 
 /// Tries per flip before [`scramble`] gives up.
 const TRIES: usize = 1000;
@@ -36,9 +34,9 @@ pub fn scramble(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Sphere, SplitMix64};
     use super::scramble;
-    use crate::{Repair, TriMesh, build};
+    use crate::Sphere;
+    use mesh_core::{Repair, SplitMix64, TriMesh, build};
 
     fn sphere() -> TriMesh {
         build(&Sphere { radius: 1.0 }.icosphere(2).unwrap(), &Repair::strict()).unwrap().mesh

@@ -1,11 +1,11 @@
 //! The ellipsoid: the sphere's meshes, stretched along the axes.
 
-use super::analytic::{AnalyticSurface, PrincipalCurvatures};
-use super::error::{ShapeError, positive};
-use super::irregular::Irregular;
-use super::sphere::Sphere;
-use crate::soup::PolygonSoup;
+use crate::analytic::{AnalyticSurface, PrincipalCurvatures};
+use crate::error::{ShapeError, positive};
+use crate::irregular::Irregular;
+use crate::sphere::Sphere;
 use glam::{DMat3, DVec3};
+use mesh_core::PolygonSoup;
 
 /// The ellipsoid (x/a)² + (y/b)² + (z/c)² = 1.
 ///
@@ -49,7 +49,6 @@ impl Ellipsoid {
     ///
     /// # Errors
     /// Bad semi-axes; as [`Sphere::random_hull`].
-    #[cfg(feature = "hull")]
     pub fn random_hull(&self, points: usize, seed: u64) -> Result<PolygonSoup, ShapeError> {
         self.stretched(|sphere| sphere.random_hull(points, seed))
     }

@@ -1,7 +1,7 @@
 //! How the irregular families of meshes are made irregular.
 
-use super::error::ShapeError;
-use super::splitmix::SplitMix64;
+use crate::error::ShapeError;
+use mesh_core::SplitMix64;
 
 /// The disorder of an irregular mesh, the same for the same seed.
 ///
@@ -31,7 +31,7 @@ impl Irregular {
     pub const MAX_JITTER: f64 = 0.2;
 
     /// Refuses a jitter outside the allowed range.
-    pub(super) fn checked(self) -> Result<Self, ShapeError> {
+    pub(crate) fn checked(self) -> Result<Self, ShapeError> {
         if (0.0..=Self::MAX_JITTER).contains(&self.jitter) {
             return Ok(self);
         }
@@ -45,7 +45,7 @@ impl Irregular {
     }
 
     /// The generator at its start.
-    pub(super) fn random(self) -> SplitMix64 {
+    pub(crate) fn random(self) -> SplitMix64 {
         SplitMix64::new(self.seed)
     }
 }

@@ -4,9 +4,9 @@
 //! F2 and F3 under single flips. (The minus signs and fractions of the coordinates are hard to
 //! read in print; these are the ones for which that holds.)
 
-use super::polyhedra::triangles;
-use crate::soup::PolygonSoup;
+use crate::polyhedra::triangles;
 use glam::DVec3;
+use mesh_core::PolygonSoup;
 
 const POINTS: [DVec3; 7] = [
     DVec3::new(-12.0, 0.0, 0.0),

@@ -1,4 +1,4 @@
-//! The random numbers of the seeded generators.
+//! Random numbers: a small generator with a seed, for meshes and methods that must repeat bit for bit.
 
 /// The `SplitMix64` generator of Steele, Lea and Flood (2014): a few lines in any language, so that
 /// a mesh made from a seed can be made again elsewhere.

@@ -1,9 +1,9 @@
 //! Normal noise on the vertices of a mesh.
 
-use super::splitmix::SplitMix64;
 use glam::DVec3;
+use mesh_core::SplitMix64;
 
-use crate::soup::PolygonSoup;
+use mesh_core::PolygonSoup;
 
 /// The mean length of the edges, each counted once however many faces share it; zero without
 /// faces.

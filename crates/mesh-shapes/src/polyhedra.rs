@@ -1,7 +1,7 @@
 //! The smallest closed meshes.
 
-use crate::soup::PolygonSoup;
 use glam::DVec3;
+use mesh_core::PolygonSoup;
 
 /// The regular tetrahedron on four corners of the cube [-1, 1]³.
 #[must_use]
@@ -36,7 +36,7 @@ pub fn icosahedron() -> PolygonSoup {
     triangles(&icosahedron_corners(), &ICOSAHEDRON_FACES)
 }
 
-pub(super) const CUBE_CORNERS: [[i32; 3]; 8] = [
+pub(crate) const CUBE_CORNERS: [[i32; 3]; 8] = [
     [-1, -1, -1],
     [1, -1, -1],
     [-1, 1, -1],
@@ -48,10 +48,10 @@ pub(super) const CUBE_CORNERS: [[i32; 3]; 8] = [
 ];
 
 /// Sides -x, +x, -y, +y, -z, +z of the cube, counter-clockwise from outside.
-pub(super) const CUBE_SIDES: [[u32; 4]; 6] =
+pub(crate) const CUBE_SIDES: [[u32; 4]; 6] =
     [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
 
-pub(super) const ICOSAHEDRON_FACES: [[u32; 3]; 20] = [
+pub(crate) const ICOSAHEDRON_FACES: [[u32; 3]; 20] = [
     [0, 11, 5],
     [0, 5, 1],
     [0, 1, 7],
@@ -75,7 +75,7 @@ pub(super) const ICOSAHEDRON_FACES: [[u32; 3]; 20] = [
 ];
 
 /// Corners of three golden rectangles in the coordinate planes, scaled to the unit sphere.
-pub(super) fn icosahedron_corners() -> [DVec3; 12] {
+pub(crate) fn icosahedron_corners() -> [DVec3; 12] {
     let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
     let long = golden / (1.0 + golden * golden).sqrt();
     let short = 1.0 / (1.0 + golden * golden).sqrt();
@@ -102,6 +102,6 @@ fn fixed(corners: &[[i32; 3]], faces: &[[u32; 3]]) -> PolygonSoup {
 
 /// A soup of a handful of triangles.
 #[expect(clippy::expect_used, reason = "the callers' tables are far below the limit of corners")]
-pub(super) fn triangles(corners: &[DVec3], faces: &[[u32; 3]]) -> PolygonSoup {
+pub(crate) fn triangles(corners: &[DVec3], faces: &[[u32; 3]]) -> PolygonSoup {
     PolygonSoup::from_triangles(corners, faces).expect("a table of a few triangles")
 }

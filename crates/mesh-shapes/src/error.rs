@@ -1,6 +1,6 @@
 //! What can be wrong with the parameters of a shape.
 
-use crate::soup::TooManyCorners;
+use mesh_core::soup::TooManyCorners;
 
 /// A shape was asked for with parameters that describe none.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -52,7 +52,6 @@ pub enum ShapeError {
     TooLarge(#[from] TooManyCorners),
     /// A random point is not a corner of the hull of all points, because of rounding or because
     /// it was drawn twice.
-    #[cfg(feature = "hull")]
     #[error(
         "random point {vertex} is not a corner of the convex hull in double precision; use another seed or fewer points"
     )]
@@ -61,13 +60,12 @@ pub enum ShapeError {
         vertex: u32,
     },
     /// The points have no hull with a volume.
-    #[cfg(feature = "hull")]
     #[error(transparent)]
-    Hull(#[from] super::HullError),
+    Hull(#[from] crate::hull::HullError),
 }
 
 /// Refuses a length that is not positive and finite.
-pub(super) fn positive(what: &'static str, value: f64) -> Result<(), ShapeError> {
+pub(crate) fn positive(what: &'static str, value: f64) -> Result<(), ShapeError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
@@ -75,7 +73,7 @@ pub(super) fn positive(what: &'static str, value: f64) -> Result<(), ShapeError>
 }
 
 /// Refuses a count below `least`.
-pub(super) fn at_least(what: &'static str, got: usize, least: usize) -> Result<(), ShapeError> {
+pub(crate) fn at_least(what: &'static str, got: usize, least: usize) -> Result<(), ShapeError> {
     if got >= least {
         return Ok(());
     }
@@ -84,7 +82,7 @@ pub(super) fn at_least(what: &'static str, got: usize, least: usize) -> Result<(
 
 /// Refuses a number of triangles (`None`: it overflowed) whose corners 32 bits cannot count,
 /// before memory is asked for.
-pub(super) fn fits(triangles: Option<usize>) -> Result<usize, ShapeError> {
+pub(crate) fn fits(triangles: Option<usize>) -> Result<usize, ShapeError> {
     const MOST: usize = (u32::MAX as usize - 2) / 3;
     triangles.filter(|&count| count <= MOST).ok_or(ShapeError::TooLarge(TooManyCorners))
 }

@@ -1,14 +1,14 @@
 //! The cube with pulled-in face centres of Brink, Alboul and Rodrigues 2006, Fig. 4.
 
-use super::error::ShapeError;
-use super::polyhedra::{CUBE_CORNERS, CUBE_SIDES, triangles};
-use crate::soup::PolygonSoup;
+use crate::error::ShapeError;
+use crate::polyhedra::{CUBE_CORNERS, CUBE_SIDES, triangles};
 use glam::DVec3;
+use mesh_core::PolygonSoup;
 
 /// The cube [-1, 1]³ with a vertex at each face's centre, pulled in by `inset`; each face is a
 /// fan of four triangles around its centre. Its area is 24 √(1 + inset²).
 ///
-/// Vertices 0 to 7 are the corners as in [`polyhedra::cube`](super::polyhedra::cube), 8 to 13
+/// Vertices 0 to 7 are the corners as in [`polyhedra::cube`](crate::polyhedra::cube), 8 to 13
 /// the centres of the sides -x, +x, -y, +y, -z, +z.
 ///
 /// # Errors

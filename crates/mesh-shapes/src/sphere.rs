@@ -1,13 +1,13 @@
 //! The sphere, meshed by longitude and latitude, from the icosahedron, or at random points.
 
-use super::analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
-use super::error::{ShapeError, at_least, fits, positive};
-use super::irregular::Irregular;
-use super::noise::mean_edge_length;
-use super::polyhedra::{ICOSAHEDRON_FACES, icosahedron_corners};
-use crate::soup::PolygonSoup;
+use crate::analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
+use crate::error::{ShapeError, at_least, fits, positive};
+use crate::irregular::Irregular;
+use crate::noise::mean_edge_length;
+use crate::polyhedra::{ICOSAHEDRON_FACES, icosahedron_corners};
 use core::f64::consts::{PI, TAU};
 use glam::DVec3;
+use mesh_core::PolygonSoup;
 use std::collections::HashMap;
 
 /// The sphere around the origin.
@@ -127,18 +127,17 @@ impl Sphere {
     /// triangulation on it: 2 · points - 4 triangles.
     ///
     /// The points are uniformly distributed: per point, a height z = 2u - 1 and then a longitude
-    /// 2πv, with u and v from [`SplitMix64`](super::SplitMix64). Each triangle starts with its
+    /// 2πv, with u and v from [`SplitMix64`](mesh_core::SplitMix64). Each triangle starts with its
     /// smallest index, and the triangles are sorted.
     ///
     /// # Errors
     /// A bad radius; fewer than four points; a point too close to others to be a corner of the
     /// hull in double precision (expected from about ten million points on).
-    #[cfg(feature = "hull")]
     pub fn random_hull(&self, points: usize, seed: u64) -> Result<PolygonSoup, ShapeError> {
         positive("the radius of the sphere", self.radius)?;
         at_least("points on a sphere", points, 4)?;
         fits(points.checked_mul(2))?;
-        let mut random = super::SplitMix64::new(seed);
+        let mut random = mesh_core::SplitMix64::new(seed);
         let points: Vec<DVec3> = (0..points)
             .map(|_| {
                 let z = random.symmetric();
@@ -147,7 +146,7 @@ impl Sphere {
                 DVec3::new(distance * longitude.cos(), distance * longitude.sin(), z)
             })
             .collect();
-        let faces = super::convex_hull(&points)?;
+        let faces = crate::hull::convex_hull(&points)?;
 
         let mut used = vec![false; points.len()];
         for &vertex in faces.as_flattened() {

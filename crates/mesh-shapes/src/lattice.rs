@@ -1,13 +1,13 @@
 //! Triangle meshes over a lattice of two parameters, open or closed in each.
 
-use super::error::{ShapeError, fits};
-use super::irregular::Irregular;
-use crate::soup::PolygonSoup;
+use crate::error::{ShapeError, fits};
+use crate::irregular::Irregular;
 use glam::DVec3;
+use mesh_core::PolygonSoup;
 
 /// Which diagonal halves the cell a, b, c, d.
 #[derive(Clone, Copy)]
-pub(super) enum Diagonal {
+pub(crate) enum Diagonal {
     /// (a, b, c) and (a, c, d).
     AC,
     /// (a, b, d) and (b, c, d).
@@ -23,11 +23,11 @@ impl Diagonal {
 
 /// One direction of the lattice.
 #[derive(Clone, Copy)]
-pub(super) struct Axis {
+pub(crate) struct Axis {
     /// Number of cells.
-    pub(super) cells: usize,
+    pub(crate) cells: usize,
     /// Whether the last cell ends where the first begins.
-    pub(super) closed: bool,
+    pub(crate) closed: bool,
 }
 
 impl Axis {
@@ -48,16 +48,16 @@ impl Axis {
 /// A lattice of vertices, row after row. `a`, `b`, `c`, `d` of a cell are (row, column),
 /// (row, column + 1), (row + 1, column + 1), (row + 1, column) when the surface's normal is
 /// columns x rows; `transposed`, when it is rows x columns, exchanges `b` and `d`.
-pub(super) struct Lattice {
-    pub(super) rows: Axis,
-    pub(super) columns: Axis,
-    pub(super) transposed: bool,
+pub(crate) struct Lattice {
+    pub(crate) rows: Axis,
+    pub(crate) columns: Axis,
+    pub(crate) transposed: bool,
 }
 
 impl Lattice {
     /// The mesh whose vertex (row, column) is `point(row + jitter, column + jitter)`. Without
     /// `irregular` nothing is moved and cells are cut by `diagonal(row, column)`.
-    pub(super) fn mesh(
+    pub(crate) fn mesh(
         &self,
         irregular: Option<Irregular>,
         point: impl Fn(usize, f64, f64) -> DVec3,

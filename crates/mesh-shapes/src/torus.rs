@@ -1,12 +1,12 @@
 //! The torus.
 
-use super::analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
-use super::error::{ShapeError, at_least, fits, positive};
-use super::irregular::Irregular;
-use super::lattice::{Axis, Diagonal, Lattice};
-use crate::soup::PolygonSoup;
+use crate::analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
+use crate::error::{ShapeError, at_least, fits, positive};
+use crate::irregular::Irregular;
+use crate::lattice::{Axis, Diagonal, Lattice};
 use core::f64::consts::TAU;
 use glam::{DVec2, DVec3};
+use mesh_core::PolygonSoup;
 
 /// The torus around the z axis.
 ///

@@ -3,7 +3,7 @@
 //! A *surface* ([`Sphere`], [`Ellipsoid`], [`Torus`], [`Cylinder`], [`Catenoid`], [`Saddle`],
 //! [`Wave`], [`Plane`]) knows its normal and curvatures in closed form through
 //! [`AnalyticSurface`]; some also know distances through [`SignedDistance`]. Its methods that end
-//! in a mesh return a [`PolygonSoup`](crate::PolygonSoup) of triangles, counter-clockwise seen
+//! in a mesh return a [`PolygonSoup`](mesh_core::PolygonSoup) of triangles, counter-clockwise seen
 //! from the side the normal points to. Each has a *regular* family, for convergence under
 //! refinement, and an *irregular* one, made from an explicit seed ([`Irregular`]).
 //!
@@ -21,7 +21,6 @@ mod cylinder;
 mod ellipsoid;
 mod error;
 mod height_field;
-#[cfg(feature = "hull")]
 mod hull;
 mod inset_cube;
 mod irregular;
@@ -31,7 +30,6 @@ pub mod polyhedra;
 mod scramble;
 pub mod seven_points;
 mod sphere;
-mod splitmix;
 mod torus;
 
 pub use analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
@@ -40,12 +38,10 @@ pub use cylinder::{Cylinder, RowPhase};
 pub use ellipsoid::Ellipsoid;
 pub use error::ShapeError;
 pub use height_field::{Diagonals, Plane, Saddle, Wave};
-#[cfg(feature = "hull")]
 pub use hull::{HullError, convex_hull};
 pub use inset_cube::inset_cube;
 pub use irregular::Irregular;
 pub use noise::{add_normal_noise, mean_edge_length};
 pub use scramble::scramble;
 pub use sphere::Sphere;
-pub use splitmix::SplitMix64;
 pub use torus::Torus;

@@ -1,12 +1,12 @@
 //! The open circular cylinder.
 
-use super::analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
-use super::error::{ShapeError, at_least, fits, positive};
-use super::irregular::Irregular;
-use super::lattice::{Axis, Diagonal, Lattice};
-use crate::soup::PolygonSoup;
+use crate::analytic::{AnalyticSurface, PrincipalCurvatures, SignedDistance};
+use crate::error::{ShapeError, at_least, fits, positive};
+use crate::irregular::Irregular;
+use crate::lattice::{Axis, Diagonal, Lattice};
 use core::f64::consts::{PI, TAU};
 use glam::DVec3;
+use mesh_core::PolygonSoup;
 
 /// The cylinder around the z axis from z = 0 to z = height, without its end disks.
 ///
@@ -42,7 +42,7 @@ impl RowPhase {
 }
 
 /// Mesh of an open surface of revolution: `point(angle, share of the height)`.
-pub(super) fn revolve(
+pub(crate) fn revolve(
     rows: usize,
     sectors: usize,
     phase: RowPhase,

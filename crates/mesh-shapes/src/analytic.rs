@@ -47,7 +47,7 @@ pub struct PrincipalCurvatures {
 
 impl PrincipalCurvatures {
     /// A point whose normal curvature is the same in all directions.
-    pub(super) fn umbilic(curvature: f64) -> Self {
+    pub(crate) fn umbilic(curvature: f64) -> Self {
         Self { max: curvature, min: curvature, directions: None }
     }
 
@@ -56,7 +56,7 @@ impl PrincipalCurvatures {
     /// The derivative of the unit normal along a tangent t is the tangential part of
     /// (D²f / |∇f|) t, so the principal curvatures are the eigenvalues of `tensor` = D²f / |∇f|
     /// restricted to the tangent plane, positive where the surface is convex.
-    pub(super) fn of_level_set(normal: DVec3, tensor: DMat3) -> Self {
+    pub(crate) fn of_level_set(normal: DVec3, tensor: DMat3) -> Self {
         let e = normal.any_orthonormal_vector();
         let f = normal.cross(e);
         let (ee, ef, ff) = (e.dot(tensor * e), e.dot(tensor * f), f.dot(tensor * f));

@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use glam::DVec3;
-use mesh_core::PolygonSoup;
-use mesh_core::shapes::*;
+use mesh_core::{PolygonSoup, SplitMix64};
+use mesh_shapes::*;
 use std::collections::{HashMap, HashSet};
 
 fn triangles(soup: &PolygonSoup) -> Vec<[DVec3; 3]> {
@@ -484,7 +484,6 @@ fn bad_parameters_are_refused_with_the_limit() {
     }
 }
 
-#[cfg(feature = "hull")]
 mod hull {
     use super::*;
     use robust::{Coord3D, orient3d};

@@ -1,12 +1,12 @@
 //! Graphs z = h(x, y) over a square: a plane, a saddle, a wave.
 
-use super::analytic::{AnalyticSurface, PrincipalCurvatures};
-use super::error::{ShapeError, at_least, positive};
-use super::irregular::Irregular;
-use super::lattice::{Axis, Diagonal, Lattice};
-use crate::soup::PolygonSoup;
+use crate::analytic::{AnalyticSurface, PrincipalCurvatures};
+use crate::error::{ShapeError, at_least, positive};
+use crate::irregular::Irregular;
+use crate::lattice::{Axis, Diagonal, Lattice};
 use core::f64::consts::TAU;
 use glam::{DMat3, DVec3};
+use mesh_core::PolygonSoup;
 
 /// How the cells of a regular grid are cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

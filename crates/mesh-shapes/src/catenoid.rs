@@ -1,11 +1,11 @@
 //! The catenoid, a minimal surface.
 
-use super::analytic::{AnalyticSurface, PrincipalCurvatures};
-use super::cylinder::{RowPhase, revolve};
-use super::error::{ShapeError, positive};
-use super::irregular::Irregular;
-use crate::soup::PolygonSoup;
+use crate::analytic::{AnalyticSurface, PrincipalCurvatures};
+use crate::cylinder::{RowPhase, revolve};
+use crate::error::{ShapeError, positive};
+use crate::irregular::Irregular;
 use glam::DVec3;
+use mesh_core::PolygonSoup;
 
 /// The catenoid around the z axis, between z = -`half_height` and z = `half_height`: the points
 /// at distance c cosh(z/c) from the axis.
