@@ -1,6 +1,6 @@
 //! Faces that a flip would push through others, or that cross others as they are.
 
-use mesh_core::{Extent, FaceId, FaceTree, TriMesh, triangles_cross};
+use mesh_core::{FaceId, FaceTree, TriMesh, TriangleBounds, triangles_cross};
 
 use crate::quad::Quad;
 
@@ -14,7 +14,7 @@ pub(crate) fn crossed_by_flip(tree: &FaceTree, mesh: &TriMesh, quad: &Quad) -> O
         return own[0];
     }
     new.into_iter().find_map(|triangle| {
-        tree.find_crossing(mesh, &Extent::new(triangle), |face| {
+        tree.find_crossing(mesh, &TriangleBounds::new(triangle), |face| {
             let other = (topology.face_vertices(face), mesh.triangle(face));
             !own.contains(&Some(face)) && triangles_cross(triangle, other)
         })
@@ -26,5 +26,5 @@ pub(crate) fn face_crosses(tree: &FaceTree, mesh: &TriMesh, face: FaceId) -> boo
     let triangle = |face: FaceId| (mesh.topology().face_vertices(face), mesh.triangle(face));
     let own = triangle(face);
     let crosses = |other: FaceId| other != face && triangles_cross(own, triangle(other));
-    tree.find_crossing(mesh, &Extent::new(own), crosses).is_some()
+    tree.find_crossing(mesh, &TriangleBounds::new(own), crosses).is_some()
 }

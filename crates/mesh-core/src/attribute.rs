@@ -8,9 +8,9 @@ use core::fmt;
 use core::marker::PhantomData;
 use core::ops::{Index, IndexMut};
 
-use crate::compact::{Remap, RemapOf};
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+use crate::edit::compact::{Remap, RemapOf};
 use crate::topology::Topology;
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 
 /// One value per element of a kind, indexed by that kind's handle.
 ///

@@ -2,74 +2,64 @@
 
 pub mod attribute;
 pub mod build;
-pub mod butterfly;
-pub mod circulate;
-pub mod compact;
-pub mod connectivity;
-pub mod crossing;
-pub mod diagnose;
-mod directions;
-pub mod disjoint_sets;
 pub mod edit;
-pub mod extent;
-pub mod face_tree;
-mod fan;
-pub mod fill;
-pub mod handle;
-pub mod hinges;
-pub mod laplacian;
 pub mod measure;
 pub mod mesh;
-pub mod normals;
-pub mod pairing;
 pub mod parallel;
-pub mod pieces;
 pub mod position;
-pub mod quadrisect;
 pub mod random;
-mod revision;
 #[cfg(feature = "serde")]
 mod serial;
-pub mod soup;
 pub mod topology;
-pub mod validate;
+
+pub use glam;
+
+#[doc(no_inline)]
+pub use build::{diagnose, soup};
+#[doc(no_inline)]
+pub use edit::{butterfly, compact, fill, split_components, subdivide_1_to_4};
+#[doc(no_inline)]
+pub use measure::{crossing, face_tree, laplacian, normals, triangle_bounds};
+#[doc(no_inline)]
+pub use topology::{
+    circulate, components, disjoint_sets, edge_connectivity, handle, pairing, validate,
+};
 
 #[doc(inline)]
 pub use attribute::{AttributeMap, EdgeMap, Element, FaceMap, HalfEdgeMap, VertexMap};
 #[doc(inline)]
+pub use build::diagnose::{Diagnosis, diagnose};
+#[doc(inline)]
+pub use build::soup::PolygonSoup;
+#[doc(inline)]
 pub use build::{BuildError, BuildReport, Built, Provenance, Repair, Weld, build};
 #[doc(inline)]
-pub use compact::{Remap, RemapOf};
+pub use edit::compact::{Remap, RemapOf};
 #[doc(inline)]
-pub use connectivity::Components;
-#[doc(inline)]
-pub use crossing::triangles_cross;
-#[doc(inline)]
-pub use diagnose::{Diagnosis, diagnose};
-#[doc(inline)]
-pub use extent::Extent;
-#[doc(inline)]
-pub use face_tree::FaceTree;
-pub use glam;
-#[doc(inline)]
-pub use handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+pub use edit::split_components::Component;
 #[doc(inline)]
 pub use measure::BoundingBox;
 #[doc(inline)]
+pub use measure::crossing::triangles_cross;
+#[doc(inline)]
+pub use measure::face_tree::FaceTree;
+#[doc(inline)]
+pub use measure::normals::angle_between;
+#[doc(inline)]
+pub use measure::triangle_bounds::TriangleBounds;
+#[doc(inline)]
 pub use mesh::{MeshError, TriMesh};
-#[doc(inline)]
-pub use normals::angle_between;
-#[doc(inline)]
-pub use pairing::TopologyError;
-#[doc(inline)]
-pub use pieces::Piece;
 #[doc(inline)]
 pub use position::{Position, VertexIndex};
 #[doc(inline)]
 pub use random::SplitMix64;
 #[doc(inline)]
-pub use soup::PolygonSoup;
+pub use topology::components::Components;
 #[doc(inline)]
-pub use topology::Topology;
+pub use topology::half_edges::Topology;
 #[doc(inline)]
-pub use validate::BrokenInvariant;
+pub use topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+#[doc(inline)]
+pub use topology::pairing::TopologyError;
+#[doc(inline)]
+pub use topology::validate::BrokenInvariant;

@@ -4,16 +4,16 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-use crate::compact::{Remap, RemapOf};
+use crate::build::soup::PolygonSoup;
+use crate::edit::compact::{Remap, RemapOf};
 use crate::edit::{
     AddedFace, Collapsed, EdgeSplit, FaceSplit, LegalCollapse, LegalEdgeSplit, LegalFace,
     LegalFaceSplit, LegalFlip, LegalRemoval, NoRoom, RemovedFace, Ring,
 };
-use crate::handle::{FaceId, VertexId};
-use crate::pairing::TopologyError;
 use crate::position::{Position, VertexIndex};
-use crate::soup::PolygonSoup;
 use crate::topology::Topology;
+use crate::topology::handle::{FaceId, VertexId};
+use crate::topology::pairing::TopologyError;
 
 /// A triangle mesh: [`Topology`] and a position for each of its vertices.
 ///

@@ -11,11 +11,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::attribute::AttributeMap;
 use crate::build::Sample;
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+use crate::build::soup::PolygonSoup;
 use crate::mesh::TriMesh;
-use crate::revision::Revision;
-use crate::soup::PolygonSoup;
-use crate::topology::{HalfEdge, Topology};
+use crate::topology::half_edges::{HalfEdge, Topology};
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+use crate::topology::revision::Revision;
 
 /// An index that stands for no element: no face beside a half-edge, no half-edge at a vertex.
 const NONE: u32 = u32::MAX;

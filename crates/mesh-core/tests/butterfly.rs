@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 use mesh_core::butterfly::{Butterfly, ButterflyError, ButterflyOptions, IrregularRule, subdivide};
-use mesh_core::quadrisect::{EdgeOrigin, VertexOrigin};
+use mesh_core::subdivide_1_to_4::{EdgeOrigin, VertexOrigin};
 use mesh_core::{EdgeId, PolygonSoup, Topology, TriMesh, VertexId};
 use mesh_shapes::*;
 
@@ -48,7 +48,7 @@ fn samples() -> Vec<TriMesh> {
 fn a_split_keeps_the_surface_and_knows_where_everything_came_from() {
     for coarse in samples() {
         let before = coarse.topology();
-        let (after, origin) = before.quadrisect().unwrap();
+        let (after, origin) = before.subdivide_1_to_4().unwrap();
         after.validate().unwrap();
         assert_eq!(after.vertex_count(), before.vertex_count() + before.edge_count());
         assert_eq!(after.edge_count(), 2 * before.edge_count() + 3 * before.face_count());
@@ -374,7 +374,7 @@ fn attributes_follow_by_hand() {
     let mut topology = sample.topology().clone();
     let mut x: Vec<f64> = sample.positions().iter().map(|p| p.x).collect();
     for _ in 0..2 {
-        let (fine, _) = topology.quadrisect().unwrap();
+        let (fine, _) = topology.subdivide_1_to_4().unwrap();
         x = ZORIN.refine(&topology, &x);
         topology = fine;
     }

@@ -127,7 +127,7 @@ fn pieces_share_out_the_mesh() {
         soup.push_face(&face).unwrap();
     }
     let mesh = TriMesh::from_soup(&soup).unwrap();
-    let pieces = mesh.pieces().unwrap();
+    let pieces = mesh.split_components().unwrap();
     let sizes: Vec<_> = pieces.iter().map(|p| p.mesh.topology().face_count()).collect();
     assert_eq!(sizes, [torus.face_count(), sphere.face_count()]);
     assert!(pieces.iter().map(|p| p.mesh.topology().genus()).eq([1, 0]));

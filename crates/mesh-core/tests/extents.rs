@@ -6,7 +6,7 @@ use core::f64::consts::TAU;
 use glam::DVec3;
 use mesh_core::SplitMix64;
 use mesh_core::crossing::Triangle;
-use mesh_core::{Extent, FaceTree, TriMesh, VertexId, triangles_cross};
+use mesh_core::{FaceTree, TriMesh, TriangleBounds, VertexId, triangles_cross};
 use mesh_shapes::Sphere;
 
 /// On a coarse grid, so that much touches; anywhere; or in a needle.
@@ -36,8 +36,8 @@ fn triangles_that_cross_may_cross() {
             (vertices[at], other[at]) = (VertexId::new(i as u32), corner);
         }
         let [one, two]: [Triangle; 2] = [([0, 1, 2].map(VertexId::new), own), (vertices, other)];
-        let may_cross = Extent::new(one).may_cross(&Extent::new(two));
-        assert_eq!(may_cross, Extent::new(two).may_cross(&Extent::new(one)));
+        let may_cross = TriangleBounds::new(one).may_cross(&TriangleBounds::new(two));
+        assert_eq!(may_cross, TriangleBounds::new(two).may_cross(&TriangleBounds::new(one)));
         if triangles_cross(one, two) {
             assert!(may_cross, "{round}: {one:?} {two:?}");
             crossing[common.min(1)] += 1;
@@ -88,7 +88,7 @@ fn every_face_that_crosses_a_triangle_is_found() {
             let mut missing: Vec<_> =
                 mesh.topology().faces().filter(|&f| triangles_cross(triangle, now(f))).collect();
             crossing += usize::from(!missing.is_empty());
-            tree.find_crossing(&mesh, &Extent::new(triangle), |found| {
+            tree.find_crossing(&mesh, &TriangleBounds::new(triangle), |found| {
                 missing.retain(|&face| face != found);
                 false
             });
@@ -109,7 +109,7 @@ fn few_faces_of_a_cone_are_compared_with_each_other() {
             let mut asked = 0;
             for face in mesh.topology().faces().step_by(faces as usize / 100) {
                 let triangle = (mesh.topology().face_vertices(face), mesh.triangle(face));
-                let found = tree.find_crossing(&mesh, &Extent::new(triangle), |_| {
+                let found = tree.find_crossing(&mesh, &TriangleBounds::new(triangle), |_| {
                     asked += 1;
                     false
                 });

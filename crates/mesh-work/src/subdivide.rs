@@ -1,7 +1,7 @@
 //! Butterfly subdivision of a mesh whose content comes along.
 
 use mesh_core::butterfly::ButterflyOptions;
-use mesh_core::quadrisect::{Quadrisection, VertexOrigin};
+use mesh_core::subdivide_1_to_4::{SubdivisionMap, VertexOrigin};
 use mesh_core::{HalfEdgeId, MeshError, Topology, TopologyError, TriMesh};
 use mesh_io::{Blend, Model, ModelError};
 
@@ -31,7 +31,7 @@ pub fn subdivide_step(
     rules: &ButterflyOptions,
 ) -> Result<(TriMesh, Model), SubdivisionError> {
     let coarse = mesh.topology();
-    let (fine, origins) = coarse.quadrisect()?;
+    let (fine, origins) = coarse.subdivide_1_to_4()?;
     let positions = rules.refine(coarse, mesh.positions());
     let mesh = TriMesh::new(fine, positions)?;
     let fine = mesh.topology();
@@ -56,7 +56,7 @@ pub fn subdivide_step(
 }
 
 /// The corners of the parent face that the corner at the origin of a half-edge is between.
-fn corner(coarse: &Topology, fine: &Topology, origins: &Quadrisection, h: HalfEdgeId) -> Blend {
+fn corner(coarse: &Topology, fine: &Topology, origins: &SubdivisionMap, h: HalfEdgeId) -> Blend {
     let Some(face) = fine.face(h) else { return Blend::one(0) };
     let parent = origins.parent_face(face);
     let at = |h: HalfEdgeId| {

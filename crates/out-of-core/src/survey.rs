@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use mesh_core::build::has_zero_area;
 use mesh_core::diagnose::is_sliver;
 use mesh_core::disjoint_sets::DisjointSets;
-use mesh_core::hinges::Hinges;
+use mesh_core::edge_connectivity::EdgeConnectivity;
 use mesh_core::measure::SoupMeasures;
 use mesh_core::{BoundingBox, Diagnosis};
 
@@ -143,13 +143,13 @@ impl Surveyor {
             }
         }
         sides.sort_unstable();
-        let mut hinges = Hinges::new(region.positions.len(), &region.triangles);
+        let mut connectivity = EdgeConnectivity::new(region.positions.len(), &region.triangles);
         let mut boundary = DisjointSets::new(region.positions.len());
         let mut at_boundary = vec![false; region.positions.len()];
         let found = &mut self.found.diagnosis;
         for edge in sides.chunk_by(|a, b| a.0 == b.0) {
             let ends = edge[0].0;
-            let [from, to] = hinges.connect(edge.iter().map(|&(_, side)| side));
+            let [from, to] = connectivity.connect(edge.iter().map(|&(_, side)| side));
             if ends.map(|v| region.home(v)).into_iter().min() != Some(region.cell) {
                 continue;
             }
@@ -167,10 +167,10 @@ impl Surveyor {
             }
         }
         drop(sides);
-        let fans = hinges.fans(region.own);
+        let fans = connectivity.fans(region.own);
         found.non_manifold_vertices += fans.iter().filter(|&&fans| fans > 1).count();
         drop(fans);
-        let Hinges { mut vertices, mut faces, .. } = hinges;
+        let EdgeConnectivity { mut vertices, mut faces, .. } = connectivity;
         let (by_vertex, by_edge) = (&mut vertices, &mut faces);
 
         let is_shared = |triangle: &[u32; 3]| triangle.iter().any(|&v| v as usize >= region.own);

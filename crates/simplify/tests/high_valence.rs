@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3, EulerRot};
-use mesh_core::{Extent, FaceTree, TriMesh, VertexId};
+use mesh_core::{FaceTree, TriMesh, TriangleBounds, VertexId};
 use simplify::{
     Cost, EdgePatch, Memoryless, Optimal, Options, Policies, Policy, Preset, Quadric,
     RefineOptions, Schedule, Scratch, StopReason, Target, collapse_edges, simplify,
@@ -101,7 +101,7 @@ fn faces_compared(mesh: &TriMesh, vertices: impl Iterator<Item = u32>) -> usize 
         for face in topology.faces_of_vertex(moved) {
             let corners = topology.face_vertices(face);
             let place = |v| mesh.position(v) * if v == moved { 1.0001 } else { 1.0 };
-            let extent = Extent::new((corners, corners.map(place)));
+            let extent = TriangleBounds::new((corners, corners.map(place)));
             tree.find_crossing(mesh, &extent, |_| {
                 compared += 1;
                 false

@@ -272,7 +272,7 @@ fn trap_9_valences_stay_bounded_on_a_flat_grid() {
 fn cube_with_features() -> (TriMesh, EdgeMap<bool>) {
     let mut fine = mesh(&polyhedra::cube());
     for _ in 0..4 {
-        let (topology, _) = fine.topology().quadrisect().unwrap();
+        let (topology, _) = fine.topology().subdivide_1_to_4().unwrap();
         let mut points = fine.positions().to_vec();
         points.extend(fine.topology().edges().map(|e| {
             let [a, b] = fine.topology().edge_vertices(e);

@@ -51,7 +51,7 @@ fn poled_sphere(at: DVec3, cuts: usize) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         *p = p.normalize();
     }
     for _ in 0..cuts {
-        let (topology, _) = mesh.topology().quadrisect().unwrap();
+        let (topology, _) = mesh.topology().subdivide_1_to_4().unwrap();
         let mut points = mesh.positions().to_vec();
         points.extend(mesh.topology().edges().map(|e| {
             let [a, b] = mesh.topology().edge_vertices(e);

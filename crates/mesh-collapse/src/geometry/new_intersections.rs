@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use mesh_core::crossing::Triangle;
-use mesh_core::{Extent, FaceId, FaceTree, TriMesh, VertexId, triangles_cross};
+use mesh_core::{FaceId, FaceTree, TriMesh, TriangleBounds, VertexId, triangles_cross};
 
 use crate::geometry::contact::Contacts;
 
@@ -54,7 +54,8 @@ impl NewIntersections {
         let is_new = |face: FaceId, new: Triangle, other: FaceId, triangle: Triangle| {
             self.cross(new, triangle) && !self.cross(now(face), now(other))
         };
-        let extents: Vec<Extent> = changed.iter().map(|new| Extent::new(new.triangle)).collect();
+        let extents: Vec<TriangleBounds> =
+            changed.iter().map(|new| TriangleBounds::new(new.triangle)).collect();
         let among_changed = any_pair(&extents, |i, j| {
             let [first, second] = [i, j].map(|k| &changed[k]);
             is_new(first.face, first.triangle, second.face, second.triangle)
@@ -84,7 +85,7 @@ impl NewIntersections {
             .any(|(i, first)| new[..i].iter().any(|second| triangles_cross(*first, *second)));
         among_new
             || new.iter().any(|&triangle| {
-                let crossed = self.tree.find_crossing(mesh, &Extent::new(triangle), |f| {
+                let crossed = self.tree.find_crossing(mesh, &TriangleBounds::new(triangle), |f| {
                     !gone.contains(&f)
                         && self.cross(triangle, now(f))
                         && !gone.iter().any(|&before| self.cross(now(before), now(f)))
@@ -133,7 +134,7 @@ const FEW: usize = 32;
 
 /// Whether any two triangles that may cross have a property, which is asked for with the larger index
 /// first.
-fn any_pair(extents: &[Extent], mut has: impl FnMut(usize, usize) -> bool) -> bool {
+fn any_pair(extents: &[TriangleBounds], mut has: impl FnMut(usize, usize) -> bool) -> bool {
     if extents.len() <= FEW {
         return (0..extents.len()).any(|i| (0..i).any(|j| has(i, j)));
     }

@@ -9,11 +9,11 @@ use crate::build::error::BuildError;
 use crate::build::repair::Repair;
 use crate::build::report::BuildReport;
 use crate::build::screen;
+use crate::build::soup::PolygonSoup;
 use crate::build::triangulate::{Triangulation, Triangulator};
-use crate::handle::{FaceId, HalfEdgeId};
 use crate::mesh::TriMesh;
-use crate::soup::PolygonSoup;
 use crate::topology::Topology;
+use crate::topology::handle::{FaceId, HalfEdgeId};
 
 /// A mesh built from a polygon soup.
 #[derive(Clone, Debug)]

@@ -3,8 +3,8 @@
 //! *Side* `3 f + k` of triangle `f` runs from its corner `k` to the next one. Corner `3 f + k` has
 //! the same number, so a corner is where its side starts.
 
-pub(crate) use crate::pairing::next;
-use crate::pairing::{bucket_by_smaller_vertex, larger_end, side_ends};
+pub(crate) use crate::topology::pairing::next;
+use crate::topology::pairing::{bucket_by_smaller_vertex, larger_end, side_ends};
 
 /// Stands for no side, no fan, no element.
 pub(crate) const NONE: u32 = u32::MAX;

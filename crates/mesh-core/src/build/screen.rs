@@ -4,8 +4,8 @@ use crate::build::error::BuildError;
 use crate::build::repair::Repair;
 use crate::build::report::BuildReport;
 use crate::build::sample::Sample;
-use crate::handle::{HalfEdgeId, Handle, VertexId};
-use crate::soup::PolygonSoup;
+use crate::build::soup::PolygonSoup;
+use crate::topology::handle::{HalfEdgeId, Handle, VertexId};
 
 /// Leaves room for two half-edges per side of a triangle and for a copy of a vertex per corner: a
 /// polygon has fewer triangles than corners.

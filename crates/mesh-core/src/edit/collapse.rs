@@ -15,9 +15,9 @@
 //! The half-edge `h` runs from `a`, which goes, to `b`, which stays. Both faces of the edge go, and
 //! with each of them the edge at `a`: `bc` takes the place of `ca`, and `db` that of `ad`.
 
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
-use crate::revision::State;
 use crate::topology::Topology;
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
+use crate::topology::revision::State;
 
 /// Why an edge cannot be collapsed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]

@@ -1,9 +1,9 @@
 //! Adding and removing single faces.
 
 use crate::edit::links::NoRoom;
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
-use crate::revision::State;
 use crate::topology::Topology;
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
+use crate::topology::revision::State;
 
 /// Why a face cannot be added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]

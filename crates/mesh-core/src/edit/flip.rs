@@ -1,8 +1,8 @@
 //! Edge flip: the common edge of two triangles becomes the other diagonal of their quadrilateral.
 
-use crate::handle::{EdgeId, HalfEdgeId, VertexId};
-use crate::revision::State;
 use crate::topology::Topology;
+use crate::topology::handle::{EdgeId, HalfEdgeId, VertexId};
+use crate::topology::revision::State;
 
 /// Why an edge cannot be flipped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]

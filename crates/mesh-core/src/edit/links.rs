@@ -1,8 +1,8 @@
 //! What the edits share: new elements, links, and the rule at boundary vertices.
 
-use crate::handle::{FaceId, HalfEdgeId, Handle, VertexId};
-use crate::revision::State;
-use crate::topology::{HalfEdge, Topology};
+use crate::topology::half_edges::{HalfEdge, Topology};
+use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
+use crate::topology::revision::State;
 
 /// More elements than 32-bit indices can address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]

@@ -1,8 +1,8 @@
 //! Closing a boundary loop whole, with triangles between its vertices or round a new one.
 
 use crate::edit::links::NoRoom;
-use crate::handle::{FaceId, HalfEdgeId, VertexId};
 use crate::topology::Topology;
+use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 
 /// A boundary loop that is being closed.
 pub(crate) struct Ring {

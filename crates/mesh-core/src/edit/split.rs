@@ -1,10 +1,10 @@
 //! Splits: a new vertex on an edge or inside a face.
 
 use crate::edit::links::NoRoom;
-use crate::handle::VertexId;
-use crate::handle::{EdgeId, FaceId, HalfEdgeId};
-use crate::revision::State;
 use crate::topology::Topology;
+use crate::topology::handle::VertexId;
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId};
+use crate::topology::revision::State;
 
 /// Why an edge or a face cannot be split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, thiserror::Error)]

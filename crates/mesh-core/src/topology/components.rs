@@ -1,8 +1,8 @@
 //! Euler characteristic, components and genus.
 
 use crate::attribute::VertexMap;
-use crate::handle::VertexId;
 use crate::topology::Topology;
+use crate::topology::handle::VertexId;
 
 /// The connected components of a mesh; made by [`Topology::components`].
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -44,12 +44,12 @@ use core::ops::{Add, Mul};
 
 use glam::DVec3;
 
-use crate::handle::{EdgeId, HalfEdgeId, Handle, VertexId};
+use crate::edit::subdivide_1_to_4::SubdivisionMap;
 use crate::mesh::{MeshError, TriMesh};
-use crate::pairing::TopologyError;
 use crate::parallel;
-use crate::quadrisect::Quadrisection;
 use crate::topology::Topology;
+use crate::topology::handle::{EdgeId, HalfEdgeId, Handle, VertexId};
+use crate::topology::pairing::TopologyError;
 
 /// Which rules give the value at the middle of an edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -205,7 +205,7 @@ impl ButterflyOptions {
         value
     }
 
-    /// The values on the mesh that [`Topology::quadrisect`] makes: those of the vertices as they
+    /// The values on the mesh that [`Topology::subdivide_1_to_4`] makes: those of the vertices as they
     /// are, followed by one per edge. Removed edges get the default value.
     ///
     /// # Panics
@@ -291,13 +291,13 @@ pub struct Subdivision {
     /// The mesh; its first vertices are those of the mesh before, unmoved.
     pub mesh: TriMesh,
     /// Per step, where vertices, edges and faces came from.
-    pub steps: Vec<Quadrisection>,
+    pub steps: Vec<SubdivisionMap>,
 }
 
 /// Subdivides a mesh so many times: each step cuts every face into four and places a vertex on
 /// every edge. Euler characteristic, boundary loops and the position of every vertex are kept.
 ///
-/// To carry attributes along, take the steps by hand with [`Topology::quadrisect`] and
+/// To carry attributes along, take the steps by hand with [`Topology::subdivide_1_to_4`] and
 /// [`ButterflyOptions::refine`], once for positions and once for each attribute.
 ///
 /// # Errors
@@ -314,8 +314,9 @@ pub fn subdivide(
     let mut subdivision = Subdivision { mesh: mesh.clone(), steps: Vec::new() };
     for step in 1..=steps {
         let coarse = subdivision.mesh.topology();
-        let (fine, origins) =
-            coarse.quadrisect().map_err(|source| ButterflyError::TooLarge { step, source })?;
+        let (fine, origins) = coarse
+            .subdivide_1_to_4()
+            .map_err(|source| ButterflyError::TooLarge { step, source })?;
         let positions: Vec<DVec3> = options.refine(coarse, subdivision.mesh.positions());
         subdivision.mesh = TriMesh::new(fine, positions)
             .map_err(|source| ButterflyError::Overflow { step, source })?;

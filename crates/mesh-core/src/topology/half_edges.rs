@@ -28,8 +28,8 @@
 //! Edits leave tombstones inside the arrays, so handles of surviving elements stay valid. Counts
 //! and iterators skip them; [`Topology::compact`] closes the gaps and says where everything went.
 
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
-use crate::revision::Revision;
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+use crate::topology::revision::Revision;
 
 /// The connectivity of a triangle mesh; see the [module documentation](self).
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! Checking every invariant of the half-edge structure.
 
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
-use crate::topology::{HalfEdge, Topology};
+use crate::topology::half_edges::{HalfEdge, Topology};
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
 
 /// A broken invariant of [`Topology`] and where it is broken. The numbers refer to the list in the
 /// [module documentation](crate::topology) of the half-edge structure.

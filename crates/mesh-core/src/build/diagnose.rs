@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use crate::build::edges::{EdgeTable, proper_pair};
+use crate::build::soup::PolygonSoup;
 use crate::build::{BuildError, Draft, Repair, find_duplicates, has_zero_area, repeated_vertex};
-use crate::disjoint_sets::DisjointSets;
-use crate::hinges::Hinges;
-use crate::soup::PolygonSoup;
+use crate::topology::disjoint_sets::DisjointSets;
+use crate::topology::edge_connectivity::EdgeConnectivity;
 
 /// Counts of the parts and defects of a polygon soup, as it is: nothing welded, nothing repaired.
 ///
@@ -148,11 +148,11 @@ impl Diagnosis {
     fn connect(&mut self, vertex_count: usize, triangles: &[[u32; 3]]) {
         let table = EdgeTable::new(vertex_count, triangles);
         self.duplicate_faces = find_duplicates(triangles, &table).len();
-        let mut hinges = Hinges::new(vertex_count, triangles);
+        let mut edges = EdgeConnectivity::new(vertex_count, triangles);
         let mut boundary = DisjointSets::new(vertex_count);
         let mut boundary_vertices = Vec::new();
         for edge in table.iter() {
-            let [from, to] = hinges.connect(edge.iter().copied());
+            let [from, to] = edges.connect(edge.iter().copied());
             self.edges += 1;
             match edge.len() {
                 1 => {
@@ -167,10 +167,10 @@ impl Diagnosis {
         }
         self.boundary_loops = boundary.count_sets(boundary_vertices.into_iter());
         let corners = triangles.as_flattened();
-        self.components = hinges.vertices.count_sets(corners.iter().copied());
-        self.edge_components = hinges.faces.count_sets(0..triangles.len() as u32);
+        self.components = edges.vertices.count_sets(corners.iter().copied());
+        self.edge_components = edges.faces.count_sets(0..triangles.len() as u32);
 
-        let fans_at = hinges.fans(vertex_count);
+        let fans_at = edges.fans(vertex_count);
         self.unreferenced_vertices = fans_at.iter().filter(|&&fans| fans == 0).count();
         self.non_manifold_vertices = fans_at.iter().filter(|&&fans| fans > 1).count();
         let used = vertex_count - self.unreferenced_vertices;

@@ -1,8 +1,8 @@
 //! Closing the gaps that edits leave, and saying where everything went.
 
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::parallel;
-use crate::topology::{HalfEdge, Topology};
+use crate::topology::half_edges::{HalfEdge, Topology};
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 
 /// Old handles to new ones after [`Topology::compact`]. The order of elements is kept.
 #[derive(Clone, Debug)]

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 
 /// A box round unit vectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Directions {
+pub(crate) struct DirectionBox {
     pub(crate) low: Vec3,
     pub(crate) high: Vec3,
 }
@@ -12,7 +12,7 @@ pub(crate) struct Directions {
 /// More than the rounding of a direction.
 const ROUNDING: f64 = 1e-6;
 
-impl Directions {
+impl DirectionBox {
     const ALL: Self = Self { low: Vec3::splat(-2.0), high: Vec3::splat(2.0) };
 
     /// Those of a triangle, as one of its corners sees it.

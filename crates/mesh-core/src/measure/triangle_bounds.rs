@@ -10,23 +10,23 @@ use core::cell::OnceCell;
 
 use glam::DVec3;
 
-use crate::crossing::Triangle;
-use crate::directions::Directions;
-use crate::handle::VertexId;
 use crate::measure::BoundingBox;
+use crate::measure::crossing::Triangle;
+use crate::measure::direction_box::DirectionBox;
+use crate::topology::handle::VertexId;
 
 /// A triangle and what tells quickly that it does not meet another.
 #[derive(Clone, Debug)]
-pub struct Extent {
+pub struct TriangleBounds {
     /// The triangle.
     pub triangle: Triangle,
     /// The box round it.
     pub bounds: BoundingBox,
     /// As each of its corners sees it, once that was asked for.
-    directions: [OnceCell<Directions>; 3],
+    directions: [OnceCell<DirectionBox>; 3],
 }
 
-impl Extent {
+impl TriangleBounds {
     /// That of a triangle.
     #[must_use]
     pub fn new(triangle: Triangle) -> Self {
@@ -51,13 +51,13 @@ impl Extent {
     }
 
     /// The directions in which a corner sees the triangle; `None` when the vertex is none of its corners.
-    pub(crate) fn seen_from(&self, v: VertexId) -> Option<Directions> {
+    pub(crate) fn seen_from(&self, v: VertexId) -> Option<DirectionBox> {
         let corner = self.triangle.0.iter().position(|&corner| corner == v)?;
         Some(self.seen_from_corner(corner))
     }
 
-    fn seen_from_corner(&self, corner: usize) -> Directions {
-        *self.directions[corner].get_or_init(|| Directions::from_corner(self.triangle.1, corner))
+    fn seen_from_corner(&self, corner: usize) -> DirectionBox {
+        *self.directions[corner].get_or_init(|| DirectionBox::from_corner(self.triangle.1, corner))
     }
 
     /// The interval of coordinates along x that it takes; or, seen from one of its vertices, of directions.

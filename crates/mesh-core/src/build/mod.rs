@@ -19,6 +19,7 @@
 //! in the [`BuildReport`].
 
 mod cut;
+pub mod diagnose;
 mod draft;
 mod duplicates;
 pub(crate) mod edges;
@@ -29,6 +30,7 @@ mod repair;
 mod report;
 mod sample;
 mod screen;
+pub mod soup;
 mod triangulate;
 mod weld;
 
@@ -44,8 +46,8 @@ pub use draft::has_zero_area;
 pub(crate) use draft::{Draft, repeated_vertex};
 pub(crate) use duplicates::find_duplicates;
 
+use crate::build::soup::PolygonSoup;
 use crate::mesh::MeshError;
-use crate::soup::PolygonSoup;
 use crate::topology::Topology;
 
 /// Builds a half-edge mesh from a polygon soup.

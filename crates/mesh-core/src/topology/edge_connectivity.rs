@@ -1,12 +1,12 @@
 //! What the edges of triangles connect: vertices, faces, and the corners at each vertex.
 
-use crate::build::edges::next;
-use crate::disjoint_sets::DisjointSets;
+use crate::topology::disjoint_sets::DisjointSets;
+use crate::topology::pairing::next;
 
 /// Triangles that are connected edge by edge. Sides and corners are numbered alike: side i runs from corner i to
 /// the next one of its triangle, and both belong to triangle i / 3.
 #[derive(Clone, Debug)]
-pub struct Hinges<'t> {
+pub struct EdgeConnectivity<'t> {
     triangles: &'t [[u32; 3]],
     /// Vertices that are connected through edges.
     pub vertices: DisjointSets,
@@ -16,7 +16,7 @@ pub struct Hinges<'t> {
     pub corners: DisjointSets,
 }
 
-impl<'t> Hinges<'t> {
+impl<'t> EdgeConnectivity<'t> {
     /// Triangles of which none is connected yet, with so many vertices.
     #[must_use]
     pub fn new(vertices: usize, triangles: &'t [[u32; 3]]) -> Self {
@@ -74,14 +74,14 @@ mod tests {
     #[test]
     fn three_faces_at_an_edge_and_one_at_a_vertex() {
         let triangles = [[0, 1, 2], [1, 0, 3], [0, 1, 4], [2, 5, 6]];
-        let mut hinges = Hinges::new(7, &triangles);
-        assert_eq!(hinges.connect([0, 3, 6].into_iter()), [0, 1]);
+        let mut edges = EdgeConnectivity::new(7, &triangles);
+        assert_eq!(edges.connect([0, 3, 6].into_iter()), [0, 1]);
         for side in [1, 2, 4, 5, 7, 8, 9, 10, 11] {
-            hinges.connect([side].into_iter());
+            edges.connect([side].into_iter());
         }
-        assert_eq!(hinges.fans(7), [1, 1, 2, 1, 1, 1, 1]);
-        assert_eq!(hinges.vertices.count_sets(0..7), 1);
-        assert_eq!(hinges.faces.count_sets(0..4), 2);
-        assert_eq!(hinges.fans(2), [1, 1]);
+        assert_eq!(edges.fans(7), [1, 1, 2, 1, 1, 1, 1]);
+        assert_eq!(edges.vertices.count_sets(0..7), 1);
+        assert_eq!(edges.faces.count_sets(0..4), 2);
+        assert_eq!(edges.fans(2), [1, 1]);
     }
 }

@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use crate::attribute::{FaceMap, VertexMap};
-use crate::handle::{FaceId, HalfEdgeId, Handle, VertexId};
 use crate::mesh::TriMesh;
 use crate::parallel;
+use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
 
 /// The angle between two vectors, in radians, from 0 to pi; 0 when one of them is zero.
 ///

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-use crate::handle::VertexId;
+use crate::topology::handle::VertexId;
 
 /// A triangle of a mesh: its vertices and where they are.
 pub type Triangle = ([VertexId; 3], [DVec3; 3]);

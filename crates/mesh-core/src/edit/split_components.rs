@@ -1,12 +1,12 @@
 //! The connected pieces of a mesh, each as a mesh of its own.
 
-use crate::handle::{FaceId, VertexId};
 use crate::mesh::{MeshError, TriMesh};
+use crate::topology::handle::{FaceId, VertexId};
 
-/// A connected piece of a mesh; made by [`TriMesh::pieces`].
+/// A connected piece of a mesh; made by [`TriMesh::split_components`].
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Piece {
+pub struct Component {
     /// The piece. Vertices and faces keep their order, and faces their first corner.
     pub mesh: TriMesh,
     /// Per vertex of the piece, the vertex of the whole.
@@ -26,7 +26,7 @@ impl TriMesh {
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 5.], [1., 0., 5.], [0., 1., 5.]];
     /// let mesh = TriMesh::from_triangles(&corners, &[[3, 4, 5], [0, 1, 2]])?;
-    /// let pieces = mesh.pieces()?;
+    /// let pieces = mesh.split_components()?;
     /// assert_eq!(pieces.len(), 2);
     /// assert_eq!(pieces[0].face_source[0].get(), 1);
     /// # Ok(())
@@ -35,7 +35,7 @@ impl TriMesh {
     ///
     /// # Errors
     /// A position is not finite.
-    pub fn pieces(&self) -> Result<Vec<Piece>, MeshError> {
+    pub fn split_components(&self) -> Result<Vec<Component>, MeshError> {
         let topology = self.topology();
         let components = topology.components();
         let mut new_index = topology.vertex_map(0_u32);
@@ -60,7 +60,7 @@ impl TriMesh {
             let positions: Vec<_> = part.vertex_source.iter().map(|&v| self.position(v)).collect();
             let mesh = Self::from_triangles(&positions, &part.triangles)?;
             let Part { vertex_source, face_source, .. } = part;
-            Ok(Piece { mesh, vertex_source, face_source })
+            Ok(Component { mesh, vertex_source, face_source })
         };
         parts.into_iter().map(piece).collect()
     }

@@ -1,7 +1,7 @@
 //! Circulators: the elements round a vertex and along a boundary loop.
 
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
 use crate::topology::Topology;
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
 
 /// The half-edges that start at a vertex, clockwise seen from outside; made by
 /// [`Topology::outgoing`].

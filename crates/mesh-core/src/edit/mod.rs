@@ -1,4 +1,6 @@
-//! Legal edits in two steps: a check that returns a token or the reason why not, and an
+//! Changes of a mesh: legal edits, holes closed, subdivision, components, gaps closed.
+//!
+//! Flips, collapses, splits, and adding and removing faces take two steps: a check that returns a token or the reason why not, and an
 //! application of the token that cannot fail.
 //!
 //! ```
@@ -23,12 +25,17 @@
 // A token is used up by the edit it allows.
 #![allow(clippy::needless_pass_by_value)]
 
+pub mod butterfly;
 mod collapse;
+pub mod compact;
 mod face;
+pub mod fill;
 mod flip;
 mod links;
 mod ring;
 mod split;
+pub mod split_components;
+pub mod subdivide_1_to_4;
 
 pub use collapse::{CollapseRefusal, Collapsed, LegalCollapse};
 pub use face::{AddedFace, FaceRefusal, LegalFace, LegalRemoval, RemovalRefusal, RemovedFace};

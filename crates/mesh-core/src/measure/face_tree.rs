@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use crate::extent::Extent;
-use crate::fan::Fan;
-use crate::handle::FaceId;
 use crate::measure::BoundingBox;
+use crate::measure::fan::Fan;
+use crate::measure::triangle_bounds::TriangleBounds;
 use crate::mesh::TriMesh;
+use crate::topology::handle::FaceId;
 
 /// A complete binary tree of bounding boxes, to find the faces near a place.
 ///
@@ -65,7 +65,7 @@ impl Node {
         Self { bounds: union(self.bounds, other.bounds), fan }
     }
 
-    fn may_cross(&self, mesh: &TriMesh, triangle: &Extent) -> bool {
+    fn may_cross(&self, mesh: &TriMesh, triangle: &TriangleBounds) -> bool {
         match self.fan {
             Some(fan) => fan.may_cross(mesh, self.bounds, triangle),
             None => triangle.bounds.meets(self.bounds),
@@ -193,7 +193,7 @@ impl FaceTree {
     pub fn find_crossing(
         &self,
         mesh: &TriMesh,
-        triangle: &Extent,
+        triangle: &TriangleBounds,
         has: impl FnMut(FaceId) -> bool,
     ) -> Option<FaceId> {
         self.search(mesh, |node| node.may_cross(mesh, triangle), has)

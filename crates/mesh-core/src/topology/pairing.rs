@@ -3,10 +3,10 @@
 //! Sides are bucketed by their smaller vertex with a counting sort, and paired inside each bucket. Buckets do
 //! not wait for each other, so blocks of them are paired on all cores; edges keep the order of the buckets.
 
-use crate::handle::{FaceId, HalfEdgeId, Handle, VertexId};
 use crate::parallel;
-use crate::revision::Revision;
-use crate::topology::{HalfEdge, Topology};
+use crate::topology::half_edges::{HalfEdge, Topology};
+use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
+use crate::topology::revision::Revision;
 
 /// Why triangles do not form a half-edge mesh; the first offence that was met.
 ///

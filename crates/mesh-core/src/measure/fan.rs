@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use crate::directions::Directions;
-use crate::extent::Extent;
-use crate::handle::{FaceId, VertexId};
 use crate::measure::BoundingBox;
+use crate::measure::direction_box::DirectionBox;
+use crate::measure::triangle_bounds::TriangleBounds;
 use crate::mesh::TriMesh;
+use crate::topology::handle::{FaceId, VertexId};
 
 /// Needles with their tips at one vertex. Faces that are no needles are few round a vertex, and their
 /// boxes tell them apart.
@@ -14,7 +14,7 @@ use crate::mesh::TriMesh;
 pub(crate) struct Fan {
     hub: VertexId,
     /// As they are seen from there.
-    directions: Directions,
+    directions: DirectionBox,
 }
 
 impl Fan {
@@ -29,10 +29,10 @@ impl Fan {
             tip(triangle).map(|corner| (topology.face_vertices(face)[corner], triangle, corner))
         });
         let (hub, triangle, corner) = tips.next()??;
-        let mut directions = Directions::from_corner(triangle, corner);
+        let mut directions = DirectionBox::from_corner(triangle, corner);
         for tip in tips {
             let (_, triangle, corner) = tip.filter(|&(vertex, ..)| vertex == hub)?;
-            directions = directions.union(Directions::from_corner(triangle, corner));
+            directions = directions.union(DirectionBox::from_corner(triangle, corner));
         }
         Some(Self { hub, directions })
     }
@@ -44,7 +44,12 @@ impl Fan {
     }
 
     /// Whether a triangle may cross one of the faces, which are in a box.
-    pub(crate) fn may_cross(self, mesh: &TriMesh, bounds: BoundingBox, triangle: &Extent) -> bool {
+    pub(crate) fn may_cross(
+        self,
+        mesh: &TriMesh,
+        bounds: BoundingBox,
+        triangle: &TriangleBounds,
+    ) -> bool {
         match triangle.seen_from(self.hub) {
             Some(seen) => seen.meet(self.directions),
             None => {

@@ -15,9 +15,9 @@
 use glam::DVec3;
 
 use crate::attribute::EdgeMap;
-use crate::handle::{EdgeId, Handle, VertexId};
 use crate::mesh::TriMesh;
 use crate::parallel;
+use crate::topology::handle::{EdgeId, Handle, VertexId};
 
 /// An entry of a sparse matrix with a row and a column per vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! The one-to-four split: every edge gets a vertex at its middle, every face becomes four.
 //!
 //! Topology only; where the new vertices go is up to a subdivision scheme such as
-//! [`crate::butterfly`].
+//! [`butterfly`](crate::edit::butterfly).
 //!
 //! ```text
 //!            c                         c
@@ -14,14 +14,14 @@
 //!            h0
 //! ```
 //!
-//! All new indices follow from the old ones by arithmetic, see [`Quadrisection`].
+//! All new indices follow from the old ones by arithmetic, see [`SubdivisionMap`].
 
-use crate::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
-use crate::pairing::TopologyError;
-use crate::revision::Revision;
-use crate::topology::{HalfEdge, Topology};
+use crate::topology::half_edges::{HalfEdge, Topology};
+use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
+use crate::topology::pairing::TopologyError;
+use crate::topology::revision::Revision;
 
-/// Where the elements of a one-to-four split come from; made by [`Topology::quadrisect`].
+/// Where the elements of a one-to-four split come from; made by [`Topology::subdivide_1_to_4`].
 ///
 /// With V, E and F the capacities of the arrays before the split: vertices keep their index and
 /// edge `e` gets the vertex V + e; its halves are the edges 2e (at the origin of half-edge `2e`)
@@ -29,7 +29,7 @@ use crate::topology::{HalfEdge, Topology};
 /// inner edges 2E + 3f to 2E + 3f + 2. Removed elements leave removed children.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Quadrisection {
+pub struct SubdivisionMap {
     vertices: usize,
     edges: usize,
     faces: usize,
@@ -57,7 +57,7 @@ pub enum EdgeOrigin {
 
 /// Handles of the coarse mesh to those of the fine one and back. Handles out of range give
 /// handles out of range.
-impl Quadrisection {
+impl SubdivisionMap {
     /// What the vertex of the fine mesh was.
     #[must_use]
     pub fn vertex_origin(&self, fine: VertexId) -> VertexOrigin {
@@ -132,8 +132,8 @@ impl Topology {
     ///
     /// # Errors
     /// [`TopologyError::TooLarge`] when the split mesh would exceed 32-bit indices.
-    pub fn quadrisect(&self) -> Result<(Self, Quadrisection), TopologyError> {
-        let origin = Quadrisection {
+    pub fn subdivide_1_to_4(&self) -> Result<(Self, SubdivisionMap), TopologyError> {
+        let origin = SubdivisionMap {
             vertices: self.vertex_capacity(),
             edges: self.edge_capacity(),
             faces: self.face_capacity(),
@@ -162,7 +162,7 @@ impl Topology {
     }
 
     /// Ends of an edge's halves, the vertex between them, and their places in the boundary loop.
-    fn fill_halves(&mut self, coarse: &Self, origin: &Quadrisection, edge: EdgeId) {
+    fn fill_halves(&mut self, coarse: &Self, origin: &SubdivisionMap, edge: EdgeId) {
         let middle = origin.midpoint(edge);
         let [h, twin] = edge.half_edges();
         for side in [h, twin] {
@@ -178,7 +178,7 @@ impl Topology {
     }
 
     /// The four quarters of a face.
-    fn fill_quarters(&mut self, coarse: &Self, origin: &Quadrisection, face: FaceId) {
+    fn fill_quarters(&mut self, coarse: &Self, origin: &SubdivisionMap, face: FaceId) {
         let sides = coarse.face_half_edges(face);
         let quarters = origin.quarters(face);
         let inner = [0, 1, 2].map(|corner| origin.inner(face, corner));

@@ -26,8 +26,8 @@ use glam::DVec3;
 
 use crate::build::{Triangulation, Triangulator};
 use crate::edit::{NoRoom, Ring};
-use crate::handle::{FaceId, HalfEdgeId, VertexId};
 use crate::mesh::TriMesh;
+use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 
 /// How holes are filled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,0 +1,59 @@
+//! Axis-aligned boxes.
+
+use glam::DVec3;
+
+/// An axis-aligned box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct BoundingBox {
+    /// The corner with the smallest coordinates.
+    pub min: DVec3,
+    /// The corner with the largest coordinates.
+    pub max: DVec3,
+}
+
+impl BoundingBox {
+    /// The smallest box round some points; `None` without points.
+    #[must_use]
+    pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Option<Self> {
+        let start = |point| Self { min: point, max: point };
+        points.into_iter().fold(None, |bounds, point| {
+            Some(
+                bounds.map_or(start(point), |b| Self {
+                    min: b.min.min(point),
+                    max: b.max.max(point),
+                }),
+            )
+        })
+    }
+
+    /// The box round a triangle.
+    #[must_use]
+    pub fn of_triangle([a, b, c]: [DVec3; 3]) -> Self {
+        Self { min: a.min(b).min(c), max: a.max(b).max(c) }
+    }
+
+    /// Whether two boxes have a point in common.
+    #[must_use]
+    pub fn meets(&self, other: Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
+    /// The length of the diagonal.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        self.min.distance(self.max)
+    }
+
+    /// The midpoint.
+    #[must_use]
+    pub fn center(&self) -> DVec3 {
+        0.5 * self.min + 0.5 * self.max
+    }
+
+    /// The edge lengths.
+    #[must_use]
+    pub fn extent(&self) -> DVec3 {
+        self.max - self.min
+    }
+}

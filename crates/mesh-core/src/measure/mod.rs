@@ -1,0 +1,16 @@
+//! Sizes, normals and operators of meshes; boxes, search trees and exact intersection tests of triangles.
+
+pub mod bounding_box;
+pub mod crossing;
+mod direction_box;
+pub mod face_tree;
+mod fan;
+pub mod laplacian;
+pub mod normals;
+pub mod size;
+pub mod triangle_bounds;
+
+#[doc(inline)]
+pub use bounding_box::BoundingBox;
+#[doc(inline)]
+pub use size::SoupMeasures;
