@@ -10,6 +10,8 @@ pub mod position;
 pub mod random;
 #[cfg(feature = "serde")]
 mod serial;
+#[cfg(feature = "simd")]
+pub mod simd;
 pub mod topology;
 
 pub use glam;
@@ -19,7 +21,7 @@ pub use build::{diagnose, soup};
 #[doc(no_inline)]
 pub use edit::{butterfly, compact, fill, split_components, subdivide_1_to_4};
 #[doc(no_inline)]
-pub use measure::{crossing, face_tree, laplacian, normals, triangle_bounds};
+pub use measure::{closest_point, crossing, face_tree, laplacian, normals, triangle_bounds};
 #[doc(no_inline)]
 pub use topology::{
     circulate, components, disjoint_sets, edge_connectivity, handle, pairing, validate,

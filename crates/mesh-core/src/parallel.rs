@@ -166,8 +166,28 @@ pub fn try_collect_each<T: Send, E: Send>(
     (0..count).map(value).collect()
 }
 
-/// Indices in a block of [`holds_in_blocks`].
+/// Indices in a block of [`holds_in_blocks`], [`per_block`] and [`concat_blocks`].
 const FEW: usize = 1024;
+
+/// One value for each block of 1024 consecutive indices from 0 to `count`, in order. For work where the result for
+/// one index helps to find that of the next one.
+pub fn per_block<T: Send>(count: usize, value: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+    collect_each(count.div_ceil(FEW), |b| value(b * FEW..count.min((b + 1) * FEW)))
+}
+
+/// The vectors that [`per_block`] returns, joined in order.
+pub fn concat_blocks<T: Send>(
+    count: usize,
+    values: impl Fn(Range<usize>) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let mut blocks = per_block(count, values);
+    if blocks.len() == 1 {
+        return blocks.pop().unwrap_or_default();
+    }
+    let mut all = Vec::with_capacity(blocks.iter().map(Vec::len).sum());
+    blocks.into_iter().for_each(|block| all.extend(block));
+    all
+}
 
 /// Whether something holds for all blocks of consecutive indices, from 0 to `count`; once it does not for one, no
 /// other is begun.

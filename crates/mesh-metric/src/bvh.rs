@@ -10,28 +10,29 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
+use mesh_core::simd::{LANES, Vec3x8};
 
-use crate::boxes::Boxes;
-use crate::needles::{Piece, bounds_of, pieces};
-use crate::proved::at_least;
+use crate::bvh_storage::BvhStorage;
+use crate::distance_bounds::lower_bound;
+use crate::early_split::{Section, bounds_of, split_long_triangles};
+use crate::simd_distance::{closest_on_triangles, squared_gaps};
 use crate::slab::{Slab, Slabs};
-use crate::wide::{LANES, Wide, closest_on_triangles, squared_gaps};
 
 /// Below this many triangles a part is ordered by one thread.
 const SEQUENTIAL: usize = 4096;
 
 /// More than there can be in the tree over `u32` many triangles at any one time.
-const MAX_TASKS: usize = 96;
+const MAX_ENTRIES: usize = 96;
 
 /// The tree and its triangles.
 #[derive(Clone, Debug)]
 pub(crate) struct Bvh {
     simd: Level,
-    boxes: Boxes,
+    boxes: BvhStorage,
     /// The index that each triangle had when the tree was built.
     original: Vec<u32>,
     /// What of the triangle in each place the boxes are round; nothing where that is all of it.
-    pieces: Vec<Piece>,
+    pieces: Vec<Section>,
     /// What the triangles of eight leaves each are between, where some have several pieces.
     slabs: Vec<Slabs>,
     /// Every triangle once, in the order of the leaves, where some have several pieces.
@@ -53,7 +54,7 @@ impl Bvh {
     pub(crate) fn new(corners: impl Fn(usize) -> [DVec3; 3] + Sync, count: usize) -> Self {
         let whole = |t: usize| bounds_of(corners(t).into_iter());
         let (mut pieces_in_order, mut in_space) = (Vec::new(), Vec::new());
-        let original = if let Some((triangles, pieces)) = pieces(&corners, count) {
+        let original = if let Some((triangles, pieces)) = split_long_triangles(&corners, count) {
             let slots =
                 in_leaves(pieces.len(), |i| pieces[i].bounds(&corners(triangles[i] as usize)));
             let original: Vec<u32> =
@@ -105,18 +106,18 @@ impl Bvh {
 
     #[inline(always)]
     pub(crate) fn nearest_with<S: Simd>(&self, simd: S, point: DVec3, guess: u32) -> Nearest {
-        let point = Wide::splat(simd, point);
+        let point = Vec3x8::splat(simd, point);
         let first = guess / LANES as u32;
         let mut best = self.nearest_in_leaf(simd, point, first);
-        let mut tasks = Tasks::new(self.root_height());
+        let mut stack = TraversalStack::new(self.root_height());
         // A point that is not finite has no distance.
-        while let Some(task) = tasks.pop().filter(|_| !best.squared.is_nan()) {
+        while let Some(task) = stack.pop().filter(|_| !best.squared.is_nan()) {
             if task.squared >= best.squared {
                 continue;
             }
             if task.height > 0 {
                 let squares = self.squared_gaps(simd, point, task);
-                tasks.push_children(task, squares, best.squared);
+                stack.push_children(task, squares, best.squared);
             } else if task.index != first {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);
                 if candidate.squared < best.squared {
@@ -134,14 +135,14 @@ impl Bvh {
         let mut found = vec![None; count];
         // Loops, for what is in a closure is compiled for the plainest processor.
         dispatch!(self.simd, simd => {
-            let mut tasks = Tasks::new(self.root_height());
+            let mut stack = TraversalStack::new(self.root_height());
             for start in (0..count).step_by(LANES) {
                 let eight = start..count.min(start + LANES);
                 let box_of_eight = bounds_of(points[eight.clone()].iter().copied());
                 let farthest = than[eight.clone()].iter().copied().fold(0.0, f64::max);
-                if self.has_leaf_within(simd, box_of_eight, farthest, &mut tasks) {
+                if self.has_leaf_within(simd, box_of_eight, farthest, &mut stack) {
                     for i in eight {
-                        found[i] = self.nearer_than(simd, points[i], than[i], &mut tasks);
+                        found[i] = self.nearer_than(simd, points[i], than[i], &mut stack);
                     }
                 }
             }
@@ -156,17 +157,17 @@ impl Bvh {
         simd: S,
         [min, max]: [DVec3; 2],
         distance: f64,
-        tasks: &mut Tasks,
+        stack: &mut TraversalStack,
     ) -> bool {
-        let bounds = [Wide::splat(simd, min), Wide::splat(simd, max)];
+        let bounds = [Vec3x8::splat(simd, min), Vec3x8::splat(simd, max)];
         let enough = distance * distance;
-        tasks.restart(self.root_height());
-        while let Some(task) = tasks.pop() {
+        stack.restart(self.root_height());
+        while let Some(task) = stack.pop() {
             if task.height == 0 {
                 return true;
             }
             let squares = squared_gaps(bounds, self.node(simd, task));
-            tasks.push_children(task, squares, enough);
+            stack.push_children(task, squares, enough);
         }
         false
     }
@@ -177,19 +178,19 @@ impl Bvh {
         simd: S,
         point: DVec3,
         than: f64,
-        tasks: &mut Tasks,
+        stack: &mut TraversalStack,
     ) -> Option<Nearest> {
-        let point = Wide::splat(simd, point);
+        let point = Vec3x8::splat(simd, point);
         let mut best = None;
         let mut enough = than * than;
-        tasks.restart(self.root_height());
-        while let Some(task) = tasks.pop() {
+        stack.restart(self.root_height());
+        while let Some(task) = stack.pop() {
             if task.squared >= enough {
                 continue;
             }
             if task.height > 0 {
                 let squares = self.squared_gaps(simd, point, task);
-                tasks.push_children(task, squares, enough);
+                stack.push_children(task, squares, enough);
             } else {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);
                 if candidate.squared < enough {
@@ -202,28 +203,28 @@ impl Bvh {
     }
 
     /// A number that the distance from a point to all triangles is not below, up to
-    /// [`Rounding`](crate::proved::Rounding), and that is not above `distance`.
-    pub(crate) fn at_least(&self, point: DVec3, distance: f64) -> f64 {
-        dispatch!(self.simd, simd => self.at_least_with(simd, point, distance))
+    /// [`Rounding`](crate::distance_bounds::Rounding), and that is not above `distance`.
+    pub(crate) fn lower_bound(&self, point: DVec3, distance: f64) -> f64 {
+        dispatch!(self.simd, simd => self.lower_bound_with(simd, point, distance))
     }
 
     #[inline(always)]
-    fn at_least_with<S: Simd>(&self, simd: S, point: DVec3, distance: f64) -> f64 {
-        let wide = Wide::splat(simd, point);
+    fn lower_bound_with<S: Simd>(&self, simd: S, point: DVec3, distance: f64) -> f64 {
+        let wide = Vec3x8::splat(simd, point);
         let mut nearest = distance;
-        let mut tasks = Tasks::new(self.root_height());
-        while let Some(task) = tasks.pop() {
+        let mut stack = TraversalStack::new(self.root_height());
+        while let Some(task) = stack.pop() {
             let enough = nearest * nearest;
             if task.squared >= enough {
                 continue;
             }
             if task.height > 0 {
                 let squares = self.squared_gaps(simd, wide, task);
-                tasks.push_children(task, squares, enough);
+                stack.push_children(task, squares, enough);
             } else {
                 for lane in 0..LANES as u32 {
                     let triangle = self.triangle(task.index * LANES as u32 + lane);
-                    nearest = nearest.min(at_least(point, &triangle));
+                    nearest = nearest.min(lower_bound(point, &triangle));
                 }
             }
         }
@@ -233,7 +234,7 @@ impl Bvh {
     /// Numbers that the squared distances from a point to the children of a node are not below. The box of
     /// a leaf may be near where its needles are not.
     #[inline(always)]
-    fn squared_gaps<S: Simd>(&self, simd: S, point: Wide<S>, node: Task) -> f64x8<S> {
+    fn squared_gaps<S: Simd>(&self, simd: S, point: Vec3x8<S>, node: StackEntry) -> f64x8<S> {
         let squares = squared_gaps([point, point], self.node(simd, node));
         match self.slabs.get(node.index as usize) {
             Some(slabs) if node.height == 1 => squares.max(slabs.squared_gaps(simd, point)),
@@ -243,12 +244,12 @@ impl Bvh {
 
     /// Whether there are needles in pieces, which queries are quicker for one by one.
     #[inline(always)]
-    pub(crate) fn has_pieces(&self) -> bool {
+    pub(crate) fn has_sections(&self) -> bool {
         !self.pieces.is_empty()
     }
 
     #[inline(always)]
-    pub(crate) fn nearest_in_leaf<S: Simd>(&self, simd: S, point: Wide<S>, leaf: u32) -> Nearest {
+    pub(crate) fn nearest_in_leaf<S: Simd>(&self, simd: S, point: Vec3x8<S>, leaf: u32) -> Nearest {
         let triangles = self.boxes.leaf(simd, leaf);
         let (offsets, squares) = closest_on_triangles(point, triangles);
         let squared = squares.reduce_min();
@@ -267,47 +268,52 @@ impl Bvh {
     }
 
     #[inline(always)]
-    pub(crate) fn leaf<S: Simd>(&self, simd: S, index: u32) -> [Wide<S>; 3] {
+    pub(crate) fn leaf<S: Simd>(&self, simd: S, index: u32) -> [Vec3x8<S>; 3] {
         self.boxes.leaf(simd, index)
     }
 
     /// The boxes of the children of a node.
     #[inline(always)]
-    pub(crate) fn node<S: Simd>(&self, simd: S, task: Task) -> [Wide<S>; 2] {
+    pub(crate) fn node<S: Simd>(&self, simd: S, task: StackEntry) -> [Vec3x8<S>; 2] {
         self.boxes.node(simd, task.height, task.index)
     }
 }
 
 /// The parts of the tree that wait to be searched.
-pub(crate) struct Tasks {
-    tasks: [Task; MAX_TASKS],
+pub(crate) struct TraversalStack {
+    stack: [StackEntry; MAX_ENTRIES],
     count: usize,
 }
 
-impl Tasks {
+impl TraversalStack {
     #[inline(always)]
     pub(crate) fn new(height: usize) -> Self {
-        let mut tasks = [Task::default(); MAX_TASKS];
-        tasks[0].height = height as u32;
-        Self { tasks, count: 1 }
+        let mut stack = [StackEntry::default(); MAX_ENTRIES];
+        stack[0].height = height as u32;
+        Self { stack, count: 1 }
     }
 
     /// Only the root.
     #[inline(always)]
     pub(crate) fn restart(&mut self, height: usize) {
-        self.tasks[0] = Task { height: height as u32, ..Task::default() };
+        self.stack[0] = StackEntry { height: height as u32, ..StackEntry::default() };
         self.count = 1;
     }
 
     #[inline(always)]
-    pub(crate) fn pop(&mut self) -> Option<Task> {
+    pub(crate) fn pop(&mut self) -> Option<StackEntry> {
         self.count = self.count.checked_sub(1)?;
-        Some(self.tasks[self.count])
+        Some(self.stack[self.count])
     }
 
     /// Adds the children of a node that are nearer than `enough`, the nearest last.
     #[inline(always)]
-    pub(crate) fn push_children<S: Simd>(&mut self, node: Task, squares: f64x8<S>, enough: f64) {
+    pub(crate) fn push_children<S: Simd>(
+        &mut self,
+        node: StackEntry,
+        squares: f64x8<S>,
+        enough: f64,
+    ) {
         let mut nearer = squares.simd_lt(enough).to_bitmask();
         let lowest = self.count;
         while nearer != 0 {
@@ -315,12 +321,12 @@ impl Tasks {
             nearer &= nearer - 1;
             let squared = squares[lane as usize];
             let mut place = self.count;
-            while place > lowest && self.tasks[place - 1].squared < squared {
-                self.tasks[place] = self.tasks[place - 1];
+            while place > lowest && self.stack[place - 1].squared < squared {
+                self.stack[place] = self.stack[place - 1];
                 place -= 1;
             }
             let index = node.index * LANES as u32 + lane;
-            self.tasks[place] = Task { squared, index, height: node.height - 1 };
+            self.stack[place] = StackEntry { squared, index, height: node.height - 1 };
             self.count += 1;
         }
     }
@@ -328,7 +334,7 @@ impl Tasks {
 
 /// A part of the tree that may hold the closest triangle.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Task {
+pub(crate) struct StackEntry {
     /// The squared distance to its box.
     pub(crate) squared: f64,
     pub(crate) index: u32,
@@ -339,12 +345,12 @@ pub(crate) struct Task {
 /// The boxes round triangles, or round their pieces where there are some, which then have slabs, too.
 fn enclose(
     original: &[u32],
-    pieces: &[Piece],
+    pieces: &[Section],
     corners: impl Fn(usize) -> [DVec3; 3] + Sync,
-) -> (Boxes, Vec<Slabs>) {
+) -> (BvhStorage, Vec<Slabs>) {
     let triangle = |slot: usize| corners(original[slot] as usize);
     if pieces.is_empty() {
-        return (Boxes::new(original.len(), triangle, None), Vec::new());
+        return (BvhStorage::new(original.len(), triangle, None), Vec::new());
     }
     let bounds_of_leaf = |leaf: usize| {
         let slots = leaf * LANES..pieces.len().min((leaf + 1) * LANES);
@@ -361,7 +367,7 @@ fn enclose(
     let slabs = parallel::collect(leaves.div_ceil(LANES), |node| {
         Slabs::new((node * LANES..leaves.min((node + 1) * LANES)).map(slab))
     });
-    (Boxes::new(original.len(), triangle, Some(&bounds_of_leaf)), slabs)
+    (BvhStorage::new(original.len(), triangle, Some(&bounds_of_leaf)), slabs)
 }
 
 /// The numbers of these boxes in the order of the leaves, which is by their centres.

@@ -6,7 +6,6 @@ use core::ops::Range;
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap, parallel};
 
-use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::Nearest;
 use crate::sampling::{AreaSampler, first_beyond, running_totals};
 use crate::surface::Surface;
@@ -204,7 +203,7 @@ fn farthest(
     known: f64,
     points: impl Fn(Range<usize>) -> Vec<DVec3> + Sync,
 ) -> f64 {
-    let blocks = in_blocks(count, |indices| to.bvh().farthest(&points(indices), known));
+    let blocks = parallel::per_block(count, |indices| to.bvh().farthest(&points(indices), known));
     blocks.into_iter().fold(known, f64::max)
 }
 
@@ -247,7 +246,7 @@ fn measure(
     stops: &(dyn Fn() -> bool + Sync),
     points: impl Fn(Range<usize>) -> Vec<DVec3> + Sync,
 ) -> Tally {
-    let blocks = in_blocks(count, |indices| {
+    let blocks = parallel::per_block(count, |indices| {
         if stops() {
             return Tally::NONE;
         }
@@ -325,7 +324,7 @@ impl<'a> EdgePoints<'a> {
             let [a, b, c] = surface.triangles()[t];
             [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
         };
-        let mut edges: Vec<[u32; 2]> = values_in_blocks(surface.triangle_count(), |range| {
+        let mut edges: Vec<[u32; 2]> = parallel::concat_blocks(surface.triangle_count(), |range| {
             let mut edges: Vec<_> = range.flat_map(sides).filter(|side| count(side) > 0).collect();
             // Both faces at an edge are mostly close to each other in the list.
             edges.sort_unstable();

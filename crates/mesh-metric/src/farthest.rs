@@ -6,10 +6,11 @@
 use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
 use glam::DVec3;
+use mesh_core::simd::{LANES, Vec3x8};
 
-use crate::bvh::{Bvh, Tasks};
-use crate::packet::{Packet, along_a_curve};
-use crate::wide::{LANES, Wide, squared_gaps};
+use crate::bvh::{Bvh, TraversalStack};
+use crate::packet_traversal::{Packet, along_a_curve};
+use crate::simd_distance::squared_gaps;
 
 impl Bvh {
     /// The largest of `known` and the squared distances of points from all triangles. Points that are
@@ -28,16 +29,16 @@ impl Bvh {
         let order = along_a_curve(points);
         let mut largest = known;
         dispatch!(self.simd(), simd => {
-            let (mut guess, mut tasks) = (0, Tasks::new(self.root_height()));
+            let (mut guess, mut stack) = (0, TraversalStack::new(self.root_height()));
             for eight in order.chunks(LANES) {
                 if largest > enough {
                     break;
                 }
                 if self.is_one_packet(points, eight, guess) {
-                    guess = self.farthest_of_eight(simd, points, eight, guess, &mut tasks, &mut largest);
+                    guess = self.farthest_of_eight(simd, points, eight, guess, &mut stack, &mut largest);
                 } else {
                     for &index in eight {
-                        guess = self.farthest_of_one(simd, points[index as usize], guess, &mut tasks, &mut largest);
+                        guess = self.farthest_of_one(simd, points[index as usize], guess, &mut stack, &mut largest);
                     }
                 }
             }
@@ -53,12 +54,12 @@ impl Bvh {
         points: &[DVec3],
         eight: &[u32],
         guess: u32,
-        tasks: &mut Tasks,
+        stack: &mut TraversalStack,
         largest: &mut f64,
     ) -> u32 {
         let mut packet = Packet::new(simd, points, eight);
         packet.measure(self.triangle(guess), guess);
-        self.search_packet(&mut packet, tasks, *largest);
+        self.search_packet(&mut packet, stack, *largest);
         *largest = largest.max(packet.farthest());
         packet.slot(eight.len() - 1)
     }
@@ -70,19 +71,19 @@ impl Bvh {
         simd: S,
         point: DVec3,
         guess: u32,
-        tasks: &mut Tasks,
+        stack: &mut TraversalStack,
         largest: &mut f64,
     ) -> u32 {
-        let point = Wide::splat(simd, point);
+        let point = Vec3x8::splat(simd, point);
         let mut best = self.nearest_in_leaf(simd, point, guess / LANES as u32);
-        tasks.restart(self.root_height());
-        while let Some(task) = tasks.pop().filter(|_| best.squared > *largest) {
+        stack.restart(self.root_height());
+        while let Some(task) = stack.pop().filter(|_| best.squared > *largest) {
             if task.squared >= best.squared {
                 continue;
             }
             if task.height > 0 {
                 let squares = squared_gaps([point, point], self.node(simd, task));
-                tasks.push_children(task, squares, best.squared);
+                stack.push_children(task, squares, best.squared);
             } else {
                 let candidate = self.nearest_in_leaf(simd, point, task.index);
                 if candidate.squared < best.squared {

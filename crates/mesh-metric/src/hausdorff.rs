@@ -14,7 +14,7 @@
 //! surfaces nearly coincide, pieces along every edge would have to become as small as the distance
 //! that is to be proved.
 //!
-//! Distances to single triangles are those of [`proved`](crate::proved), which hold whatever the
+//! Distances to single triangles are those of [`distance_bounds`](crate::distance_bounds), which hold whatever the
 //! shape of the triangle. Below their slack, which is relative to the size of the surfaces and to
 //! their coordinates, the bounds do not go:
 //!
@@ -29,11 +29,11 @@
 use core::ops::Range;
 
 use glam::DVec3;
+use mesh_core::parallel;
 
-use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::Nearest;
-use crate::prism::{Polygon, Prism, doubled_area};
-use crate::proved::{Rounding, at_most};
+use crate::distance_bounds::{Rounding, upper_bound};
+use crate::polygon_clipping::{Polygon, Prism, doubled_area};
 use crate::surface::Surface;
 
 /// When to stop; see [`hausdorff_bounds`].
@@ -190,7 +190,7 @@ impl Lower {
             if corner.distance <= self.distance {
                 return;
             }
-            let distance = to.bvh().at_least(corner.at, corner.distance);
+            let distance = to.bvh().lower_bound(corner.at, corner.distance);
             if distance > self.distance {
                 *self = Self { distance, slack, at: corner.at };
             }
@@ -219,14 +219,14 @@ struct Corner {
     distance: f64,
     slot: u32,
     /// How far it is at most from that triangle.
-    at_most: f64,
+    upper_bound: f64,
 }
 
 impl Corner {
     fn new(at: DVec3, to: &Surface, guess: u32) -> Self {
         let Nearest { squared, slot, .. } = to.nearest(at, guess);
-        let at_most = at_most(at, &to.bvh().triangle(slot));
-        Self { at, distance: squared.sqrt(), slot, at_most }
+        let upper_bound = upper_bound(at, &to.bvh().triangle(slot));
+        Self { at, distance: squared.sqrt(), slot, upper_bound }
     }
 }
 
@@ -247,7 +247,7 @@ fn in_turns<T: Send>(
             return None;
         }
         let some = AT_ONCE.min(count - start);
-        all.extend(in_blocks(some, |range| make(start + range.start..start + range.end)));
+        all.extend(parallel::per_block(some, |range| make(start + range.start..start + range.end)));
     }
     Some(all)
 }
@@ -350,8 +350,9 @@ impl Search<'_> {
         let bar = options.bar(self.lower.distance, slack);
         // With what is added for rounding, this does not raise the upper bound of the whole.
         let least = (self.lower.proved() - slack).min(bar);
-        let bounds =
-            values_in_blocks(pieces.len(), |range| bound_pieces(&pieces[range], to, bar, least));
+        let bounds = parallel::concat_blocks(pieces.len(), |range| {
+            bound_pieces(&pieces[range], to, bar, least)
+        });
         self.lower.raise(&bounds.iter().filter_map(|(_, center)| center.as_ref()), to, slack);
         let bar = options.bar(self.lower.distance, slack);
         let (mut open, mut highest) = (Vec::new(), 0.0_f64);
@@ -374,7 +375,7 @@ impl Search<'_> {
     fn divide(&mut self, open: &Open) -> Vec<Piece> {
         let bar = self.options.bar(self.lower.distance, self.rounding.after(open.rounds));
         let pieces = &open.pieces;
-        let parts = in_blocks(pieces.len(), |range| divide(&pieces[range], self.to, bar));
+        let parts = parallel::per_block(pieces.len(), |range| divide(&pieces[range], self.to, bar));
         let slack = self.rounding.after(open.rounds + 1);
         self.settled = parts.iter().map(|parts| parts.settled + slack).fold(self.settled, f64::max);
         parts.into_iter().flat_map(|parts| parts.pieces).collect()
@@ -406,7 +407,7 @@ fn bound_pieces(
         let center = Corner::new(middle, to, piece[0].slot);
         let radius = [a, b, c].map(|p| p.distance(middle)).into_iter().fold(0.0, f64::max);
         let through_center = farthest_corner(piece, to, center.slot);
-        (upper.min(through_center).min(center.at_most + radius), Some(center))
+        (upper.min(through_center).min(center.upper_bound + radius), Some(center))
     };
     pieces.iter().map(bound).collect()
 }
@@ -415,14 +416,14 @@ fn bound_pieces(
 fn farthest_corner(piece: &Piece, to: &Surface, slot: u32) -> f64 {
     let triangle = to.bvh().triangle(slot);
     let most = |corner: &Corner| match corner.slot == slot {
-        true => corner.at_most,
-        false => at_most(corner.at, &triangle),
+        true => corner.upper_bound,
+        false => upper_bound(corner.at, &triangle),
     };
     piece.iter().map(most).fold(0.0, f64::max)
 }
 
 fn farthest(points: &[DVec3], triangle: &[DVec3; 3]) -> f64 {
-    points.iter().map(|&p| at_most(p, triangle)).fold(0.0, f64::max)
+    points.iter().map(|&p| upper_bound(p, triangle)).fold(0.0, f64::max)
 }
 
 /// What pieces were divided into.

@@ -1,23 +1,20 @@
 #![doc = include_str!("../README.md")]
 
-mod blocks;
-mod boxes;
 mod bvh;
-mod closest;
+mod bvh_storage;
 mod compare;
+mod distance_bounds;
+mod early_split;
 mod farthest;
 mod hausdorff;
-mod needles;
-mod packet;
-mod prism;
-mod proved;
+mod packet_traversal;
+mod polygon_clipping;
 mod sampling;
-mod signed;
+mod signed_distance;
+mod simd_distance;
 mod slab;
 mod surface;
-mod wide;
 
-pub use closest::{Foot, NoFoot, closest_on_triangle, foot_inside, weights_of_closest};
 pub use compare::{
     CompareOptions, Comparison, OneSided, Worst, compare, compare_until, edge_points,
     points_of_edge, sampled_hausdorff, vertex_distances,
@@ -25,6 +22,9 @@ pub use compare::{
 pub use hausdorff::{
     CertifiedBounds, CertifyOptions, hausdorff_bounds, hausdorff_bounds_until, one_sided_bounds,
 };
+pub use mesh_core::closest_point::{
+    Foot, NoFoot, closest_on_triangle, foot_inside, weights_of_closest,
+};
 pub use sampling::{SampleStream, SurfaceSample, area_of, sample_surface};
-pub use signed::SignedDistance;
+pub use signed_distance::SignedDistance;
 pub use surface::{ClosestPoint, Surface, SurfaceError};

@@ -6,7 +6,6 @@ use glam::DVec3;
 use mesh_core::SplitMix64;
 use mesh_core::parallel;
 
-use crate::blocks::values_in_blocks;
 use crate::surface::Surface;
 
 /// A point of a surface; made by [`sample_surface`].
@@ -30,7 +29,7 @@ pub struct SurfaceSample {
 #[must_use]
 pub fn sample_surface(surface: &Surface, count: usize, seed: u64) -> Vec<SurfaceSample> {
     let sampler = AreaSampler::new(surface, count, seed);
-    values_in_blocks(sampler.count(), |indices| sampler.samples(indices).collect())
+    parallel::concat_blocks(sampler.count(), |indices| sampler.samples(indices).collect())
 }
 
 /// The fractional part of the golden section.

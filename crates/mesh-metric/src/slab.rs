@@ -6,8 +6,7 @@
 use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 use glam::DVec3;
-
-use crate::wide::{Columns, LANES, Wide};
+use mesh_core::simd::{Columns, LANES, Vec3x8};
 
 /// What is between two parallel planes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -63,8 +62,8 @@ impl Slabs {
 
     /// Numbers that the squared distances of a point from the triangles are not below.
     #[inline(always)]
-    pub(crate) fn squared_gaps<S: Simd>(&self, simd: S, point: Wide<S>) -> f64x8<S> {
-        let heights = Wide::load(simd, &self.normals).dot(point);
+    pub(crate) fn squared_gaps<S: Simd>(&self, simd: S, point: Vec3x8<S>) -> f64x8<S> {
+        let heights = Vec3x8::load(simd, &self.normals).dot(point);
         let low: f64x8<S> = self.low.simd_into(simd);
         let high: f64x8<S> = self.high.simd_into(simd);
         let rounding = (point.x.abs() + point.y.abs() + point.z.abs()) * ROUNDING;
@@ -83,13 +82,13 @@ mod tests {
     use fearless_simd::{Level, dispatch};
     use mesh_core::SplitMix64;
 
-    use crate::closest::closest_on_triangle;
+    use mesh_core::closest_point::closest_on_triangle;
 
     /// How far a point is from a slab, which is the last of eight and the only one that is not everywhere.
     fn gap(slab: Slab, point: DVec3) -> f64 {
         let slabs = Slabs::new([Slab::default(); LANES - 1].into_iter().chain([slab]));
         let squares = dispatch!(Level::new(), simd => {
-            <[f64; LANES]>::from(slabs.squared_gaps(simd, Wide::splat(simd, point)))
+            <[f64; LANES]>::from(slabs.squared_gaps(simd, Vec3x8::splat(simd, point)))
         });
         assert_eq!(squares[..LANES - 1], [0.0; LANES - 1]);
         squares[LANES - 1].sqrt()

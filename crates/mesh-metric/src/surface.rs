@@ -5,7 +5,6 @@ use core::ops::Range;
 use glam::DVec3;
 use mesh_core::{BoundingBox, FaceId, Handle, Topology, TriMesh, parallel};
 
-use crate::blocks::{in_blocks, values_in_blocks};
 use crate::bvh::{Bvh, Nearest};
 
 /// Triangles, in any arrangement, with a bounding volume hierarchy for closest-point queries.
@@ -204,7 +203,7 @@ impl Surface {
         points: &[DVec3],
         stops: &(dyn Fn() -> bool + Sync),
     ) -> Option<Vec<f64>> {
-        let distances = values_in_blocks(points.len(), |range| {
+        let distances = parallel::concat_blocks(points.len(), |range| {
             if stops() {
                 return Vec::new();
             }
@@ -240,7 +239,7 @@ impl Surface {
     /// follow each other are close together.
     #[must_use]
     pub fn closest_to_neighbours(&self, points: &[DVec3]) -> Vec<ClosestPoint> {
-        values_in_blocks(points.len(), |range| {
+        parallel::concat_blocks(points.len(), |range| {
             let points = &points[range];
             let nearest = self.bvh.nearest_to_neighbours(points).into_iter();
             points.iter().zip(nearest).map(|(&p, n)| self.answer(p, n)).collect::<Vec<_>>()
@@ -252,7 +251,7 @@ impl Surface {
     /// be as many distances as points.
     #[must_use]
     pub fn closer_points(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<ClosestPoint>> {
-        values_in_blocks(points.len().min(than.len()), |range| {
+        parallel::concat_blocks(points.len().min(than.len()), |range| {
             let (points, than) = (&points[range.clone()], &than[range]);
             let nearer = self.bvh.nearer_than_each(points, than).into_iter();
             points.iter().zip(nearer).map(|(&p, n)| Some(self.answer(p, n?))).collect::<Vec<_>>()
@@ -294,7 +293,7 @@ impl Surface {
         points: &[DVec3],
         value: impl Fn(DVec3, Nearest) -> T + Sync,
     ) -> Vec<T> {
-        values_in_blocks(points.len(), |range| {
+        parallel::concat_blocks(points.len(), |range| {
             let points = &points[range];
             let nearest = self.nearest_to_each(points).into_iter();
             points.iter().zip(nearest).map(|(&p, nearest)| value(p, nearest)).collect::<Vec<_>>()
@@ -352,7 +351,7 @@ fn check(positions: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), SurfaceError
         }
         Ok(())
     };
-    in_blocks(triangles.len(), check_block).into_iter().collect()
+    parallel::per_block(triangles.len(), check_block).into_iter().collect()
 }
 
 fn bounding_box(positions: &[DVec3], triangles: &[[u32; 3]]) -> BoundingBox {

@@ -1,6 +1,7 @@
 //! Sizes, normals and operators of meshes; boxes, search trees and exact intersection tests of triangles.
 
 pub mod bounding_box;
+pub mod closest_point;
 pub mod crossing;
 mod direction_box;
 pub mod face_tree;

@@ -1,9 +1,9 @@
 //! Distances with a sign: which side of the surface a point is on.
 
 use glam::DVec3;
+use mesh_core::closest_point::closest_on_triangle;
 use mesh_core::{FaceId, TriMesh, VertexMap};
 
-use crate::closest::closest_on_triangle;
 use crate::surface::{ClosestPoint, Surface, SurfaceError};
 
 /// Signed distances to a mesh: positive on the side that the normals point to, which is outside

@@ -7,10 +7,11 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{dispatch, f64x8};
 use glam::DVec3;
+use mesh_core::simd::{LANES, Vec3x8};
 
-use crate::bvh::{Bvh, Nearest, Task, Tasks};
-use crate::needles::bounds_of;
-use crate::wide::{LANES, Wide, closest_on_triangles, squared_gaps};
+use crate::bvh::{Bvh, Nearest, StackEntry, TraversalStack};
+use crate::early_split::bounds_of;
+use crate::simd_distance::{closest_on_triangles, squared_gaps};
 
 impl Bvh {
     /// The closest points of all triangles to many points, all the quicker the closer these are
@@ -29,9 +30,9 @@ impl Bvh {
         let nowhere = Nearest { offset: DVec3::NAN, squared: f64::NAN, slot: 0 };
         let mut nearest = vec![nowhere; points.len()];
         dispatch!(self.simd(), simd => {
-            let (mut guess, mut tasks) = (0, Tasks::new(self.root_height()));
+            let (mut guess, mut stack) = (0, TraversalStack::new(self.root_height()));
             for eight in order.chunks(LANES) {
-                guess = self.nearest_to_eight(simd, points, eight, guess, (&mut tasks, &mut nearest));
+                guess = self.nearest_to_eight(simd, points, eight, guess, (&mut stack, &mut nearest));
             }
         });
         nearest
@@ -45,7 +46,7 @@ impl Bvh {
         points: &[DVec3],
         eight: &[u32],
         guess: u32,
-        (tasks, nearest): (&mut Tasks, &mut [Nearest]),
+        (stack, nearest): (&mut TraversalStack, &mut [Nearest]),
     ) -> u32 {
         if !self.is_one_packet(points, eight, guess) {
             let mut guess = guess;
@@ -58,7 +59,7 @@ impl Bvh {
         }
         let mut packet = Packet::new(simd, points, eight);
         packet.measure(self.triangle(guess), guess);
-        self.search_packet(&mut packet, tasks, 0.0);
+        self.search_packet(&mut packet, stack, 0.0);
         for (lane, &index) in eight.iter().enumerate() {
             nearest[index as usize] = Nearest {
                 offset: packet.offsets.at(lane),
@@ -76,7 +77,7 @@ impl Bvh {
         let [min, max] = bounds_of(eight.iter().map(|&index| points[index as usize]));
         let [low, high] = self.bounds(guess);
         let is_wide = (max - min).length_squared() > 4.0 * (high - low).length_squared();
-        !is_wide && !self.has_pieces()
+        !is_wide && !self.has_sections()
     }
 
     /// Finds what is closest to the points of a packet, unless they turn out to be all closer than
@@ -85,17 +86,17 @@ impl Bvh {
     pub(crate) fn search_packet<S: Simd>(
         &self,
         packet: &mut Packet<S>,
-        tasks: &mut Tasks,
+        stack: &mut TraversalStack,
         enough: f64,
     ) {
-        tasks.restart(self.root_height());
-        while let Some(task) = tasks.pop().filter(|_| packet.farthest > enough) {
+        stack.restart(self.root_height());
+        while let Some(task) = stack.pop().filter(|_| packet.farthest > enough) {
             if task.squared >= packet.farthest {
                 continue;
             }
             if task.height > 0 {
                 let squares = squared_gaps(packet.bounds, self.node(packet.squares.simd, task));
-                tasks.push_children(task, squares, packet.farthest);
+                stack.push_children(task, squares, packet.farthest);
             } else {
                 packet.measure_leaf(self, task);
             }
@@ -105,10 +106,10 @@ impl Bvh {
 
 /// Eight queries and the best answers so far.
 pub(crate) struct Packet<S: Simd> {
-    points: Wide<S>,
+    points: Vec3x8<S>,
     /// The box round them, eight times.
-    bounds: [Wide<S>; 2],
-    offsets: Wide<S>,
+    bounds: [Vec3x8<S>; 2],
+    offsets: Vec3x8<S>,
     squares: f64x8<S>,
     /// As numbers, which are exact.
     slots: f64x8<S>,
@@ -129,9 +130,9 @@ impl<S: Simd> Packet<S> {
             columns[2][lane] = point.z;
         }
         Self {
-            points: Wide::load(simd, &columns),
-            bounds: [Wide::splat(simd, min), Wide::splat(simd, max)],
-            offsets: Wide::splat(simd, DVec3::INFINITY),
+            points: Vec3x8::load(simd, &columns),
+            bounds: [Vec3x8::splat(simd, min), Vec3x8::splat(simd, max)],
+            offsets: Vec3x8::splat(simd, DVec3::INFINITY),
             squares: f64x8::splat(simd, f64::INFINITY),
             slots: f64x8::splat(simd, 0.0),
             farthest: f64::INFINITY,
@@ -154,17 +155,17 @@ impl<S: Simd> Packet<S> {
     pub(crate) fn measure(&mut self, triangle: [DVec3; 3], slot: u32) {
         let simd = self.squares.simd;
         let [a, b, c] = triangle;
-        let triangle = [Wide::splat(simd, a), Wide::splat(simd, b), Wide::splat(simd, c)];
+        let triangle = [Vec3x8::splat(simd, a), Vec3x8::splat(simd, b), Vec3x8::splat(simd, c)];
         let (offsets, squares) = closest_on_triangles(self.points, triangle);
         let nearer = squares.simd_lt(self.squares);
-        self.offsets = Wide::select(nearer, offsets, self.offsets);
+        self.offsets = Vec3x8::select(nearer, offsets, self.offsets);
         self.squares = nearer.select(squares, self.squares);
         self.slots = nearer.select(f64x8::splat(simd, f64::from(slot)), self.slots);
         self.farthest = self.squares.reduce_max();
     }
 
     #[inline(always)]
-    fn measure_leaf(&mut self, bvh: &Bvh, task: Task) {
+    fn measure_leaf(&mut self, bvh: &Bvh, task: StackEntry) {
         let [a, b, c] = bvh.leaf(self.squares.simd, task.index);
         let bounds = [a.min(b).min(c), a.max(b).max(c)];
         let squares = squared_gaps(self.bounds, bounds);

@@ -19,8 +19,7 @@
 
 use glam::DVec3;
 use mesh_core::BoundingBox;
-
-use crate::closest::{closest_on_segment, closest_on_triangle};
+use mesh_core::closest_point::{closest_on_segment, closest_on_triangle};
 
 /// Bounds for what is lost to rounding between surfaces of some size.
 ///
@@ -74,13 +73,13 @@ const SLIM: f64 = 1e-6;
 
 /// A number that the distance from a point to a triangle is not above, up to [`Rounding`].
 #[inline]
-pub(crate) fn at_most(point: DVec3, triangle: &[DVec3; 3]) -> f64 {
+pub(crate) fn upper_bound(point: DVec3, triangle: &[DVec3; 3]) -> f64 {
     let squared = to_some_point(point, triangle).length_squared();
     if squared.is_nan() { f64::INFINITY } else { squared.sqrt() }
 }
 
 /// A number that the distance from a point to a triangle is not below, up to [`Rounding`].
-pub(crate) fn at_least(point: DVec3, triangle: &[DVec3; 3]) -> f64 {
+pub(crate) fn lower_bound(point: DVec3, triangle: &[DVec3; 3]) -> f64 {
     let corners = triangle.map(|corner| corner - point);
     let beyond = |towards: DVec3| {
         let length = towards.length();
@@ -138,8 +137,8 @@ mod tests {
             (DVec3::new(1.0, -3.0, 4.0), 5.0),
             (DVec3::new(-2.0, -2.0, 1.0), 3.0),
         ] {
-            assert_eq!(at_most(point, &triangle), distance);
-            assert!((at_least(point, &triangle) - distance).abs() < 1e-15);
+            assert_eq!(upper_bound(point, &triangle), distance);
+            assert!((lower_bound(point, &triangle) - distance).abs() < 1e-15);
         }
     }
 
@@ -147,15 +146,18 @@ mod tests {
     fn without_an_area_the_sides_tell() {
         let line = [DVec3::ZERO, DVec3::X, 3.0 * DVec3::X];
         let point = DVec3::new(2.0, 2.0, 0.0);
-        assert_eq!((at_most(point, &line), at_least(point, &line)), (2.0, 2.0));
+        assert_eq!((upper_bound(point, &line), lower_bound(point, &line)), (2.0, 2.0));
         let dot = [DVec3::ONE; 3];
-        assert_eq!((at_most(DVec3::ONE, &dot), at_least(DVec3::ONE, &dot)), (0.0, 0.0));
+        assert_eq!((upper_bound(DVec3::ONE, &dot), lower_bound(DVec3::ONE, &dot)), (0.0, 0.0));
     }
 
     #[test]
     fn numbers_that_overflow_prove_nothing() {
         let triangle = [DVec3::ZERO, 1e200 * DVec3::X, 1e200 * DVec3::Y];
         let point = DVec3::new(1e199, 1e199, 1e160);
-        assert_eq!((at_most(point, &triangle), at_least(point, &triangle)), (f64::INFINITY, 0.0));
+        assert_eq!(
+            (upper_bound(point, &triangle), lower_bound(point, &triangle)),
+            (f64::INFINITY, 0.0)
+        );
     }
 }

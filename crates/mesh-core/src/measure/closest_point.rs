@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// Below this sine of the angle at its first corner, a triangle is as thin as the rounding of its
 /// corners and is treated as its three sides.
-pub(crate) const THIN: f64 = 1e-12;
+pub const THIN: f64 = 1e-12;
 
 /// The vector from `point` to the closest point of a triangle, which may be degenerate.
 ///
@@ -15,8 +15,8 @@ pub(crate) const THIN: f64 = 1e-12;
 /// it ends on one of the sides that the point lies beyond.
 ///
 /// Over the inside of a needle whose smallest angle has the sine `s`, the length of the result is off
-/// by up to about `2e-16 / s` of the length of the needle. For bounds that hold in spite of that,
-/// see [`hausdorff_bounds`](crate::hausdorff_bounds).
+/// by up to about `2e-16 / s` of the length of the needle.
+/// The bounds of the crate `mesh-metric` hold in spite of that.
 #[inline]
 #[must_use]
 pub fn closest_on_triangle(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
@@ -142,7 +142,8 @@ fn weights_inside(point: DVec3, triangle: &[DVec3; 3]) -> Option<DVec3> {
 
 /// The vector from the origin to the closest point of the segment from `start` along `along`.
 #[inline]
-pub(crate) fn closest_on_segment(start: DVec3, along: DVec3) -> DVec3 {
+#[must_use]
+pub fn closest_on_segment(start: DVec3, along: DVec3) -> DVec3 {
     let squared = along.length_squared();
     let t = -start.dot(along);
     if t <= 0.0 {

@@ -7,8 +7,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f64x8};
 use glam::DVec3;
 use mesh_core::parallel;
-
-use crate::wide::{LANES, Wide};
+use mesh_core::simd::{LANES, Vec3x8};
 
 /// Eight numbers at rest, so aligned that no register is filled from two cache lines.
 pub(crate) trait Column: Copy + Send + Sync {
@@ -117,7 +116,7 @@ impl<C: Column> Leaf<C> {
     }
 
     #[inline(always)]
-    fn wide<S: Simd>(&self, simd: S) -> [Wide<S>; 3] {
+    fn wide<S: Simd>(&self, simd: S) -> [Vec3x8<S>; 3] {
         let [a, b, c] = &self.corners;
         [load(simd, a), load(simd, b), load(simd, c)]
     }
@@ -142,7 +141,7 @@ impl<C: Column> Node<C> {
     }
 
     #[inline(always)]
-    fn wide<S: Simd>(&self, simd: S) -> [Wide<S>; 2] {
+    fn wide<S: Simd>(&self, simd: S) -> [Vec3x8<S>; 2] {
         [load(simd, &self.min), load(simd, &self.max)]
     }
 
@@ -158,8 +157,8 @@ fn get<C: Column>([x, y, z]: &[C; 3], lane: usize) -> DVec3 {
 }
 
 #[inline(always)]
-fn load<S: Simd, C: Column>(simd: S, [x, y, z]: &[C; 3]) -> Wide<S> {
-    Wide { x: x.load(simd), y: y.load(simd), z: z.load(simd) }
+fn load<S: Simd, C: Column>(simd: S, [x, y, z]: &[C; 3]) -> Vec3x8<S> {
+    Vec3x8 { x: x.load(simd), y: y.load(simd), z: z.load(simd) }
 }
 
 /// The smallest coordinates of some columns and the largest of others.
@@ -222,7 +221,7 @@ fn nodes<C: Column>(children: usize, bounds: impl Fn(usize) -> [DVec3; 2] + Sync
 
 /// The triangles of a tree by their places, and its boxes.
 #[derive(Clone, Debug)]
-pub(crate) struct Boxes(Precision);
+pub(crate) struct BvhStorage(Precision);
 
 #[derive(Clone, Debug)]
 enum Precision {
@@ -230,7 +229,7 @@ enum Precision {
     Double(Levels<Double>),
 }
 
-impl Boxes {
+impl BvhStorage {
     /// Over at least one triangle. The box of a leaf is round its triangles, unless other bounds are given.
     pub(crate) fn new(
         triangles: usize,
@@ -265,7 +264,7 @@ impl Boxes {
 
     /// The triangles of a leaf.
     #[inline(always)]
-    pub(crate) fn leaf<S: Simd>(&self, simd: S, leaf: u32) -> [Wide<S>; 3] {
+    pub(crate) fn leaf<S: Simd>(&self, simd: S, leaf: u32) -> [Vec3x8<S>; 3] {
         match &self.0 {
             Precision::Single(levels) => levels.leaves[leaf as usize].wide(simd),
             Precision::Double(levels) => levels.leaves[leaf as usize].wide(simd),
@@ -274,7 +273,7 @@ impl Boxes {
 
     /// The boxes of the children of a node at a height over the leaves.
     #[inline(always)]
-    pub(crate) fn node<S: Simd>(&self, simd: S, height: u32, index: u32) -> [Wide<S>; 2] {
+    pub(crate) fn node<S: Simd>(&self, simd: S, height: u32, index: u32) -> [Vec3x8<S>; 2] {
         match &self.0 {
             Precision::Single(levels) => levels.node(height, index).wide(simd),
             Precision::Double(levels) => levels.node(height, index).wide(simd),
@@ -300,7 +299,7 @@ mod tests {
         (0..count).map(|_| [(); 3].map(|()| point())).collect()
     }
 
-    fn is_single(boxes: &Boxes) -> bool {
+    fn is_single(boxes: &BvhStorage) -> bool {
         matches!(boxes.0, Precision::Single(_))
     }
 
@@ -310,7 +309,7 @@ mod tests {
         let mut double = single.clone();
         double[99][2].z = 0.1;
         for (triangles, expected) in [(&single, true), (&double, false)] {
-            let boxes = Boxes::new(100, |t| triangles[t], None);
+            let boxes = BvhStorage::new(100, |t| triangles[t], None);
             assert_eq!(is_single(&boxes), expected);
             assert!((0..100).all(|t| boxes.triangle(t as u32) == triangles[t]));
             let leaf = dispatch!(Level::new(), simd => boxes.leaf(simd, 12).map(|c| c.at(3)));
@@ -320,14 +319,14 @@ mod tests {
         assert_eq!(size_of::<Leaf<Single>>(), 36 * LANES);
         assert_eq!(2 * size_of::<Node<Single>>(), size_of::<Node<Double>>());
         // Too large for single precision.
-        assert!(!is_single(&Boxes::new(1, |_| [DVec3::splat(1e39); 3], None)));
+        assert!(!is_single(&BvhStorage::new(1, |_| [DVec3::splat(1e39); 3], None)));
     }
 
     #[test]
     fn bounds_that_are_given_are_rounded_away_from_what_is_inside() {
         let single = triangles(64, |x| f64::from(x as f32));
         let given = |leaf: usize| [DVec3::splat(-0.1 * leaf as f64), DVec3::splat(0.1)];
-        let boxes = Boxes::new(64, |t| single[t], Some(&given));
+        let boxes = BvhStorage::new(64, |t| single[t], Some(&given));
         assert!(is_single(&boxes));
         let [min, max] = dispatch!(Level::new(), simd => {
             let [min, max] = boxes.node(simd, 1, 0);

@@ -24,16 +24,16 @@ const MOST: usize = 1 << 20;
 
 /// One of so many pieces of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Piece {
+pub(crate) struct Section {
     number: u16,
     of: u16,
 }
 
 /// Every piece with its triangle, triangle by triangle; `None` where all triangles are best left whole.
-pub(crate) fn pieces(
+pub(crate) fn split_long_triangles(
     corners: impl Fn(usize) -> [DVec3; 3] + Sync,
     count: usize,
-) -> Option<(Vec<u32>, Vec<Piece>)> {
+) -> Option<(Vec<u32>, Vec<Section>)> {
     if count < FEW {
         return None;
     }
@@ -56,13 +56,13 @@ pub(crate) fn pieces(
         let of = 1 + (extra * (root(t) / roots)).min(1000.0) as u16;
         for number in 0..of {
             triangles.push(t as u32);
-            pieces.push(Piece { number, of });
+            pieces.push(Section { number, of });
         }
     }
     Some((triangles, pieces))
 }
 
-impl Piece {
+impl Section {
     /// The bounds of the piece: what lies between two chords from the longest side to the other two,
     /// and rounding.
     pub(crate) fn bounds(self, corners: &[DVec3; 3]) -> [DVec3; 2] {
@@ -147,7 +147,7 @@ mod tests {
                 _ => {}
             }
             let of = 1 + (19.0 * random.uniform()) as u16;
-            let pieces = (0..of).map(|number| Piece { number, of }.bounds(&[a, b, c]));
+            let pieces = (0..of).map(|number| Section { number, of }.bounds(&[a, b, c]));
             let pieces: Vec<_> = pieces.collect();
             for _ in 0..20 {
                 let [u, v] = [random.uniform(), random.uniform()];
@@ -177,7 +177,7 @@ mod tests {
     fn boxes_of_needles_become_small() {
         let faces = 20_000;
         let corners = cone(faces);
-        let (triangles, pieces) = pieces(&corners, faces).unwrap();
+        let (triangles, pieces) = split_long_triangles(&corners, faces).unwrap();
         assert!(triangles.len() <= PIECES * faces);
         let around = |point: DVec3| {
             let boxes = triangles.iter().zip(&pieces);
@@ -211,7 +211,7 @@ mod tests {
                 tip => tip,
             });
             for number in 0..16 {
-                let piece = Piece { number, of: 16 };
+                let piece = Section { number, of: 16 };
                 let [before, after] = [&corners, &mirrored].map(|corners| {
                     let [low, high] = piece.bounds(corners);
                     0.5 * (low + high)
@@ -228,10 +228,13 @@ mod tests {
             let (x, y) = (t % 100, t / 100);
             [at(x, y), at(x + 1, y), at(x, y + 1)]
         };
-        assert!(pieces(grid, 10_000).is_none());
+        assert!(split_long_triangles(grid, 10_000).is_none());
         // Needles along an axis, few needles, and sizes beyond what numbers hold.
-        assert!(pieces(|t| grid(t).map(|p| p * DVec3::new(1e6, 1.0, 0.0)), 10_000).is_none());
-        assert!(pieces(cone(200), 200).is_none());
-        assert!(pieces(|t| cone(5000)(t).map(|p| p * 1e200), 5000).is_none());
+        assert!(
+            split_long_triangles(|t| grid(t).map(|p| p * DVec3::new(1e6, 1.0, 0.0)), 10_000)
+                .is_none()
+        );
+        assert!(split_long_triangles(cone(200), 200).is_none());
+        assert!(split_long_triangles(|t| cone(5000)(t).map(|p| p * 1e200), 5000).is_none());
     }
 }
