@@ -209,7 +209,7 @@ fn levels_of_what_fits_are_those_of_one_run() {
     for preset in [Preset::Draft, Preset::Fast] {
         let mut given = settings(preset, 500, 100_000, 100_000);
         given.finer = vec![ratio(0.4), faces(1500)];
-        given.options.refine = RefineOptions::default();
+        given.options.refine = RefineOptions::none();
         let work = split(&folder.path().join(preset.name()), &input, &given).unwrap();
         let outcome = run(&work, &mut |_| true).unwrap();
         let mut options = given.options.clone();

@@ -22,7 +22,7 @@ fn collapses_take_no_more_than_is_said() {
         for ratio in [0.01, 0.1, 0.3] {
             let mut options = Options::preset(preset).to_faces((ratio * faces as f64) as usize);
             options.record = record;
-            options.refine = RefineOptions::default();
+            options.refine = RefineOptions::none();
             let before = ALLOCATOR.current_usage();
             ALLOCATOR.reset_peak_usage();
             let result = simplify(&mesh, &options).unwrap();

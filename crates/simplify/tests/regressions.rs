@@ -256,7 +256,7 @@ fn trap_8_a_refused_edge_is_tried_again() {
 fn trap_9_valences_stay_bounded_on_a_flat_grid() {
     let check = |preset: Preset, side: usize, faces: usize| {
         let mut options = Options::preset(preset).to_faces(faces);
-        options.refine = RefineOptions::default();
+        options.refine = RefineOptions::none();
         let result = simplify(&grid(side), &options).unwrap();
         let topology = result.mesh.topology();
         let highest = topology.vertices().map(|v| topology.valence(v)).max().unwrap();
