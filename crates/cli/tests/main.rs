@@ -1,6 +1,7 @@
 //! The tests of this crate, in one program: it is linked once.
 
 mod attributes;
+mod book;
 mod commands;
 mod common;
 mod faults;
@@ -9,7 +10,6 @@ mod large;
 mod many;
 mod patch;
 mod principal;
-mod questions;
 mod real_meshes;
 mod shapes;
 mod simplify;
