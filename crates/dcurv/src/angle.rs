@@ -1,4 +1,4 @@
-//! Corner angles of triangles, and sums of them.
+//! Corner angles of triangles and their sums.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI};
 
@@ -8,9 +8,9 @@ use crate::atan2::atan2;
 
 /// The interior angle of the triangle `(a, b, c)` at `a`, in radians, from 0 to pi.
 ///
-/// The three angles of a triangle add up to pi, also for degenerate ones: where two corners
-/// coincide, their angles are a right angle each and the third one is 0; where all three do, each
-/// angle is a third of pi. That keeps the theorem of Gauss and Bonnet on meshes with such faces.
+/// The three angles of a triangle add up to pi, also in degenerate triangles: if two corners coincide,
+/// their angles are right angles and the third is 0; if all three coincide, each angle is pi/3. So the
+/// Gauss-Bonnet theorem holds on meshes with degenerate faces.
 #[inline]
 #[must_use]
 pub fn corner_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
@@ -19,12 +19,12 @@ pub fn corner_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
     atan2(corner.y, corner.x)
 }
 
-/// The three interior angles of the triangle with the sides `u` and `w` from one corner, in radians:
-/// at that corner, at the end of `u` and at the end of `w`. `cross` is the length of the cross
-/// product of the sides.
+/// The three interior angles of the triangle with the sides `u` and `w` from one corner, in radians: at
+/// that corner, at the end of `u` and at the end of `w`. `cross` is the length of the cross product of
+/// the sides.
 ///
-/// The rule for degenerate triangles is that of [`corner_angle`]. The last angle is what the others
-/// leave of pi. There are no branches, so that compilers can evaluate many triangles side by side.
+/// Degenerate triangles as in [`corner_angle`]. The last angle is pi minus the other two. The code has no
+/// branches, so that loops over triangles vectorise.
 #[inline(always)]
 #[must_use]
 pub fn triangle_angles(u: DVec3, w: DVec3, cross: f64) -> [f64; 3] {
@@ -51,14 +51,14 @@ pub(crate) fn corner_direction(u: DVec3, w: DVec3, cross: f64) -> DVec2 {
     if corner == DVec2::ZERO { collapsed_corner(u, w) } else { corner }
 }
 
-/// What [`corner_direction`] is where one edge has no length.
+/// The value of [`corner_direction`] for an edge without length.
 #[cold]
 pub(crate) fn collapsed_corner(u: DVec3, w: DVec3) -> DVec2 {
     if u == w { DVec2::new(0.5, 0.75_f64.sqrt()) } else { DVec2::Y }
 }
 
-/// The vector times the power of two that brings its longer coordinate between 1 and 2; exact, so
-/// that the angle has the same bits.
+/// The vector scaled by a power of two so that its longer coordinate is between 1 and 2. Exact: the angle
+/// keeps its bits.
 #[inline]
 #[must_use]
 pub(crate) fn unit_scaled(vector: DVec2) -> DVec2 {
@@ -68,7 +68,7 @@ pub(crate) fn unit_scaled(vector: DVec2) -> DVec2 {
     vector * f64::from_bits(2046_u64.wrapping_sub(exponent) << 52)
 }
 
-/// The power of two that brings a positive number between 1 and 2, as far as it exists.
+/// The power of two that scales a positive number to between 1 and 2, if it exists.
 #[inline]
 #[must_use]
 pub(crate) fn unit_scale(size: f64) -> f64 {
@@ -76,20 +76,20 @@ pub(crate) fn unit_scale(size: f64) -> f64 {
     f64::from_bits(2046_u64.saturating_sub(exponent).max(1) << 52)
 }
 
-/// A sum of angles between 0 and pi that takes one arc tangent in all.
+/// A sum of angles between 0 and pi with a single arc tangent.
 ///
-/// Multiplying complex numbers adds their angles. The product is kept in the upper half-plane by
-/// counting the half turns that it has made.
+/// Products of complex numbers add angles. The product stays in the upper half-plane; half turns are
+/// counted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AngleSum {
-    /// The angle of this vector, from 0 to pi, is what the sum has beyond the half turns.
+    /// The angle of this vector, from 0 to pi, is the sum modulo pi.
     direction: DVec2,
     half_turns: i32,
     terms: u32,
 }
 
 impl AngleSum {
-    /// Nothing added yet.
+    /// The empty sum.
     pub(crate) const ZERO: Self = Self { direction: DVec2::X, half_turns: 0, terms: 0 };
 
     /// Adds the angle of a vector in the upper half-plane, of [`unit_scaled`] length; see
@@ -103,7 +103,7 @@ impl AngleSum {
         self.half_turns += (sign >> 63) as i32;
         self.direction = DVec2::new(f64::from_bits(product.x.to_bits() ^ sign), product.y.abs());
         self.terms += 1;
-        // Each term makes the product at most twice the square root of two as long.
+        // Each term lengthens the product by at most a factor of 2 sqrt(2).
         if self.terms.is_multiple_of(512) {
             self.direction = unit_scaled(self.direction);
         }

@@ -1,24 +1,24 @@
-//! The area that belongs to a vertex.
+//! Area of a vertex.
 
 use glam::DVec3;
 
 use crate::quantity::Area;
 
-/// How the area of a triangle is shared out among its corners. The shares of a triangle are never
-/// negative and add up to its area; triangles without area give nothing.
+/// Distribution of the area of a triangle to its corners. The shares are never negative and add up to the
+/// area of the triangle. Triangles without area contribute 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum VertexArea {
-    /// The points of the triangle that are nearest to the corner (DHKL01 sec. 5).
+    /// Voronoi area: the points of the triangle nearest to the corner (DHKL01 sec. 5).
     #[default]
     Voronoi,
-    /// A third of the triangle for each corner.
+    /// One third of the triangle per corner.
     Barycentric,
 }
 
-/// The share of the triangle `(a, b, c)` that belongs to `a`. Right for edge lengths between 1e-45
-/// and 1e45; those of a [star](crate::star) may be beyond, it scales them.
+/// The share of corner `a` in the triangle `(a, b, c)`. Valid for edge lengths between 1e-45 and 1e45;
+/// [stars](crate::star) scale other lengths first.
 #[inline]
 #[must_use]
 pub fn corner_area(kind: VertexArea, a: DVec3, b: DVec3, c: DVec3) -> Area {
@@ -47,17 +47,16 @@ pub(crate) fn barycentric_share(_: DVec3, _: DVec3, twice_area: f64) -> f64 {
 /// - A is obtuse: the area without the shares of B and C;
 /// - B is obtuse: `|u|² tan A / 8`; C is obtuse: `|w|² tan A / 8`.
 ///
-/// Cotangents and tangents are quotients of a scalar product and twice the area. None of the
-/// differences in it cancels: an obtuse corner has at least half of the triangle.
+/// Cotangents and tangents are quotients of a scalar product and twice the area. No difference cancels:
+/// an obtuse corner has at least half of the triangle.
 #[inline]
 pub(crate) fn voronoi_share(u: DVec3, w: DVec3, twice_area: f64) -> f64 {
     let across = w - u;
     let (at_a, at_b, at_c) = (u.dot(w), -u.dot(across), w.dot(across));
     let (uu, ww) = (u.length_squared(), w.length_squared());
     let crossed = ww * at_b + uu * at_c;
-    // The share is `offset + numerator / denominator / 8`. Every choice is between two numbers by
-    // a comparison of two numbers, which takes no branch: which corner is obtuse is not
-    // predictable.
+    // The share is `offset + numerator / denominator / 8`. All selections compile without branches,
+    // because the obtuse corner is unpredictable.
     let (acute, obtuse_b, obtuse_c) = (crossed, uu * twice_area, ww * twice_area);
     let numerator = if at_b < 0.0 { obtuse_b } else { acute };
     let numerator = if at_c < 0.0 { obtuse_c } else { numerator };

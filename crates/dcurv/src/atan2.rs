@@ -1,9 +1,8 @@
-//! The arc tangent of a quotient: fast, the same on every platform, and with the values that
-//! curvature wants for degenerate input.
+//! Arc tangent of a quotient: fast, bit-identical on every platform, defined for degenerate input.
 //!
-//! Dihedral angles are the costly part of curvature. The standard library calls the platform's C
-//! library, out of line, one angle at a time, with bits that differ between platforms. This one is
-//! a single expression without branches or tables.
+//! Arc tangents dominate the cost of curvature. The standard library calls the C library of the platform,
+//! one angle at a time, with bits that differ between platforms. This function has no branches and no
+//! tables.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -13,12 +12,11 @@ const TAN_PI_8: f64 = 0.414_213_562_373_095_05;
 /// The angle of the vector `(x, y)`, in radians, from -pi to pi, with a relative error below
 /// 4.5e-16 (two units in the last place; 2.5e-16 is the usual worst case).
 ///
-/// Unlike [`f64::atan2`] it does not tell the two zeros apart: the angle of the zero vector is 0
-/// and that of the negative x-axis is pi, whatever signs the zeros have. The vector must be finite,
-/// and zero or longer than 1e-300.
+/// Unlike [`f64::atan2`], it ignores the sign of zero: the angle of the zero vector is 0, the angle of
+/// the negative x-axis is pi. The vector must be finite, and either zero or longer than 1e-300.
 #[inline(always)]
 pub(crate) fn atan2(y: f64, x: f64) -> f64 {
-    // Every choice is between two numbers by a comparison of two numbers, which takes no branch.
+    // All selections compile without branches.
     let (width, height) = (x.abs(), y.abs());
     let (short, long) = if height < width { (height, width) } else { (width, height) };
     // The first octant: atan(t) = pi/4 + atan((t - 1) / (t + 1)).
@@ -26,7 +24,7 @@ pub(crate) fn atan2(y: f64, x: f64) -> f64 {
     let numerator = if short > diagonal { short - long } else { short };
     let denominator = if short > diagonal { short + long } else { long };
     let offset = if short > diagonal { FRAC_PI_4 } else { 0.0 };
-    // The zero vector is divided by something else than zero.
+    // Avoids division by zero for the zero vector.
     let divisor = if denominator > f64::MIN_POSITIVE { denominator } else { f64::MIN_POSITIVE };
     let octant = offset + small_atan(numerator / divisor);
     let quadrant = if width < height { FRAC_PI_2 - octant } else { octant };

@@ -6,23 +6,23 @@ use core::ops::Index;
 use mesh_core::{TriMesh, VertexId, VertexMap, parallel};
 
 use crate::area::VertexArea;
-use crate::star_block::{BLOCK, StarBlock};
+use crate::star_batch::{BLOCK, StarBatch};
 use crate::vertex::VertexCurvature;
 use crate::willmore::energies_of;
 
-/// How curvature is evaluated.
+/// Options of the evaluation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct CurvatureOptions {
-    /// The area that belongs to a vertex: the divisor of pointwise values.
+    /// Area of a vertex: the divisor of pointwise values.
     pub area: VertexArea,
 }
 
 /// The curvature of every vertex of a mesh.
 ///
-/// Each value has the same bits as that of [`vertex_curvature`](crate::vertex_curvature), which
-/// evaluates one vertex.
+/// Each value has the same bits as [`vertex_curvature`](crate::vertex_curvature), which evaluates one
+/// vertex.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Curvatures {
@@ -30,34 +30,33 @@ pub struct Curvatures {
 }
 
 impl Curvatures {
-    /// Evaluates all vertices of a mesh. Removed vertices get what isolated ones have: 0.
+    /// Evaluates all vertices of a mesh. Removed vertices have the values of isolated ones.
     #[must_use]
     pub fn of(mesh: &TriMesh, options: &CurvatureOptions) -> Self {
-        let (count, scratch) = (mesh.topology().vertex_capacity(), StarBlock::maker());
+        let (count, scratch) = (mesh.topology().vertex_capacity(), StarBatch::maker());
         let vertices = parallel::collect_blocks(count, scratch, |stars, indices| {
-            stars.line_up(mesh, indices);
+            stars.gather(mesh, indices);
             curvatures_of(stars, mesh, options)
         });
         Self { vertices: VertexMap::from_vec(vertices) }
     }
 
-    /// [`Curvatures::of`] and [`willmore_energies`](crate::willmore_energies) in one go, for little
-    /// more than the first alone.
+    /// [`Curvatures::of`] and [`willmore_energies`](crate::willmore_energies) in one pass.
     #[must_use]
     pub fn with_willmore_energies(
         mesh: &TriMesh,
         options: &CurvatureOptions,
     ) -> (Self, VertexMap<f64>) {
-        let (count, scratch) = (mesh.topology().vertex_capacity(), StarBlock::maker());
+        let (count, scratch) = (mesh.topology().vertex_capacity(), StarBatch::maker());
         let (vertices, energies) =
-            parallel::collect_block_pairs(count, scratch, |stars: &mut StarBlock, indices| {
-                stars.line_up(mesh, indices);
+            parallel::collect_block_pairs(count, scratch, |stars: &mut StarBatch, indices| {
+                stars.gather(mesh, indices);
                 (curvatures_of(stars, mesh, options), energies_of(stars, mesh))
             });
         (Self { vertices: VertexMap::from_vec(vertices) }, VertexMap::from_vec(energies))
     }
 
-    /// The curvature of each vertex, removed ones included.
+    /// The curvature of each vertex, including removed ones.
     #[must_use]
     pub fn vertices(&self) -> &VertexMap<VertexCurvature> {
         &self.vertices
@@ -70,10 +69,10 @@ impl Curvatures {
     }
 }
 
-/// The curvatures of the vertices that were lined up.
+/// The curvatures of the gathered vertices.
 #[inline(always)]
 fn curvatures_of(
-    stars: &mut StarBlock,
+    stars: &mut StarBatch,
     mesh: &TriMesh,
     options: &CurvatureOptions,
 ) -> [VertexCurvature; BLOCK] {

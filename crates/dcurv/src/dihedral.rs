@@ -6,18 +6,16 @@ use crate::atan2::atan2;
 
 /// The signed dihedral angle at the edge from `a` to `b`, in radians, from -pi to pi.
 ///
-/// `c` is the apex of the face `(a, b, c)` to the left of the edge, `d` that of the face
-/// `(b, a, d)` to its right, as seen from outside. The angle is the one between the two face
-/// normals: 0 where the faces lie in one plane, positive where the surface is convex, negative
-/// where it is concave, pi where one face is folded back onto the other. Turning the edge round,
-/// `(b, a, d, c)`, changes nothing but rounding; reversing the orientation, `(b, a, c, d)`, changes
+/// `c` is the apex of the face `(a, b, c)` to the left of the edge, `d` the apex of the face `(b, a, d)`
+/// to its right, seen from outside. The angle is measured between the face normals: 0 for coplanar
+/// faces, positive where convex, negative where concave, pi for a face folded onto the other. Reversing
+/// the edge, `(b, a, d, c)`, changes rounding only. Reversing the orientation, `(b, a, c, d)`, changes
 /// the sign.
 ///
-/// It is the arc tangent of the sine and the cosine, both taken from edge vectors, and so keeps
-/// its relative precision for angles near 0, where the arc cosine of the normals loses all of it.
+/// The arc tangent of sine and cosine keeps the relative precision of small angles, where the arc
+/// cosine of the normals loses it.
 ///
-/// 0 where a face has no area, since it has no normal. Right for edge lengths between 1e-70 and
-/// 1e70.
+/// 0 if a face has no area. Valid for edge lengths between 1e-70 and 1e70.
 #[inline]
 #[must_use]
 pub fn dihedral_angle(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
@@ -27,8 +25,8 @@ pub fn dihedral_angle(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
     hinge_angle(edge.length(), left_normal, right_normal, right)
 }
 
-/// The dihedral angle from the length of an edge, the normals of the faces to its left and right,
-/// of any length, and the edge vector from its origin to the apex of the right face.
+/// The dihedral angle from the length of an edge, the normals of its left and right face (of any length)
+/// and the vector from its origin to the right apex.
 ///
 /// For an edge `e` with left normal `m = e x c` and right normal `n = d x e`, the cross product
 /// `m x n` is `-(m . d) e`: the sine is a product of three vectors, not of four.

@@ -6,8 +6,8 @@ use fearless_simd::Level;
 use glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, Handle, TriMesh, parallel};
 
+use crate::circumcircle_angle::{intersection_angle, intersection_angles_of};
 use crate::dihedral::dihedral_angle;
-use crate::intersection::{intersection_angle, intersection_angles_of};
 use crate::quantity::Integral;
 
 /// The signed dihedral angle of an edge, in radians; see [`dihedral_angle`]. `None` for a boundary
@@ -21,8 +21,8 @@ pub fn edge_dihedral_angle(mesh: &TriMesh, edge: EdgeId) -> Option<f64> {
     edge_diamond(mesh, edge).map(|[a, b, c, d]| dihedral_angle(a, b, c, d))
 }
 
-/// The mean curvature of an edge, `1/2 |e| beta`, integrated over a cylinder that blends its faces
-/// (DHKL01 sec. 2), in model units; each of its ends gets half of it. `None` for a boundary edge.
+/// The integrated mean curvature of an edge, `1/2 |e| beta`, from a cylinder that blends its faces
+/// (DHKL01 sec. 2), in model units. Each end gets half of it. `None` for a boundary edge.
 ///
 /// # Panics
 /// When the edge is out of range for this mesh.
@@ -93,7 +93,7 @@ fn map_edges<T: Send>(
     }))
 }
 
-/// The ends of an edge and the apexes to its left and right.
+/// The ends of an edge, its left apex and its right apex.
 #[inline]
 fn edge_diamond(mesh: &TriMesh, edge: EdgeId) -> Option<[DVec3; 4]> {
     let topology = mesh.topology();

@@ -5,15 +5,15 @@ mod atan2;
 pub mod angle;
 pub mod area;
 pub mod ball;
+pub mod circumcircle_angle;
 pub mod curvatures;
 pub mod dihedral;
 pub mod edge;
 pub mod fit;
-pub mod intersection;
 pub mod principal;
 pub mod quantity;
 pub mod star;
-mod star_block;
+mod star_batch;
 pub mod totals;
 pub mod vertex;
 pub mod willmore;
@@ -28,6 +28,8 @@ pub use ball::{
     default_ball_radius,
 };
 #[doc(inline)]
+pub use circumcircle_angle::intersection_angle;
+#[doc(inline)]
 pub use curvatures::{CurvatureOptions, Curvatures};
 #[doc(inline)]
 pub use dihedral::{dihedral_angle, hinge_angle};
@@ -38,8 +40,6 @@ pub use edge::{
 };
 #[doc(inline)]
 pub use fit::{FitOptions, fitted_frame, fitted_frames, fitted_frames_until};
-#[doc(inline)]
-pub use intersection::intersection_angle;
 #[doc(inline)]
 pub use principal::{PrincipalFrame, principal_frame, principal_frames};
 #[doc(inline)]

@@ -1,9 +1,8 @@
-//! Types that keep integrated and pointwise curvature apart.
+//! Distinct types for integrated and pointwise curvature.
 //!
-//! A mesh has no curvature at a point; what it has is curvature *integrated* over the area that
-//! belongs to a vertex. Divided by that area it becomes a *pointwise* estimate for the surface the
-//! mesh stands for. The two differ by a factor with a unit, so they are different types, and the
-//! only way from one to the other leads over an [`Area`]:
+//! A mesh has curvature *integrated* over the area of a vertex. Divided by that area it is a *pointwise*
+//! estimate for the sampled surface. The two have different units, so they have different types. An
+//! [`Area`] converts between them:
 //!
 //! ```
 //! use dcurv::{Area, Integral, Pointwise};
@@ -37,14 +36,14 @@ macro_rules! quantity {
                 Self(value)
             }
 
-            /// The bare number.
+            /// The number.
             #[inline]
             #[must_use]
             pub const fn value(self) -> f64 {
                 self.0
             }
 
-            /// The quantity without its sign.
+            /// The absolute value.
             #[inline]
             #[must_use]
             pub const fn abs(self) -> Self {
@@ -102,7 +101,7 @@ quantity! {
 }
 
 quantity! {
-    /// Curvature at a point: an [`Integral`] divided by the [`Area`] it was taken over.
+    /// Curvature at a point: an [`Integral`] divided by its [`Area`].
     ///
     /// Gaussian curvature comes per square of the model unit, mean and principal curvature per
     /// model unit.
@@ -114,7 +113,7 @@ quantity! {
     Area
 }
 
-/// The mean over the area; 0 over an area of 0, where the integral of anything bounded is 0.
+/// The mean over the area; 0 for an area of 0.
 impl Div<Area> for Integral {
     type Output = Pointwise;
 

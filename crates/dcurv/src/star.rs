@@ -1,9 +1,9 @@
-//! The star of a vertex and the curvature integrated over it.
+//! The star of a vertex and its integrated curvature.
 //!
-//! Everything that the papers integrate over a vertex depends on the vertex and its ordered
-//! neighbours alone. [`VertexStar`] holds just these points: the star of a mesh vertex, or one
-//! that a mesh would have after an edge flip, collapse or move. All evaluations of this crate
-//! end here, so a what-if evaluation and that of the edited mesh give the same bits.
+//! All integrals of the papers at a vertex depend only on the vertex and its ordered neighbours.
+//! [`VertexStar`] holds these points: the star of a mesh vertex, or of a vertex after a flip, collapse or
+//! move. All evaluations of this crate use the same code, so an evaluation before an edit and an
+//! evaluation of the edited mesh give the same bits.
 
 use core::f64::consts::PI;
 
@@ -21,15 +21,15 @@ pub struct VertexStar<'a> {
     /// The vertex.
     pub center: DVec3,
     /// Its neighbours, clockwise seen from outside: the order of
-    /// [`one_ring`](mesh_core::Topology::one_ring). Each two consecutive ones and the centre form
-    /// a face.
+    /// [`one_ring`](mesh_core::Topology::one_ring). Two consecutive neighbours and the centre form a
+    /// face.
     pub ring: &'a [DVec3],
-    /// Whether the last and the first neighbour form a face, too. When they do not, the centre
-    /// lies on the boundary, between the first and the last neighbour.
+    /// Whether the last and the first neighbour form a face as well. If not, the centre is a boundary
+    /// vertex between the first and the last neighbour.
     pub closed: bool,
 }
 
-/// What is integrated over the area of a vertex.
+/// Integrated curvatures and area of a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VertexIntegrals {
@@ -41,7 +41,7 @@ pub struct VertexIntegrals {
     pub mean: Integral,
     /// Absolute mean curvature: `1/4 sum of |e| |beta|` (DHKL01 eq. 1). In model units.
     pub abs_mean: Integral,
-    /// The area that belongs to the vertex.
+    /// Area of the vertex.
     pub area: Area,
 }
 
@@ -67,8 +67,7 @@ impl StarFace {
         totals.add_face(unit_scaled(corner), corner_share(kind, self.from, self.to, twice_area));
     }
 
-    /// The edge between this face and the one that follows it clockwise: its length times its
-    /// dihedral angle.
+    /// Length times dihedral angle of the edge between this face and the next one clockwise.
     #[inline]
     fn bend(&self, following: &Self) -> f64 {
         let length = self.to.length();
@@ -77,14 +76,12 @@ impl StarFace {
 }
 
 impl VertexStar<'_> {
-    /// All that is integrated over the vertex, in one turn round it.
+    /// All integrals of the vertex.
     ///
-    /// A star without faces, that of an isolated vertex, has no curvature and no area. A boundary
-    /// vertex whose faces have no area still has an angle defect. Never NaN for finite positions;
-    /// right for edge lengths between 1e-70 and 1e70, as long as those at one vertex are within a
-    /// factor of 1e50 of each other. (Shorter ones then add nothing that shows.) Where the products
-    /// would leave the range of numbers, the star is scaled by a power of two first, which changes
-    /// no bits.
+    /// A star without faces has no curvature and no area. A boundary vertex whose faces have no area
+    /// still has an angle defect. Never NaN for finite positions. Valid for edge lengths between 1e-70
+    /// and 1e70, if the lengths at one vertex differ by at most a factor of 1e50. If products would
+    /// overflow, the star is first scaled by a power of two, which changes no bits.
     #[inline]
     #[must_use]
     pub fn integrals(&self, area: VertexArea) -> VertexIntegrals {
@@ -109,14 +106,14 @@ impl VertexStar<'_> {
         self.integrals(VertexArea::Barycentric).abs_mean
     }
 
-    /// The area that belongs to the vertex.
+    /// Area of the vertex.
     #[must_use]
     pub fn area(&self, kind: VertexArea) -> Area {
         self.integrals(kind).area
     }
 }
 
-/// [`VertexStar::integrals`] for neighbours that come one by one.
+/// [`VertexStar::integrals`] from an iterator over the neighbours.
 #[inline]
 pub(crate) fn integrals(
     center: DVec3,
@@ -128,7 +125,7 @@ pub(crate) fn integrals(
     if found.is_in_range() { found } else { scaled_integrals(center, ring, closed, area) }
 }
 
-/// What is integrated over a vertex of a mesh.
+/// The integrals of a vertex of a mesh.
 #[inline]
 pub(crate) fn vertex_integrals(
     mesh: &TriMesh,
@@ -140,7 +137,7 @@ pub(crate) fn vertex_integrals(
     integrals(mesh.position(vertex), ring, !topology.is_boundary_vertex(vertex), area)
 }
 
-/// [`integrals`] of a star that is very large, very small, or without area.
+/// [`integrals`] of a star that is very large, very small or without area.
 #[cold]
 fn scaled_integrals(
     center: DVec3,
@@ -162,9 +159,8 @@ fn scaled_integrals(
 }
 
 impl VertexIntegrals {
-    /// Whether nothing that was multiplied on the way to these values left the range of numbers:
-    /// products have up to six lengths. What overflows shows as a value that is not finite, what
-    /// underflows is small beside an area of this size.
+    /// Whether no product on the way to these values overflowed or underflowed. Products have up to six
+    /// lengths. Overflow shows as a value that is not finite; underflow is negligible against such an area.
     #[inline]
     pub(crate) fn is_in_range(&self) -> bool {
         let area = self.area.value();
@@ -172,7 +168,7 @@ impl VertexIntegrals {
     }
 }
 
-/// The integrals over a star with these spokes.
+/// The integrals of a star with these edge vectors from the centre.
 #[inline]
 fn spoke_integrals(
     mut spokes: impl Iterator<Item = DVec3>,
@@ -201,7 +197,7 @@ fn spoke_integrals(
     totals.integrals(totals.angle_defect(full_angle(closed)))
 }
 
-/// The running sums of a turn round a star.
+/// Running sums over a star.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StarTotals {
     angle: AngleSum,
@@ -214,7 +210,7 @@ impl StarTotals {
     pub(crate) const ZERO: Self =
         Self { angle: AngleSum::ZERO, area: 0.0, mean: 0.0, abs_mean: 0.0 };
 
-    /// Adds a face: a vector of unit-scaled length with the angle of its corner, and its share of area.
+    /// Adds a face: a unit-scaled vector with the angle of its corner, and its share of area.
     #[inline(always)]
     pub(crate) fn add_face(&mut self, corner: DVec2, share: f64) {
         self.angle.add(corner);
@@ -228,7 +224,7 @@ impl StarTotals {
         self.abs_mean += bend.abs();
     }
 
-    /// What the angles leave of a full turn.
+    /// Full angle minus the sum of the corner angles.
     #[inline]
     pub(crate) fn angle_defect(&self, full_angle: f64) -> f64 {
         full_angle - self.angle.radians()
@@ -245,7 +241,7 @@ impl StarTotals {
     }
 }
 
-/// The sum of angles that leaves no angle defect, at a vertex inside or on the boundary.
+/// The angle sum of a flat star: 2 pi inside, pi at the boundary.
 #[inline]
 pub(crate) fn full_angle(closed: bool) -> f64 {
     if closed { 2.0 * PI } else { PI }

@@ -1,4 +1,4 @@
-//! The curvature of one vertex.
+//! Curvature of one vertex.
 
 use core::f64::consts::FRAC_2_PI;
 
@@ -9,15 +9,15 @@ use crate::atan2::atan2;
 use crate::quantity::Pointwise;
 use crate::star::{VertexIntegrals, vertex_integrals};
 
-/// The curvature of a vertex: integrals, and the pointwise values that follow from them.
+/// Curvature of a vertex: integrals and pointwise values.
 ///
-/// **Boundary.** At a boundary vertex the angle defect is the geodesic curvature of the boundary
-/// and says nothing of the surface. It stays in [`integrals`](Self::integrals), so that sums over
-/// the mesh obey the theorem of Gauss and Bonnet; everything else takes the Gaussian curvature
-/// there as 0. Mean curvature is that of the edges between two faces.
+/// **Boundary.** At a boundary vertex the angle defect is the geodesic curvature of the boundary, not a
+/// curvature of the surface. It stays in [`integrals`](Self::integrals), so that sums over the mesh
+/// satisfy the Gauss-Bonnet theorem. All other values use a Gaussian curvature of 0 there. The mean
+/// curvature is the sum over interior edges.
 ///
-/// **Degenerate cases.** Where the area is 0, all pointwise values are 0. An isolated vertex has
-/// no curvature and no area. No value is ever NaN.
+/// **Degenerate cases.** If the area is 0, all pointwise values are 0. An isolated vertex has no
+/// curvature and no area. No value is NaN.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct VertexCurvature {
@@ -39,7 +39,7 @@ pub fn vertex_curvature(mesh: &TriMesh, vertex: VertexId, area: VertexArea) -> V
 }
 
 impl VertexCurvature {
-    /// The curvature that follows from the integrals, as of a [`VertexStar`](crate::VertexStar).
+    /// The curvature from integrals, for example of a [`VertexStar`](crate::VertexStar).
     #[inline(always)]
     #[must_use]
     pub fn from_integrals(integrals: VertexIntegrals, boundary: bool) -> Self {
@@ -53,7 +53,7 @@ impl VertexCurvature {
         Self { integrals, principal, boundary, clamped }
     }
 
-    /// What is integrated over the area of the vertex.
+    /// The integrals over the area of the vertex.
     #[inline]
     #[must_use]
     pub fn integrals(&self) -> &VertexIntegrals {
@@ -67,8 +67,7 @@ impl VertexCurvature {
         self.boundary
     }
 
-    /// Whether H² was less than K, which no smooth surface has, and the difference was taken as 0
-    /// for the principal curvatures.
+    /// Whether H² < K, which is impossible on a smooth surface. The principal curvatures then use H² = K.
     #[inline]
     #[must_use]
     pub fn is_clamped(&self) -> bool {
@@ -124,8 +123,8 @@ impl VertexCurvature {
     }
 
     /// The shape index of Koenderink and van Doorn 1992, `2/pi atan((k1 + k2) / (k1 - k2))`: 1 for
-    /// a spherical cap, 1/2 for a ridge, 0 for a saddle, -1/2 for a rut, -1 for a cup. A flat
-    /// vertex, which has no shape, gets 0.
+    /// a spherical cap, 1/2 for a ridge, 0 for a saddle, -1/2 for a rut, -1 for a cup. 0 at a
+    /// flat vertex, where the shape is undefined.
     #[must_use]
     pub fn shape_index(&self) -> f64 {
         let [k1, k2] = self.principal.map(Pointwise::value);

@@ -1,21 +1,20 @@
 //! Bobenko's discrete Willmore energy (BAR06 sec. 2; Bobenko 2005, A conformal energy for
 //! simplicial surfaces).
 //!
-//! The energy of a vertex is `W(v) = sum of beta(e) over the edges e at v, less 2 pi`. It does not
-//! change under Möbius transformations, is never negative, and is 0 exactly where the vertex and
-//! its neighbours lie on a sphere and form a convex star on it.
+//! The energy of a vertex is `W(v) = sum of beta(e) over the edges e at v, minus 2 pi`. It is invariant
+//! under Möbius transformations and never negative. It is 0 exactly if the vertex and its neighbours lie
+//! on a sphere and form a convex star on it.
 //!
-//! An edge with a face on one side only has no `beta`, so a boundary vertex has no energy: it is
-//! left out of totals and counts as 0 where every vertex needs a value.
+//! A boundary edge has no `beta`, so a boundary vertex has no energy: totals omit it, and its value is 0.
 
 use core::f64::consts::TAU;
 
 use mesh_core::{TriMesh, VertexId, VertexMap, parallel};
 
-use crate::intersection::intersection_angle;
-use crate::star_block::{BLOCK, StarBlock};
+use crate::circumcircle_angle::intersection_angle;
+use crate::star_batch::{BLOCK, StarBatch};
 
-/// The Willmore energy of a vertex, a number without unit; 0 for boundary and isolated vertices.
+/// The Willmore energy of a vertex, without unit; 0 for boundary and isolated vertices.
 ///
 /// # Panics
 /// When the vertex is out of range for this mesh.
@@ -36,21 +35,21 @@ pub fn willmore_energy(mesh: &TriMesh, vertex: VertexId) -> f64 {
     sum - TAU
 }
 
-/// The Willmore energies of all vertices, with the same bits as [`willmore_energy`]. For curvatures,
-/// too, see [`Curvatures::with_willmore_energies`](crate::Curvatures::with_willmore_energies).
+/// The Willmore energies of all vertices, with the same bits as [`willmore_energy`]. Together with
+/// curvatures, see [`Curvatures::with_willmore_energies`](crate::Curvatures::with_willmore_energies).
 #[must_use]
 pub fn willmore_energies(mesh: &TriMesh) -> VertexMap<f64> {
     let count = mesh.topology().vertex_capacity();
-    let of_block = |stars: &mut StarBlock, indices| {
-        stars.line_up(mesh, indices);
+    let of_block = |stars: &mut StarBatch, indices| {
+        stars.gather(mesh, indices);
         energies_of(stars, mesh)
     };
-    VertexMap::from_vec(parallel::collect_blocks(count, StarBlock::maker(), of_block))
+    VertexMap::from_vec(parallel::collect_blocks(count, StarBatch::maker(), of_block))
 }
 
-/// The energies of the vertices that are lined up, then zeros.
+/// The energies of the gathered vertices, then zeros.
 #[inline(always)]
-pub(crate) fn energies_of(stars: &mut StarBlock, mesh: &TriMesh) -> [f64; BLOCK] {
+pub(crate) fn energies_of(stars: &mut StarBatch, mesh: &TriMesh) -> [f64; BLOCK] {
     let mut energies = [0.0; BLOCK];
     for (slot, (vertex, energy)) in energies.iter_mut().zip(stars.energies(mesh)) {
         *slot = energy.unwrap_or_else(|| willmore_energy(mesh, vertex));
@@ -58,7 +57,7 @@ pub(crate) fn energies_of(stars: &mut StarBlock, mesh: &TriMesh) -> [f64; BLOCK]
     energies
 }
 
-/// The Willmore energy of a mesh: the sum over the vertices that do not lie on the boundary.
+/// The Willmore energy of a mesh: the sum over interior vertices.
 #[must_use]
 pub fn total_willmore_energy(mesh: &TriMesh) -> f64 {
     let energies = willmore_energies(mesh).into_vec();

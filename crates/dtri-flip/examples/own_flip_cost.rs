@@ -1,7 +1,7 @@
 //! A cost of one's own, in a few lines: edges that run along a direction, as on a brushed surface.
 #![allow(missing_docs, clippy::print_stdout)]
 
-use dtri_flip::{Change, FlipCost, FlipOptions, Quad, Reach, optimise};
+use dtri_flip::{Change, FlipCost, FlipOptions, Quad, Stencil, optimise};
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexId};
 use mesh_shapes::Torus;
@@ -30,8 +30,8 @@ impl FlipCost for Across {
         Change { before: self.of(mesh, [a, b]), after: self.of(mesh, [c, d]) }
     }
 
-    fn reach(&self) -> Reach {
-        Reach::Triangles
+    fn stencil(&self) -> Stencil {
+        Stencil::Triangles
     }
 
     fn length_exponent(&self) -> i32 {
@@ -45,6 +45,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = FlipOptions { max_fold: Some(60_f64.to_radians()), ..FlipOptions::default() };
     let report = optimise(&mut mesh, &Across(DVec3::Z), &options)?;
     println!("{} flips: {:.3} -> {:.3}", report.flips, report.cost_before, report.cost_after);
-    println!("{} refused since they fold; stopped: {}", report.refused.fold, report.stop);
+    println!("{} refused since they fold; stopped: {}", report.rejected.fold, report.stop);
     Ok(())
 }

@@ -38,7 +38,7 @@ fn main() {
                 start.elapsed().as_secs_f64(),
                 cpu_seconds() - cpu,
                 report.stop,
-                report.refused,
+                report.rejected,
             );
         }
     }

@@ -1,4 +1,4 @@
-//! Simulated annealing: a way out of local minima.
+//! Simulated annealing: leaves local minima.
 
 use core::f64::consts::FRAC_PI_2;
 
@@ -9,17 +9,17 @@ use crate::cost::FlipCost;
 use crate::fold::folds;
 use crate::greedy;
 use crate::options::Anneal;
+use crate::progress::{Monitor, Phase, Progress};
 use crate::report::Stop;
 use crate::run::Run;
-use crate::watch::{Phase, Progress, Watch};
 
-/// Anneals from the local minimum that the run is in. Says why it stopped and how many flips of the
-/// log belong to the last round that was kept.
+/// Anneals from the current local minimum. Returns the reason to stop and the number of flips of the last
+/// round that was kept.
 pub(crate) fn run<C: FlipCost>(
     run: &mut Run<'_, C>,
     settings: &Anneal,
     at_minimum: Stop,
-    watch: &mut Watch<'_>,
+    monitor: &mut Monitor<'_>,
 ) -> (Stop, u64) {
     let mut random = SplitMix64::new(settings.seed);
     run.forget_flips_of_edges();
@@ -27,11 +27,11 @@ pub(crate) fn run<C: FlipCost>(
     let mut kept_flips = 0;
     for _ in 0..settings.rounds {
         run.running_cost = best.cost;
-        let stopped = round(run, settings, &mut random, watch);
+        let stopped = round(run, settings, &mut random, monitor);
         run.forget_flips_of_edges();
         let stop = match stopped {
             Some(stop) => stop,
-            None => greedy::run(run, run.rules.options.look_ahead, watch),
+            None => greedy::run(run, run.rules.options.look_ahead, monitor),
         };
         let cost = run.total();
         if cost < best.cost {
@@ -49,17 +49,17 @@ pub(crate) fn run<C: FlipCost>(
 
 struct Best {
     cost: f64,
-    /// How many flips lead to it.
+    /// Number of flips from the input.
     length: usize,
     stop: Stop,
 }
 
-/// One cooling down; the reason when it was broken off.
+/// One cooling schedule. Returns the reason if the monitor stops it.
 fn round<C: FlipCost>(
     run: &mut Run<'_, C>,
     settings: &Anneal,
     random: &mut SplitMix64,
-    watch: &mut Watch<'_>,
+    monitor: &mut Monitor<'_>,
 ) -> Option<Stop> {
     let edges = run.mesh.topology().edge_capacity();
     let steps = settings.steps_per_edge.saturating_mul(edges);
@@ -70,9 +70,9 @@ fn round<C: FlipCost>(
             phase: Phase::Annealing,
             flips: run.log.len() as u64,
             cost: run.running_cost,
-            waiting: (steps - step) as u64,
+            remaining: (steps - step) as u64,
         };
-        if let Some(stop) = watch.stop(now, run.log.len()) {
+        if let Some(stop) = monitor.stop(now, run.log.len()) {
             return Some(stop);
         }
         let temperature = unit * settings.start * (cooling * step as f64).exp();
@@ -84,8 +84,8 @@ fn round<C: FlipCost>(
 
 /// The step of Metropolis et al. 1953.
 ///
-/// Flips that fold a face back are left out: the costs do not see which side is outside, and a
-/// small closed mesh could be turned inside out, one fold after the other.
+/// Flips that fold a face back are skipped: costs do not depend on the orientation, so a sequence of
+/// folds could turn a small closed mesh inside out.
 fn try_flip<C: FlipCost>(run: &mut Run<'_, C>, edge: EdgeId, temperature: f64, chance: f64) {
     let (Some(change), Some(quad)) = (run.change(edge), run.quad(edge)) else { return };
     if chance < (change.gain() / temperature).exp()

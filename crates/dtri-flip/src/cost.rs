@@ -1,4 +1,4 @@
-//! What a cost has to tell the optimiser.
+//! The interface between a cost and the optimiser.
 
 use mesh_core::TriMesh;
 
@@ -6,11 +6,11 @@ use crate::quad::Quad;
 
 /// A cost of a triangulation that edge flips lower.
 ///
-/// The optimiser needs to know what a flip would change and which other flips that affects. A cost
-/// that is a sum over triangles looks like this:
+/// A cost states how a flip changes it and which other flips that affects. Example of a sum over
+/// triangles:
 ///
 /// ```
-/// use dtri_flip::{Change, FlipCost, FlipOptions, Quad, Reach, optimise};
+/// use dtri_flip::{Change, FlipCost, FlipOptions, Quad, Stencil, optimise};
 /// use mesh_core::{TriMesh, VertexId};
 /// use mesh_shapes::Torus;
 ///
@@ -34,8 +34,8 @@ use crate::quad::Quad;
 ///         let sum = |triangles: [_; 2]| triangles.map(|t| Self::of(mesh, t)).iter().sum();
 ///         Change { before: sum(quad.triangles()), after: sum(quad.flipped_triangles()) }
 ///     }
-///     fn reach(&self) -> Reach {
-///         Reach::Triangles
+///     fn stencil(&self) -> Stencil {
+///         Stencil::Triangles
 ///     }
 ///     fn length_exponent(&self) -> i32 {
 ///         4
@@ -51,38 +51,37 @@ use crate::quad::Quad;
 /// # }
 /// ```
 pub trait FlipCost: Sync {
-    /// What the cost keeps at hand to evaluate flips quickly; `()` for nothing. Look-ahead tries
-    /// flips on copies of it.
+    /// Data that the cost keeps to evaluate flips quickly; `()` for none. Look-ahead uses copies.
     type Cache: Clone + Send + Sync;
 
     /// Computes the cache for a mesh.
     fn prepare(&self, mesh: &TriMesh) -> Self::Cache;
 
-    /// Brings the cache up to date after a flip; `flipped` is the quadrilateral as it is now. A flip
-    /// and its way back must leave the same bits.
+    /// Updates the cache after a flip; `flipped` is the quadrilateral after the flip. A flip and its
+    /// reverse must restore the same bits.
     fn update(&self, _mesh: &TriMesh, _cache: &mut Self::Cache, _flipped: &Quad) {}
 
-    /// The cost of the whole mesh, computed afresh.
+    /// Cost of the whole mesh, computed from scratch.
     fn total(&self, mesh: &TriMesh) -> f64;
 
-    /// [`FlipCost::total`] of the mesh that a cache was prepared for, with the same bits.
+    /// [`FlipCost::total`] of the mesh of this cache, with the same bits.
     fn prepared_total(&self, mesh: &TriMesh, _cache: &Self::Cache) -> f64 {
         self.total(mesh)
     }
 
-    /// The part of the cost that the flip of an edge would change, before and after it. It must
-    /// not depend on anything that [`FlipCost::reach`] does not cover.
+    /// The part of the cost that the flip of an edge would change, before and after the flip. It must
+    /// depend only on the triangles in [`FlipCost::stencil`].
     fn change(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Change;
 
-    /// [`FlipCost::change`] where that lowers the cost. May be `None` where it does not, so that a
-    /// cost can give up as soon as that is clear; must give the same bits otherwise.
+    /// [`FlipCost::change`] if it lowers the cost, with the same bits. May be `None` otherwise, so that a
+    /// cost can stop early.
     #[inline]
     fn change_if_lower(&self, mesh: &TriMesh, cache: &Self::Cache, quad: &Quad) -> Option<Change> {
         Some(self.change(mesh, cache, quad))
     }
 
-    /// [`FlipCost::change_if_lower`] of several edges, for costs that evaluate them faster side by
-    /// side; must give the same bits. `changes` is as long as `quads`.
+    /// [`FlipCost::change_if_lower`] of several quadrilaterals, with the same bits, for costs with a
+    /// vectorised evaluation. `changes` is as long as `quads`.
     fn changes_if_lower(
         &self,
         mesh: &TriMesh,
@@ -95,39 +94,39 @@ pub trait FlipCost: Sync {
         }
     }
 
-    /// Where [`FlipCost::change`] looks.
-    fn reach(&self) -> Reach;
+    /// The triangles that [`FlipCost::change`] depends on.
+    fn stencil(&self) -> Stencil;
 
-    /// The power of a length that the cost has as its unit: 0 when it does not depend on scale, 1
-    /// for a length, 2 for an area. With it, the optimiser tells gains from rounding.
+    /// The unit of the cost as a power of length: 0 if it is scale-invariant, 1 for a length, 2 for an
+    /// area. The optimiser derives the rounding error of a gain from it.
     fn length_exponent(&self) -> i32;
 
-    /// Whether the changes are differences of [`FlipCost::total`], so that a greedy run lowers the
-    /// total with each flip. Where not, only the limit of flips per edge guarantees an end.
+    /// Whether changes are differences of [`FlipCost::total`], so that each greedy flip lowers the
+    /// total. If not, only the limit of flips per edge guarantees termination.
     fn is_potential(&self) -> bool {
         true
     }
 }
 
-/// What a flip changes: parts of the cost, other parts staying as they are.
+/// The part of a cost that a flip changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Change {
-    /// The part that would change, before the flip.
+    /// This part before the flip.
     pub before: f64,
-    /// The same part after the flip.
+    /// This part after the flip.
     pub after: f64,
 }
 
 impl Change {
-    /// How much lower the cost would be: the swap value of DHKL01.
+    /// Decrease of the cost: the swap value of DHKL01.
     #[inline]
     #[must_use]
     pub fn gain(self) -> f64 {
         self.before - self.after
     }
 
-    /// This change and one that follows it.
+    /// The sum of this change and a following one.
     #[inline]
     #[must_use]
     pub fn then(self, next: Self) -> Self {
@@ -135,16 +134,16 @@ impl Change {
     }
 }
 
-/// Where the change that a flip makes depends on: what else a flip affects follows from it.
+/// The triangles that the change of a flip depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Reach {
+pub enum Stencil {
     /// The two triangles at the edge. A flip affects the five edges of these triangles.
     Triangles,
-    /// The two triangles and the up to four that share an edge with them. A flip affects 13 edges,
-    /// the 2-neighbourhood of DHKL01.
+    /// The two triangles and the triangles that share an edge with them. A flip affects 13 edges, the
+    /// 2-neighbourhood of DHKL01.
     AdjacentTriangles,
-    /// All triangles at the four corners of the quadrilateral. A flip affects every edge of every
-    /// triangle at one of its corners.
+    /// All triangles at the four corners of the quadrilateral. A flip affects all edges of these
+    /// triangles.
     CornerStars,
 }

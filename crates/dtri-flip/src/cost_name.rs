@@ -1,4 +1,4 @@
-//! Costs by name, as on a command line.
+//! Costs by name.
 
 use core::fmt;
 use core::ops::ControlFlow;
@@ -14,8 +14,8 @@ use crate::costs::{
 use crate::error::FlipError;
 use crate::optimise::optimise_with;
 use crate::options::FlipOptions;
+use crate::progress::Progress;
 use crate::report::FlipReport;
-use crate::watch::Progress;
 
 /// The costs of this crate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -40,9 +40,9 @@ pub enum CostName {
     WillmorePotential,
 }
 
-/// A name that is none of a cost.
+/// An unknown name of a cost.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is not a cost; there are {names}", names = names())]
+#[error("unknown cost {0:?}; the costs are {names}", names = names())]
 pub struct UnknownCost(String);
 
 impl CostName {
@@ -73,20 +73,20 @@ impl CostName {
         }
     }
 
-    /// Whether a greedy run by this cost lowers what it reports with every flip; see
+    /// Whether each greedy flip lowers the reported cost; see
     /// [`FlipCost::is_potential`].
     #[must_use]
     pub fn is_potential(self) -> bool {
         self != Self::Willmore
     }
 
-    /// The cost of a mesh. `area` matters for `f1` and `f3` only.
+    /// Cost of a mesh. Only `f1` and `f3` use `area`.
     #[must_use]
     pub fn total(self, mesh: &TriMesh, area: VertexArea) -> f64 {
         self.with(area, Total(mesh))
     }
 
-    /// [`optimise_with`] by this cost. `area` matters for `f1` and `f3` only.
+    /// [`optimise_with`] by this cost. Only `f1` and `f3` use `area`.
     ///
     /// # Errors
     /// As [`optimise_with`].
@@ -115,7 +115,7 @@ impl CostName {
     }
 }
 
-/// Something to do with a cost of any type.
+/// An operation with a cost of any type.
 trait Task {
     type Output;
     fn run<C: FlipCost>(self, cost: &C) -> Self::Output;

@@ -1,12 +1,12 @@
-//! Why a run cannot start.
+//! Errors of the options.
 
-/// An option that makes no sense, or does not fit the mesh.
+/// An option is out of range or does not fit the mesh.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FlipError {
     /// The map of locked edges does not have one entry per edge.
     #[error(
-        "{given} edges are marked as locked or not, but the mesh has room for {edges}; give one mark for each"
+        "the map of locked edges has {given} entries, but the mesh has {edges} edges; give one entry per edge"
     )]
     LockedLength {
         /// The length of the map.
@@ -14,24 +14,24 @@ pub enum FlipError {
         /// The mesh's edge capacity.
         edges: usize,
     },
-    /// More flips in a row are to be tried than can be.
+    /// The look-ahead is too large.
     #[error(
-        "look_ahead is {given}; it must be at most {limit}, for the effort grows sixfold with each step"
+        "look_ahead is {given}; it must be at most {limit}, because each step multiplies the effort by 6"
     )]
     LookAhead {
-        /// What was given.
+        /// The given value.
         given: usize,
-        /// What may be given.
+        /// The largest allowed value.
         limit: usize,
     },
-    /// A number is out of its range.
+    /// A number is out of range.
     #[error("{option} is {value}; it must be {range}")]
     OutOfRange {
-        /// The name of the option.
+        /// Name of the option.
         option: &'static str,
-        /// What was given.
+        /// The given value.
         value: f64,
-        /// What it may be.
+        /// The allowed range.
         range: &'static str,
     },
 }

@@ -1,12 +1,12 @@
-//! Feature edges and locks.
+//! Feature edges and locked edges.
 
 use dcurv::edge_dihedral_angle;
 use mesh_core::{EdgeId, EdgeMap, Handle, TriMesh, parallel};
 
 use crate::options::FlipOptions;
 
-/// The edges between two faces whose normals differ by more than `angle`, in radians. Boundary
-/// edges are none: they cannot flip anyway.
+/// Marks the edges whose dihedral angle exceeds `angle`, in radians. Boundary edges are not marked,
+/// since they never flip.
 #[must_use]
 pub fn feature_edges(mesh: &TriMesh, angle: f64) -> EdgeMap<bool> {
     let topology = mesh.topology();
@@ -17,7 +17,7 @@ pub fn feature_edges(mesh: &TriMesh, angle: f64) -> EdgeMap<bool> {
     }))
 }
 
-/// Feature edges and those that the options lock, together.
+/// Union of the feature edges and the locked edges of the options.
 pub(crate) fn locked_edges(mesh: &TriMesh, options: &FlipOptions) -> EdgeMap<bool> {
     let mut locked = match options.feature_angle {
         Some(angle) => feature_edges(mesh, angle),

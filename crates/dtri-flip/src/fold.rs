@@ -1,5 +1,4 @@
-//! What a flip does to the shape of the two faces: how far they are turned, and whether they keep
-//! an area.
+//! Shape of the two new faces of a flip: turn against the quadrilateral, and degeneracy.
 
 use core::f64::consts::PI;
 
@@ -8,10 +7,11 @@ use mesh_core::{TriMesh, VertexId, angle_between};
 
 use crate::quad::Quad;
 
-/// Whether a flip would turn a face by more than `limit`, and by more than any is turned now.
+/// Whether a flip would turn a face by more than `limit` and by more than the larger current turn.
 ///
-/// The vector area of the closed polygon a, d, b, c is the sum of the normals of its two triangles,
-/// weighted by area, whichever diagonal cuts it. It is what the faces are measured against.
+/// The turn of a face is the angle between its normal and the vector area of the quadrilateral. The
+/// vector area is the area-weighted sum of the normals of the two triangles; it is the same for both
+/// diagonals.
 pub(crate) fn folds(mesh: &TriMesh, quad: &Quad, limit: f64) -> bool {
     let now = quad.triangles().map(|t| twice_vector_area(mesh, t));
     let flipped = quad.flipped_triangles().map(|t| twice_vector_area(mesh, t));
@@ -19,7 +19,7 @@ pub(crate) fn folds(mesh: &TriMesh, quad: &Quad, limit: f64) -> bool {
     larger_turn(flipped, direction) > limit.max(larger_turn(now, direction))
 }
 
-/// The larger angle by which one of the faces at an edge is turned now.
+/// The larger turn of the two faces at an edge.
 pub(crate) fn largest_turn(mesh: &TriMesh, quad: &Quad) -> f64 {
     let now = quad.triangles().map(|t| twice_vector_area(mesh, t));
     larger_turn(now, now[0] + now[1])
@@ -35,26 +35,26 @@ pub(crate) fn twice_vector_area(mesh: &TriMesh, triangle: [VertexId; 3]) -> DVec
     (mesh.position(b) - origin).cross(mesh.position(c) - origin)
 }
 
-/// A face without area has no direction and counts as folded back.
+/// A face without area has no normal and counts as folded back.
 fn turn_of(normal: DVec3, direction: DVec3) -> f64 {
     if normal == DVec3::ZERO { PI } else { angle_between(normal, direction) }
 }
 
-/// Whether a flip would leave more faces without area than there are now.
+/// Whether a flip would increase the number of degenerate faces.
 ///
-/// A face has none when its height is no more than `resolution`, what coordinates of that size can
-/// tell apart. It has no normal either, so a cost that looks at angles between normals could not
-/// see what is wrong with it and would hide sharp edges behind such faces.
-pub(crate) fn flattens(mesh: &TriMesh, quad: &Quad, resolution: f64) -> bool {
-    let without_area = |triangles: [[VertexId; 3]; 2]| {
-        triangles.into_iter().filter(|t| is_flat(mesh, *t, resolution)).count()
+/// A face is degenerate if its height is at most `resolution`, the rounding error of a distance. It has
+/// no normal, so costs that depend on angles between normals ignore it and would hide sharp edges in
+/// such faces.
+pub(crate) fn makes_degenerate(mesh: &TriMesh, quad: &Quad, resolution: f64) -> bool {
+    let degenerate = |triangles: [[VertexId; 3]; 2]| {
+        triangles.into_iter().filter(|t| is_degenerate(mesh, *t, resolution)).count()
     };
-    let flipped = without_area(quad.flipped_triangles());
-    flipped > 0 && flipped > without_area(quad.triangles())
+    let flipped = degenerate(quad.flipped_triangles());
+    flipped > 0 && flipped > degenerate(quad.triangles())
 }
 
-/// Whether a triangle has no area; see [`flattens`].
-pub(crate) fn is_flat(mesh: &TriMesh, triangle: [VertexId; 3], resolution: f64) -> bool {
+/// Whether a triangle is degenerate; see [`makes_degenerate`].
+pub(crate) fn is_degenerate(mesh: &TriMesh, triangle: [VertexId; 3], resolution: f64) -> bool {
     let [a, b, c] = triangle.map(|v| mesh.position(v));
     let longest = (b - a).length_squared().max((c - b).length_squared());
     let longest = longest.max((a - c).length_squared());

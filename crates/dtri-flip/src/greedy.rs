@@ -5,27 +5,26 @@ use core::iter::zip;
 use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, Handle, parallel};
 
-use crate::cost::{Change, FlipCost, Reach};
-use crate::crowded::Crowded;
+use crate::affected_edges::AffectedEdges;
+use crate::blocked_edges::{BlockedEdges, Rejection};
+use crate::cost::{Change, FlipCost, Stencil};
+use crate::high_valence::HighValence;
 use crate::look_ahead;
 use crate::options::{Ties, Update};
+use crate::progress::{Monitor, Phase, Progress};
 use crate::quad::Quad;
 use crate::queue::IndexedQueue;
-use crate::region::Region;
 use crate::report::Stop;
 use crate::run::Run;
-use crate::waiting::{Refusal, Waiting};
-use crate::watch::{Phase, Progress, Watch};
 
-/// Flips until nothing helps or the watch says stop. On return the mesh is in a valid state whose
-/// cost is no higher than at the beginning.
+/// Flips edges until no flip lowers the cost or the monitor stops the run. The cost never rises.
 pub(crate) fn run<C: FlipCost>(
     run: &mut Run<'_, C>,
     look_ahead: usize,
-    watch: &mut Watch<'_>,
+    monitor: &mut Monitor<'_>,
 ) -> Stop {
-    let cycles_before = run.refused.cycle;
-    let mut greedy = match Greedy::new(run, look_ahead, watch) {
+    let cycles_before = run.rejected.cycle;
+    let mut greedy = match Greedy::new(run, look_ahead, monitor) {
         Ok(greedy) => greedy,
         Err(stop) => return stop,
     };
@@ -34,63 +33,63 @@ pub(crate) fn run<C: FlipCost>(
             phase: Phase::Greedy,
             flips: run.log.len() as u64,
             cost: run.running_cost,
-            waiting: greedy.queue.len() as u64,
+            remaining: greedy.queue.len() as u64,
         };
         if greedy.queue.len() > 0
-            && let Some(stop) = watch.stop(now, run.log.len())
+            && let Some(stop) = monitor.stop(now, run.log.len())
         {
             return stop;
         }
         let Some((edge, key)) = greedy.pop() else {
-            if greedy.catch_up(run) {
+            if greedy.refresh_high_valence(run) {
                 continue;
             }
             break;
         };
-        greedy.take(run, edge, key, watch.flips_left(run.log.len()));
+        greedy.take(run, edge, key, monitor.flips_left(run.log.len()));
     }
-    if greedy.row_too_long {
+    if greedy.exceeded_flip_limit {
         return Stop::FlipLimit;
     }
-    if run.refused.cycle > cycles_before { Stop::CycleGuard } else { Stop::LocalMinimum }
+    if run.rejected.cycle > cycles_before { Stop::CycleGuard } else { Stop::LocalMinimum }
 }
 
-/// The queue of edges by gain, and what keeps it exact.
+/// The queue of edges ordered by gain, and the data that keep it exact.
 struct Greedy {
     queue: IndexedQueue,
     order: TieOrder,
-    region: Region,
-    waiting: Waiting,
-    crowded: Crowded,
-    /// Edges whose gains may have changed, their quadrilaterals, and what their flips change.
+    affected: AffectedEdges,
+    blocked: BlockedEdges,
+    high_valence: HighValence,
+    /// Edges whose gains may have changed, their quadrilaterals and the new changes.
     outdated: Vec<EdgeId>,
     quads: Vec<Option<Quad>>,
     changes: Vec<Option<Change>>,
-    reach: Reach,
-    /// How many flips in a row are tried.
+    stencil: Stencil,
+    /// Largest number of flips in a sequence.
     look_ahead: usize,
-    /// Whether a row was left out because it would have gone beyond the limit of flips.
-    row_too_long: bool,
-    /// How many of them an update has to allow for beyond the first.
+    /// Whether a sequence was skipped because it would exceed the flip limit.
+    exceeded_flip_limit: bool,
+    /// Number of flips after the first that an update must account for.
     steps_ahead: usize,
 }
 
 impl Greedy {
-    /// Computes the gains of all edges; or says why to stop before that.
+    /// Computes the gains of all edges. Returns the reason if the monitor stops that.
     fn new<C: FlipCost>(
         run: &Run<'_, C>,
         look_ahead: usize,
-        watch: &mut Watch<'_>,
+        monitor: &mut Monitor<'_>,
     ) -> Result<Self, Stop> {
         let topology = run.mesh.topology();
         let edges = topology.edge_capacity();
         let order = TieOrder::new(run.rules.options.ties, edges);
-        let (reach, steps_ahead) = match run.rules.options.update {
-            Update::Exact => (run.rules.cost.reach(), look_ahead.saturating_sub(1)),
-            Update::TwoNeighbourhood => (Reach::AdjacentTriangles, 0),
+        let (stencil, steps_ahead) = match run.rules.options.update {
+            Update::Exact => (run.rules.cost.stencil(), look_ahead.saturating_sub(1)),
+            Update::TwoNeighbourhood => (Stencil::AdjacentTriangles, 0),
         };
-        let region = Region::new(topology);
-        let waiting = Waiting::new(topology);
+        let affected = AffectedEdges::new(topology);
+        let blocked = BlockedEdges::new(topology);
         let mut changes = parallel::collect_blocks::<_, _, 16>(
             edges,
             || (),
@@ -105,13 +104,13 @@ impl Greedy {
             },
         );
         if look_ahead > 1 {
-            let stuck: Vec<EdgeId> = (0..edges)
+            let without_gain: Vec<EdgeId> = (0..edges)
                 .filter(|&index| changes[index].is_none())
                 .map(EdgeId::from_index)
                 .collect();
-            let rows = look_ahead::best_changes(run, &stuck, look_ahead, watch)?;
-            for (edge, row) in zip(stuck, rows) {
-                changes[edge.index()] = row;
+            let sequences = look_ahead::best_changes(run, &without_gain, look_ahead, monitor)?;
+            for (edge, sequence) in zip(without_gain, sequences) {
+                changes[edge.index()] = sequence;
             }
         }
         let keys = (0..edges as u32).map(|item| changes[order.edge(item).index()].map(key));
@@ -119,15 +118,15 @@ impl Greedy {
         Ok(Self {
             queue,
             order,
-            region,
-            waiting,
-            crowded: Crowded::default(),
+            affected,
+            blocked,
+            high_valence: HighValence::default(),
             outdated: Vec::new(),
             quads: Vec::new(),
             changes: Vec::new(),
-            reach,
+            stencil,
             look_ahead,
-            row_too_long: false,
+            exceeded_flip_limit: false,
             steps_ahead,
         })
     }
@@ -136,7 +135,7 @@ impl Greedy {
         self.queue.pop().map(|(item, key)| (self.order.edge(item), key))
     }
 
-    /// Flips an edge whose turn has come, alone or as the first of a row, or refuses it.
+    /// Flips the first edge of the queue, alone or as the start of a sequence, or rejects it.
     fn take<C: FlipCost>(
         &mut self,
         run: &mut Run<'_, C>,
@@ -144,11 +143,11 @@ impl Greedy {
         key: f64,
         flips_left: usize,
     ) {
-        let is_old = self.is_outdated(run, edge);
-        if is_old && self.look_ahead < 2 && !self.is_still_best(run, edge, key) {
+        let is_stale = self.has_stale_gains(run, edge);
+        if is_stale && self.look_ahead < 2 && !self.is_still_best(run, edge, key) {
             return;
         }
-        match self.single_change(run, edge, key, is_old) {
+        match self.single_change(run, edge, key, is_stale) {
             Some(change) => match run.allow(edge) {
                 Ok(flip) => {
                     if let Some(quad) = run.flip(flip, change) {
@@ -156,19 +155,20 @@ impl Greedy {
                         self.keep_if_real(run, &quad, change);
                     }
                 }
-                Err(refusal) => self.refuse(run, edge, refusal),
+                Err(rejection) => self.reject(run, edge, rejection),
             },
-            None => self.take_row(run, edge, flips_left, is_old),
+            None => self.take_sequence(run, edge, flips_left, is_stale),
         }
     }
 
-    /// Whether a flip at a crowded vertex may have changed the gain of an edge unseen.
-    fn is_outdated<C: FlipCost>(&self, run: &Run<'_, C>, edge: EdgeId) -> bool {
-        let is_outdated = |quad: Quad| quad.corners.iter().any(|&v| self.crowded.is_outdated(v));
-        run.quad(edge).is_some_and(is_outdated)
+    /// Whether the gain of an edge may be stale because a corner has a high valence.
+    fn has_stale_gains<C: FlipCost>(&self, run: &Run<'_, C>, edge: EdgeId) -> bool {
+        let has_stale_gains =
+            |quad: Quad| quad.corners.iter().any(|&v| self.high_valence.has_stale_gains(v));
+        run.quad(edge).is_some_and(has_stale_gains)
     }
 
-    /// Computes the gain of an edge again, and puts it back when it has become less.
+    /// Computes the gain of an edge again. Requeues the edge if the gain has fallen.
     fn is_still_best<C: FlipCost>(&mut self, run: &Run<'_, C>, edge: EdgeId, old: f64) -> bool {
         let new = run.gainful_change(edge).map(key);
         if new.is_none_or(|new| new < old) {
@@ -178,63 +178,65 @@ impl Greedy {
         true
     }
 
-    /// Brings the crowded vertices up to date. Says whether there were any that were not.
-    fn catch_up<C: FlipCost>(&mut self, run: &mut Run<'_, C>) -> bool {
-        let outdated = self.crowded.take();
+    /// Computes the stale gains around vertices of high valence. Returns whether there were any.
+    fn refresh_high_valence<C: FlipCost>(&mut self, run: &mut Run<'_, C>) -> bool {
+        let outdated = self.high_valence.take_stale();
         self.outdated.clear();
         for &vertex in &outdated {
-            let edges = self.region.star(run.mesh.topology(), vertex);
+            let edges = self.affected.star(run.mesh.topology(), vertex);
             self.outdated.extend_from_slice(edges);
         }
         self.reassess(run);
         !outdated.is_empty()
     }
 
-    /// Undoes a flip, just done, whose way back is a gain, too; the edge waits for a change near it.
+    /// Undoes the last flip if flipping back would be a gain as well: both gains are rounding. The
+    /// edge leaves the queue until its neighbourhood changes.
     fn keep_if_real<C: FlipCost>(&mut self, run: &mut Run<'_, C>, quad: &Quad, change: Change) {
-        let way_back = zip(&self.outdated, &self.changes).find(|&(&edge, _)| edge == quad.edge);
-        if run.rules.cost.is_potential() && way_back.is_some_and(|(_, change)| change.is_some()) {
+        let reverse = zip(&self.outdated, &self.changes).find(|&(&edge, _)| edge == quad.edge);
+        if run.rules.cost.is_potential() && reverse.is_some_and(|(_, change)| change.is_some()) {
             run.undo_rounding(change);
             self.refresh(run, &[*quad]);
             self.queue.set(self.order.item(quad.edge), None);
         }
     }
 
-    /// What the flip of an edge from the queue changes, if that alone is a gain. When only single
-    /// flips are in the queue and the update is exact, the key tells.
+    /// The change of flipping this edge alone, if that is a gain. With single flips and exact updates
+    /// the key of the queue is that gain.
     #[inline]
     fn single_change<C: FlipCost>(
         &self,
         run: &Run<'_, C>,
         edge: EdgeId,
         key: f64,
-        is_old: bool,
+        is_stale: bool,
     ) -> Option<Change> {
-        if self.look_ahead < 2 && run.rules.options.update == Update::Exact && !is_old {
+        if self.look_ahead < 2 && run.rules.options.update == Update::Exact && !is_stale {
             return Some(Change { before: key, after: 0.0 });
         }
         run.gainful_change(edge)
     }
 
-    /// Does the best row of flips that begins with this edge.
-    fn take_row<C: FlipCost>(
+    /// Performs the best sequence of flips that starts with this edge.
+    fn take_sequence<C: FlipCost>(
         &mut self,
         run: &mut Run<'_, C>,
         edge: EdgeId,
         flips_left: usize,
-        is_old: bool,
+        is_stale: bool,
     ) {
-        let (rules, mut trial) = run.trial();
-        let Some(row) = look_ahead::best_row(rules, &mut trial, edge, self.look_ahead) else {
-            run.refused.stale += u64::from(!is_old);
+        let (rules, mut state) = run.state();
+        let Some(sequence) = look_ahead::best_sequence(rules, &mut state, edge, self.look_ahead)
+        else {
+            run.rejected.stale += u64::from(!is_stale);
             return;
         };
-        if row.len() > flips_left {
-            self.row_too_long = true;
+        if sequence.len() > flips_left {
+            self.exceeded_flip_limit = true;
             return;
         }
-        let mut quads = Vec::with_capacity(row.len());
-        for (edge, change) in row {
+        let mut quads = Vec::with_capacity(sequence.len());
+        for (edge, change) in sequence {
             if let Ok(flip) = run.allow(edge) {
                 quads.extend(run.flip(flip, change));
             }
@@ -242,40 +244,38 @@ impl Greedy {
         self.refresh(run, &quads);
     }
 
-    /// Leaves an edge out until the reason has gone away.
-    fn refuse<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, refusal: Refusal) {
-        let refused = &mut run.refused;
-        match refusal {
-            Refusal::ValenceThree(_) => refused.valence_three += 1,
-            Refusal::DiagonalExists(_) => refused.diagonal_exists += 1,
-            Refusal::Flat => refused.flat += 1,
-            Refusal::Fold => refused.fold += 1,
-            Refusal::Intersection(_) => refused.intersection += 1,
-            Refusal::Cycle => refused.cycle += 1,
-            Refusal::Never => {}
+    /// Counts a rejected flip and blocks the edge until the cause has changed.
+    fn reject<C: FlipCost>(&mut self, run: &mut Run<'_, C>, edge: EdgeId, rejection: Rejection) {
+        let counts = &mut run.rejected;
+        match rejection {
+            Rejection::ValenceThree(_) => counts.valence_three += 1,
+            Rejection::DiagonalExists(_) => counts.diagonal_exists += 1,
+            Rejection::Flat => counts.flat += 1,
+            Rejection::Fold => counts.fold += 1,
+            Rejection::Intersection(_) => counts.intersection += 1,
+            Rejection::Cycle => counts.cycle += 1,
+            Rejection::Never => {}
         }
-        self.waiting.add(edge, refusal);
-        // The row that begins with another edge may still lead past the obstacle; one that begins
-        // with this edge cannot.
+        self.blocked.add(edge, rejection);
     }
 
-    /// Computes the gains again that may differ after these flips.
+    /// Updates the gains that these flips may have changed.
     fn refresh<C: FlipCost>(&mut self, run: &mut Run<'_, C>, flipped: &[Quad]) {
         self.outdated.clear();
         let mut overdue = Vec::new();
         for quad in flipped {
             let topology = run.mesh.topology();
-            let affected = self.region.affected(topology, quad, self.reach, self.steps_ahead);
+            let affected = self.affected.affected(topology, quad, self.stencil, self.steps_ahead);
             self.outdated.extend_from_slice(affected);
-            for &vertex in self.region.crowded() {
-                if self.crowded.note(topology, vertex) {
+            for &vertex in self.affected.high_valence() {
+                if self.high_valence.record_flip(topology, vertex) {
                     overdue.push(vertex);
                 }
             }
-            self.waiting.wake(topology, quad.edge, &mut self.outdated);
+            self.blocked.release_around(topology, quad.edge, &mut self.outdated);
         }
         for &vertex in &overdue {
-            self.outdated.extend_from_slice(self.region.star(run.mesh.topology(), vertex));
+            self.outdated.extend_from_slice(self.affected.star(run.mesh.topology(), vertex));
         }
         if flipped.len() > 1 || !overdue.is_empty() {
             self.outdated.sort_unstable();
@@ -291,16 +291,16 @@ impl Greedy {
         self.changes.clear();
         self.changes.resize(self.quads.len(), None);
         run.gainful_changes(&self.quads, &mut self.changes);
-        let (rules, mut trial) = run.trial();
+        let (rules, mut state) = run.state();
         for (&edge, &single) in zip(&self.outdated, &self.changes) {
-            let row = || look_ahead::best_change(rules, &mut trial, edge, self.look_ahead);
-            let best = single.or_else(row);
+            let sequence = || look_ahead::best_change(rules, &mut state, edge, self.look_ahead);
+            let best = single.or_else(sequence);
             self.queue.set(self.order.item(edge), best.map(key));
         }
     }
 }
 
-/// The gain, rounded to 34 binary digits: gains that are equal but for rounding become ties.
+/// The gain rounded to 34 binary digits, so that gains that differ by rounding only are ties.
 #[inline]
 fn key(change: Change) -> f64 {
     const DROPPED: u32 = 52 - 34;
@@ -309,7 +309,7 @@ fn key(change: Change) -> f64 {
     f64::from_bits((bits.saturating_add(half) >> DROPPED) << DROPPED).min(f64::MAX)
 }
 
-/// The order of edges with the same gain: the queue's items are places in it.
+/// The order of edges with equal gains. Items of the queue are positions in this order.
 struct TieOrder(Option<Permutation>);
 
 struct Permutation {

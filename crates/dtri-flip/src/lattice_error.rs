@@ -1,10 +1,9 @@
-//! The error measure of DHKL01, Table 1.
+//! Error measure of DHKL01, Table 1.
 
 use glam::DVec3;
 use mesh_core::{EdgeId, FaceId, Handle, TriMesh, VertexId, parallel};
 
-/// Norms of the distance between a mesh and a surface, over lattice points on the mesh; in model
-/// units.
+/// Norms of the distance between a mesh and a surface over lattice points on the mesh, in model units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LatticeError {
@@ -14,17 +13,16 @@ pub struct LatticeError {
     pub rms: f64,
     /// The maximum: `L-infinity`.
     pub max: f64,
-    /// The number of points.
+    /// Number of points.
     pub points: u64,
 }
 
 /// Measures the distance of a mesh to a surface as DHKL01 did for Table 1: at the points of a
 /// barycentric lattice on every triangle, `subdivisions` steps along each side, each point once.
 ///
-/// `distance` gives the distance of a point to the surface; its sign does not matter. The paper's
-/// table has 100 subdivisions. Points on an edge belong to both its triangles and vertices to all
-/// of theirs, but are counted once. A mesh without faces has no points and an error of 0, and 0
-/// subdivisions count as 1.
+/// `distance` returns the distance of a point from the surface; the sign is ignored. The table in the
+/// paper uses 100 subdivisions. Points on shared edges and vertices are counted once. A mesh without
+/// faces has an error of 0. 0 subdivisions count as 1.
 #[must_use]
 pub fn lattice_error(
     mesh: &TriMesh,

@@ -1,31 +1,31 @@
 #![doc = include_str!("../README.md")]
 
+mod affected_edges;
 mod anneal;
+mod blocked_edges;
 mod cost;
 mod cost_name;
 mod costs;
-mod crowded;
 mod error;
 mod features;
+mod flip_state;
 mod fold;
 mod greedy;
-mod intersection;
+mod high_valence;
 mod lattice_error;
 mod look_ahead;
 mod optimise;
 mod options;
+mod progress;
 mod quad;
 mod queue;
-mod rebuild;
-mod region;
 mod report;
+mod ruin_recreate;
 mod rules;
 mod run;
-mod trial;
-mod waiting;
-mod watch;
+mod self_intersection;
 
-pub use cost::{Change, FlipCost, Reach};
+pub use cost::{Change, FlipCost, Stencil};
 pub use cost_name::{CostName, UnknownCost};
 pub use costs::{
     AbsMean, FaceCost, FaceFunction, VertexCost, VertexCostCache, VertexFunction, VirtualWillmore,
@@ -36,6 +36,6 @@ pub use features::feature_edges;
 pub use lattice_error::{LatticeError, lattice_error};
 pub use optimise::{optimise, optimise_with};
 pub use options::{Anneal, FlipOptions, Rebuild, Ties, Update};
+pub use progress::{Phase, Progress};
 pub use quad::Quad;
-pub use report::{FlipReport, Refused, Stop};
-pub use watch::{Phase, Progress};
+pub use report::{FlipReport, Rejections, Stop};

@@ -1,7 +1,7 @@
-//! Look-ahead: rows of flips that lower the cost together where none does alone (DHKL01 sec. 3).
+//! Look-ahead: sequences of flips that lower the cost where no single flip does (DHKL01 sec. 3).
 //!
-//! A row starts at an edge; each further flip is at a side of a quadrilateral that the row has
-//! flipped. DHKL01 tries rows of two. The flips of a row are done, measured and undone.
+//! A sequence starts at an edge. Each further flip is at a side of a quadrilateral that the sequence
+//! has flipped. DHKL01 uses sequences of two flips. Flips are performed, evaluated and undone.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -9,36 +9,37 @@ use std::time::Instant;
 use mesh_core::{EdgeId, FaceTree, TriMesh, parallel};
 
 use crate::cost::{Change, FlipCost};
+use crate::flip_state::FlipState;
+use crate::progress::{Monitor, Phase, Progress};
 use crate::quad::Quad;
 use crate::report::Stop;
 use crate::rules::Rules;
 use crate::run::Run;
-use crate::trial::Trial;
-use crate::watch::{Phase, Progress, Watch};
 
-/// A row of flips with what each changes.
-type Row = Vec<(EdgeId, Change)>;
+/// A sequence of flips with the change of each.
+type Sequence = Vec<(EdgeId, Change)>;
 
-/// What the best row that begins with this edge changes, if that lowers the cost.
+/// The change of the best sequence that starts with this edge, if it lowers the cost.
 #[inline]
 pub(crate) fn best_change<C: FlipCost>(
     rules: &Rules<'_, C>,
-    trial: &mut Trial<'_, C>,
+    state: &mut FlipState<'_, C>,
     edge: EdgeId,
     look_ahead: usize,
 ) -> Option<Change> {
     if look_ahead < 2 {
         return None;
     }
-    best_row(rules, trial, edge, look_ahead).map(|row| total(&row))
+    best_sequence(rules, state, edge, look_ahead).map(|sequence| total(&sequence))
 }
 
-/// [`best_change`] of many edges, on copies of the mesh and on all cores; or why to stop before that.
+/// [`best_change`] of many edges in parallel, on copies of the mesh. Returns the reason if the monitor
+/// stops the search.
 pub(crate) fn best_changes<C: FlipCost>(
     run: &Run<'_, C>,
     edges: &[EdgeId],
     look_ahead: usize,
-    watch: &mut Watch<'_>,
+    monitor: &mut Monitor<'_>,
 ) -> Result<Vec<Option<Change>>, Stop> {
     if look_ahead < 2 {
         return Ok(vec![None; edges.len()]);
@@ -52,9 +53,9 @@ pub(crate) fn best_changes<C: FlipCost>(
             phase: Phase::Greedy,
             flips: run.log.len() as u64,
             cost: run.running_cost,
-            waiting: (edges.len() - changes.len()) as u64,
+            remaining: (edges.len() - changes.len()) as u64,
         };
-        if let Some(stop) = watch.look(now) {
+        if let Some(stop) = monitor.check(now) {
             return Err(stop);
         }
         changes.extend(parallel::collect_with(
@@ -63,29 +64,28 @@ pub(crate) fn best_changes<C: FlipCost>(
             |lent, i| {
                 let Scratch { mesh, cache, tree } = lent.copy.as_mut()?;
                 let tree = tree.as_mut();
-                let mut trial = Trial { cost: rules.cost, mesh, cache, tree };
-                best_change(rules, &mut trial, block[i], look_ahead)
+                let mut state = FlipState { cost: rules.cost, mesh, cache, tree };
+                best_change(rules, &mut state, block[i], look_ahead)
             },
         ));
     }
     Ok(changes)
 }
 
-/// How many edges are looked at between two looks at the clock: the effort grows sixfold with each
-/// step ahead.
+/// Number of edges between two checks of the clock. The effort grows sixfold with each further flip.
 fn block_length(look_ahead: usize) -> usize {
     const FOR_TWO: usize = 1 << 14;
     (FOR_TWO / 6_usize.saturating_pow(look_ahead as u32 - 2)).max(32)
 }
 
-/// What one thread tries flips on.
+/// The copy of the state that one thread flips.
 struct Scratch<C: FlipCost> {
     mesh: TriMesh,
     cache: C::Cache,
     tree: Option<FaceTree>,
 }
 
-/// A copy that goes back to where it was taken from, for the next block.
+/// A copy that returns to the pool on drop, for the next block.
 struct Lent<'s, C: FlipCost> {
     copy: Option<Scratch<C>>,
     spare: &'s Mutex<Vec<Scratch<C>>>,
@@ -104,62 +104,68 @@ impl<C: FlipCost> Drop for Lent<'_, C> {
     }
 }
 
-/// The best row of up to `look_ahead` flips that begins with this edge and lowers the cost; of
-/// equally good ones the first found, and so the shortest. None when the time is over.
-pub(crate) fn best_row<C: FlipCost>(
+/// The best sequence of up to `look_ahead` flips that starts with this edge and lowers the cost. Among
+/// equal ones the first found wins, which is the shortest. `None` after the time limit.
+pub(crate) fn best_sequence<C: FlipCost>(
     rules: &Rules<'_, C>,
-    trial: &mut Trial<'_, C>,
+    state: &mut FlipState<'_, C>,
     edge: EdgeId,
     look_ahead: usize,
-) -> Option<Row> {
+) -> Option<Sequence> {
     if look_ahead < 2 {
         return None;
     }
-    let mut search =
-        Search { rules, look_ahead, row: Row::new(), open: Vec::new(), best: None, tried: 0 };
-    search.extend(trial, edge);
+    let mut search = Search {
+        rules,
+        look_ahead,
+        sequence: Sequence::new(),
+        open: Vec::new(),
+        best: None,
+        tried: 0,
+    };
+    search.extend(state, edge);
     search.best
 }
 
-fn total(row: &[(EdgeId, Change)]) -> Change {
-    row.iter().fold(Change::default(), |sum, &(_, change)| sum.then(change))
+fn total(sequence: &[(EdgeId, Change)]) -> Change {
+    sequence.iter().fold(Change::default(), |sum, &(_, change)| sum.then(change))
 }
 
 struct Search<'r, 'a, C: FlipCost> {
     rules: &'r Rules<'a, C>,
     look_ahead: usize,
-    row: Row,
-    /// The sides of the quadrilaterals flipped so far.
+    sequence: Sequence,
+    /// Sides of the quadrilaterals flipped so far.
     open: Vec<EdgeId>,
-    best: Option<Row>,
+    best: Option<Sequence>,
     tried: u32,
 }
 
-/// How many flips are tried between two looks at the clock.
+/// Number of flips between two checks of the clock.
 const INTERVAL: u32 = 1024;
 
 impl<C: FlipCost> Search<'_, '_, C> {
-    /// Adds an edge to the row if it may flip, judges the row, goes on from there, and takes the
-    /// edge away again.
-    fn extend(&mut self, trial: &mut Trial<'_, C>, edge: EdgeId) {
+    /// Appends an edge to the sequence if it may flip, evaluates the sequence, searches from there, and
+    /// removes the edge again.
+    fn extend(&mut self, state: &mut FlipState<'_, C>, edge: EdgeId) {
         if self.is_over() {
             self.best = None;
             return;
         }
-        let change = self.rules.change(trial.mesh, trial.cache, edge);
-        let flip = self.rules.allow(trial.mesh, trial.tree.as_deref(), edge);
+        let change = self.rules.change(state.mesh, state.cache, edge);
+        let flip = self.rules.allow(state.mesh, state.tree.as_deref(), edge);
         let (Some(change), Ok(flip)) = (change, flip) else { return };
-        let Some(quad) = trial.turn(flip) else { return };
-        self.row.push((edge, change));
-        self.judge();
-        if self.row.len() < self.look_ahead {
-            self.go_on(trial, &quad);
+        let Some(quad) = state.flip(flip) else { return };
+        self.sequence.push((edge, change));
+        self.evaluate();
+        if self.sequence.len() < self.look_ahead {
+            self.search_sides(state, &quad);
         }
-        self.row.pop();
-        trial.turn_back(edge);
+        self.sequence.pop();
+        state.flip_back(edge);
     }
 
-    /// Whether the time is over, and then for good.
+    /// Whether the time limit has passed. Once true, it stays true.
     fn is_over(&mut self) -> bool {
         let Some(deadline) = self.rules.deadline else { return false };
         if self.tried != u32::MAX {
@@ -171,19 +177,19 @@ impl<C: FlipCost> Search<'_, '_, C> {
         self.tried == u32::MAX
     }
 
-    fn judge(&mut self) {
-        let change = total(&self.row);
-        // A later row has to be better by more than rounding.
-        let better = self.best.as_ref().is_none_or(|row| {
-            let best = total(row).gain();
+    fn evaluate(&mut self) {
+        let change = total(&self.sequence);
+        // A later sequence must be better by more than rounding.
+        let better = self.best.as_ref().is_none_or(|sequence| {
+            let best = total(sequence).gain();
             change.gain() > best + 1e-10 * best.abs()
         });
         if better && self.rules.is_gain(change) {
-            self.best = Some(self.row.clone());
+            self.best = Some(self.sequence.clone());
         }
     }
 
-    fn go_on(&mut self, trial: &mut Trial<'_, C>, quad: &Quad) {
+    fn search_sides(&mut self, state: &mut FlipState<'_, C>, quad: &Quad) {
         let known = self.open.len();
         for side in quad.sides {
             if !self.open.contains(&side.edge()) {
@@ -192,8 +198,8 @@ impl<C: FlipCost> Search<'_, '_, C> {
         }
         for i in 0..self.open.len() {
             let edge = self.open[i];
-            if self.row.last().is_none_or(|&(last, _)| last != edge) {
-                self.extend(trial, edge);
+            if self.sequence.last().is_none_or(|&(last, _)| last != edge) {
+                self.extend(state, edge);
             }
         }
         self.open.truncate(known);

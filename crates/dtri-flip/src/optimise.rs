@@ -1,5 +1,4 @@
-//! From a mesh to a better one: the greedy run, look-ahead, rebuilding, and annealing, one after the
-//! other.
+//! The pipeline: greedy descent with look-ahead, then rebuilding, then annealing.
 
 use core::ops::ControlFlow;
 
@@ -10,21 +9,19 @@ use crate::cost::FlipCost;
 use crate::error::FlipError;
 use crate::greedy;
 use crate::options::FlipOptions;
-use crate::rebuild;
+use crate::progress::{Monitor, Progress};
 use crate::report::{FlipReport, Stop};
+use crate::ruin_recreate;
 use crate::rules::Rules;
 use crate::run::Run;
-use crate::watch::{Progress, Watch};
 
-/// Flips edges until no allowed flip lowers the cost; see [`FlipOptions`] for all that can be
-/// asked for.
+/// Flips edges until no allowed flip lowers the cost; see [`FlipOptions`].
 ///
-/// Handles of vertices, edges and faces stay valid, and so do attributes on vertices. Isolated
-/// vertices and removed elements are left alone; boundary edges stay. The same input gives the
-/// same result for any number of threads.
+/// Vertices do not move. Handles of vertices, edges and faces stay valid, and so do vertex
+/// attributes. Boundary edges never flip. The result has the same bits for any number of threads.
 ///
 /// # Errors
-/// An option is out of range or does not fit the mesh. The mesh is unchanged then.
+/// An option is out of range or does not fit the mesh. The mesh is then unchanged.
 pub fn optimise<C: FlipCost>(
     mesh: &mut TriMesh,
     cost: &C,
@@ -33,8 +30,8 @@ pub fn optimise<C: FlipCost>(
     optimise_with(mesh, cost, options, &mut |_| ControlFlow::Continue(()))
 }
 
-/// As [`optimise`], telling `progress` now and then where it is. When that returns
-/// [`ControlFlow::Break`], the run stops with the best mesh it has.
+/// As [`optimise`], with progress reports. When `progress` returns [`ControlFlow::Break`], the run stops
+/// with the best mesh so far.
 ///
 /// # Errors
 /// As [`optimise`].
@@ -45,22 +42,22 @@ pub fn optimise_with<C: FlipCost>(
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<FlipReport, FlipError> {
     options.check(mesh.topology().edge_capacity())?;
-    let mut watch = Watch::new(options, progress);
-    let rules = Rules::new(mesh, cost, options, watch.deadline());
+    let mut monitor = Monitor::new(options, progress);
+    let rules = Rules::new(mesh, cost, options, monitor.deadline());
     let mut run = Run::new(mesh, rules);
     let cost_before = run.running_cost;
-    let mut stop = descend(&mut run, &mut watch);
+    let mut stop = descend(&mut run, &mut monitor);
     let mut rebuilt = 0;
     if let Some(settings) = &options.rebuild
         && matches!(stop, Stop::LocalMinimum | Stop::CycleGuard)
     {
-        (stop, rebuilt) = rebuild::run(&mut run, settings, stop, &mut watch);
+        (stop, rebuilt) = ruin_recreate::run(&mut run, settings, stop, &mut monitor);
     }
     let mut annealed_flips = 0;
     if let Some(settings) = &options.anneal
         && matches!(stop, Stop::LocalMinimum | Stop::CycleGuard)
     {
-        (stop, annealed_flips) = anneal::run(&mut run, settings, stop, &mut watch);
+        (stop, annealed_flips) = anneal::run(&mut run, settings, stop, &mut monitor);
     }
     Ok(FlipReport {
         cost_before,
@@ -69,28 +66,28 @@ pub fn optimise_with<C: FlipCost>(
         rebuilt,
         annealed_flips,
         locked_edges: run.rules.locked.as_slice().iter().filter(|&&locked| locked).count(),
-        refused: run.refused,
+        rejected: run.rejected,
         stop,
     })
 }
 
-/// Greedy, with look-ahead if that was asked for; never worse than without.
+/// Greedy descent, with look-ahead if requested. The result is never worse than without look-ahead.
 ///
-/// A row of flips that is taken early may lead to a worse minimum than single flips would have.
-/// So both ways are tried, and where the plain one gets lower, look-ahead goes on from its end.
-fn descend<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
+/// An early sequence of flips may lead to a worse minimum than single flips. So both variants run. If
+/// the plain variant ends lower, look-ahead continues from its result.
+fn descend<C: FlipCost>(run: &mut Run<'_, C>, monitor: &mut Monitor<'_>) -> Stop {
     if run.rules.options.look_ahead < 2 {
-        return greedy::run(run, 1, watch);
+        return greedy::run(run, 1, monitor);
     }
-    let (start, start_refused) = (run.running_cost, run.refused);
-    let plain_stop = greedy::run(run, 1, watch);
+    let (start, start_refused) = (run.running_cost, run.rejected);
+    let plain_stop = greedy::run(run, 1, monitor);
     if !matches!(plain_stop, Stop::LocalMinimum | Stop::CycleGuard) {
         return plain_stop;
     }
-    let (plain_cost, plain_refused) = (run.total(), run.refused);
+    let (plain_cost, plain_refused) = (run.total(), run.rejected);
     let plain_flips = run.log.clone();
     run.start_over(start, start_refused);
-    let stop = greedy::run(run, run.rules.options.look_ahead, watch);
+    let stop = greedy::run(run, run.rules.options.look_ahead, monitor);
     if run.total() <= plain_cost {
         return stop;
     }
@@ -98,6 +95,6 @@ fn descend<C: FlipCost>(run: &mut Run<'_, C>, watch: &mut Watch<'_>) -> Stop {
     run.repeat(&plain_flips);
     match stop {
         Stop::TimeLimit | Stop::Cancelled => stop,
-        _ => greedy::run(run, run.rules.options.look_ahead, watch),
+        _ => greedy::run(run, run.rules.options.look_ahead, monitor),
     }
 }

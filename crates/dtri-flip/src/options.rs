@@ -1,4 +1,4 @@
-//! What a run may be told.
+//! Options of a run.
 
 use core::time::Duration;
 
@@ -6,42 +6,39 @@ use mesh_core::EdgeMap;
 
 use crate::error::FlipError;
 
-/// How to run; the default is the plain greedy run of DHKL01 with an exact queue.
+/// Options of a run. The default is the greedy algorithm of DHKL01 with an exact queue.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FlipOptions {
-    /// How many flips in a row are tried where no single one lowers the cost, up to
-    /// [`FlipOptions::MAX_LOOK_AHEAD`]. 1 is the plain greedy run, 2 the look-ahead of DHKL01; the
-    /// effort grows about sixfold with each step.
+    /// Largest number of flips in a sequence, where no single flip lowers the cost; at most
+    /// [`FlipOptions::MAX_LOOK_AHEAD`]. 1 is plain greedy descent, 2 is the look-ahead of DHKL01. Each
+    /// further flip multiplies the effort by about 6.
     pub look_ahead: usize,
-    /// Rebuilding patch after patch after the greedy run; the result is never worse than without.
-    /// The best there is against deep minima.
+    /// Ruin and recreate after the greedy run. The result is never worse than without. This is the
+    /// strongest strategy against deep local minima.
     pub rebuild: Option<Rebuild>,
-    /// Simulated annealing after that; the result is never worse than without.
+    /// Simulated annealing after that. The result is never worse than without.
     pub anneal: Option<Anneal>,
-    /// Edges between faces whose normals differ by more than this, in radians, are feature edges
-    /// and never flip.
+    /// Dihedral angle, in radians, above which an edge is a feature edge and never flips.
     pub feature_angle: Option<f64>,
-    /// Edges marked here never flip.
+    /// Marked edges never flip.
     pub locked: Option<EdgeMap<bool>>,
-    /// The largest angle, in radians, that a new face may make with the quadrilateral it is half
-    /// of, unless the old faces made a larger one. The quadrilateral's direction is its vector
-    /// area, which a flip does not change. Below a right angle, no face can be folded back.
+    /// Largest angle, in radians, between the normal of a new face and its quadrilateral, unless an
+    /// old face makes a larger one. The normal of the quadrilateral is its vector area, which a flip
+    /// does not change. Below a right angle, no face can fold back.
     pub max_fold: Option<f64>,
-    /// Refuse flips whose new triangles would cross or touch other triangles of the mesh. Exact,
-    /// whatever the coordinates.
+    /// Reject flips whose new triangles cross or touch other triangles of the mesh. The test is exact.
     pub forbid_intersections: bool,
-    /// Which of the flips with the same gain comes first.
+    /// Order of flips with equal gains.
     pub ties: Ties,
-    /// Which gains are computed again after a flip.
+    /// The gains that are computed again after a flip.
     pub update: Update,
-    /// Stop after this many flips.
+    /// Stop after this number of flips.
     pub max_flips: Option<u64>,
-    /// Stop after this time. The only option that makes results depend on the machine.
+    /// Stop after this time. Only this option makes results depend on the machine.
     pub time_limit: Option<Duration>,
-    /// An edge that has flipped this often rests, which guarantees that every run ends. By default
-    /// 100 times for potentials, which hardly ever get there, and 8 times for other costs, which
-    /// may go in circles.
+    /// Largest number of flips per edge, which guarantees termination. The default is 100 for
+    /// potentials, which rarely reach it, and 8 for other costs, which may cycle.
     pub max_flips_per_edge: Option<u32>,
 }
 
@@ -65,7 +62,7 @@ impl Default for FlipOptions {
 }
 
 impl FlipOptions {
-    /// The largest look-ahead. There are about a million rows of that length from each edge.
+    /// The largest look-ahead. About a million sequences of that length start at each edge.
     pub const MAX_LOOK_AHEAD: usize = 8;
 
     /// Checks the options against the size of a mesh.
@@ -95,19 +92,19 @@ impl FlipOptions {
 
 /// A schedule for simulated annealing (Kirkpatrick, Gelatt and Vecchi 1983).
 ///
-/// Each round starts from the best mesh so far. It flips random edges: always where that lowers
-/// the cost, else with probability `exp(-rise / T)`. The temperature T falls by the same factor in
-/// each step, from `start` to `end`, both in units of the mean absolute change that a flip of the
-/// best mesh would make. A greedy run ends the round, and what is not better is undone. So the
-/// result is never worse than that of the greedy run, and the same seed always gives the same one.
+/// Each round starts from the best mesh so far. It flips random edges: always if that lowers the cost,
+/// else with probability `exp(-rise / T)`. The temperature T falls geometrically from `start` to
+/// `end`, in units of the mean absolute change that a flip of the best mesh would make. Greedy descent
+/// ends the round. A round that does not improve the mesh is undone, so the result is never worse
+/// than that of greedy descent. The same seed gives the same result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Anneal {
-    /// Where the random numbers start.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// How many rounds.
+    /// Number of rounds.
     pub rounds: usize,
-    /// How many flips are tried in a round, per edge of the mesh.
+    /// Number of trial flips per round and edge of the mesh.
     pub steps_per_edge: usize,
     /// The first temperature.
     pub start: f64,
@@ -135,28 +132,26 @@ impl Anneal {
 
 /// Ruin and recreate (Schrimpf, Schneider, Stamm-Wilbrandt and Dueck 2000).
 ///
-/// Each round takes the vertices of a patch out of the triangulation, by flips, and puts them back one
-/// after the other, each where it costs least, with flips and moves of its neighbours in between.
-/// What has not lowered the cost, or breaks one of the rules that single flips obey, is undone. Patches
-/// are of all sizes from three vertices to `largest`; vertices at the boundary, at feature edges and
-/// locked ones stay in.
+/// Each round removes the vertices of a patch from the triangulation by flips. Then it inserts them one
+/// by one where each costs least, with flips and relocations of its neighbours. A round is undone if it
+/// does not lower the cost or violates a constraint on single flips. Patches have from three to `largest`
+/// vertices. Vertices at the boundary, at feature edges and at locked edges stay.
 ///
 /// For points of a convex surface this finds the convex hull, the minimum of F2 and F3, from any
-/// triangulation; see `cargo run -p benches -- convex-study`. A closed mesh is taken to have its faces outward, and
-/// is never turned inside out. The result is never worse than that of the greedy run, and the same
-/// seed always gives the same one.
+/// triangulation; see `cargo run -p benches -- convex-study`. The faces of a closed mesh must point outwards; the
+/// mesh is never turned inside out. The result is never worse than that of greedy descent. The same seed
+/// gives the same result.
 ///
-/// The effort grows with the number of vertices, and a little with `largest`: now and then a vertex looks
-/// at all faces of its patch when it comes back.
+/// The effort is proportional to the number of vertices and grows slowly with `largest`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rebuild {
-    /// Where the random numbers start.
+    /// Seed of the random numbers.
     pub seed: u64,
-    /// How often a vertex is taken out, in the mean, without anything getting better before that is
-    /// the end. For small meshes more often, since there that takes no time: 600 vertices in all.
+    /// The search ends when each vertex was removed this many times on average without improvement,
+    /// but not before 600 removals in total.
     pub effort: usize,
-    /// How many vertices are taken out at once at most.
+    /// Largest number of vertices in a patch.
     pub largest: usize,
 }
 
@@ -180,30 +175,29 @@ impl Rebuild {
     }
 }
 
-/// Which of the flips with the same gain comes first. Gains that agree in about ten digits count as
-/// the same, so that rounding does not decide.
+/// Order of flips with equal gains. Gains that agree to about ten digits are equal, so that rounding does
+/// not decide.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Ties {
-    /// That of the edge with the smaller id.
+    /// By edge id.
     #[default]
     EdgeId,
-    /// That of the edge which comes first in a random order of all edges, made from this seed.
+    /// By a random permutation of the edges with this seed.
     Seeded(u64),
 }
 
-/// Which gains are computed again after a flip.
+/// The gains that are computed again after a flip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Update {
-    /// All that the flip affects, by the [reach](crate::Reach) of the cost.
+    /// All gains that the flip affects, by the [stencil](crate::Stencil) of the cost.
     #[default]
     Exact,
-    /// The 2-neighbourhood of the edge, as DHKL01 do. Gains of costs with a longer reach get
-    /// stale: the order of flips is the paper's, but a flip that would not lower the cost any more
-    /// when its turn comes is refused. For reproduction only; with look-ahead it counts for the
-    /// first step.
+    /// The 2-neighbourhood of the edge, as in DHKL01. For costs with a larger stencil, gains become
+    /// stale. The order of flips is then that of the paper, but a flip that no longer lowers the cost
+    /// is rejected. For reproduction only. With look-ahead it applies to the first flip.
     TwoNeighbourhood,
 }

@@ -1,8 +1,8 @@
-//! The quadrilateral round an edge: all that a flip touches.
+//! The quadrilateral around an edge.
 
 use mesh_core::{EdgeId, HalfEdgeId, Topology, VertexId};
 
-/// An edge between two triangles and the quadrilateral they form.
+/// An interior edge and the quadrilateral of its two triangles.
 ///
 /// ```text
 ///            c
@@ -17,16 +17,14 @@ use mesh_core::{EdgeId, HalfEdgeId, Topology, VertexId};
 pub struct Quad {
     /// The edge.
     pub edge: EdgeId,
-    /// `[a, b, c, d]`: the edge runs from `a` to `b`, the apex to its left is `c`, that to its
-    /// right `d`.
+    /// `[a, b, c, d]`: the edge runs from `a` to `b`; `c` is the left apex, `d` the right apex.
     pub corners: [VertexId; 4],
-    /// The half-edges of the two triangles that are not the edge: `b -> c`, `c -> a`, `a -> d`,
-    /// `d -> b`.
+    /// The other half-edges of the two triangles: `b -> c`, `c -> a`, `a -> d`, `d -> b`.
     pub sides: [HalfEdgeId; 4],
 }
 
 impl Quad {
-    /// The quadrilateral round an edge; `None` for a boundary edge.
+    /// The quadrilateral around an edge; `None` for a boundary edge.
     #[inline]
     #[must_use]
     pub fn around(topology: &Topology, edge: EdgeId) -> Option<Self> {

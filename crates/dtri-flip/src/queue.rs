@@ -1,12 +1,11 @@
-//! An indexed priority queue: a four-ary heap that knows where each item is.
+//! Indexed priority queue: a four-ary heap with the position of each item.
 
-/// Items `0..count` with a key each, the largest key first; of equal keys, the smallest item.
-///
-/// The order is total, so what comes out does not depend on the order in which keys went in.
+/// Items `0..count` with one key each, largest key first. Equal keys are ordered by item, so the order
+/// does not depend on the history of insertions.
 #[derive(Clone, Debug)]
 pub(crate) struct IndexedQueue {
     heap: Vec<Entry>,
-    /// Where an item stands in the heap; `ABSENT` when it does not.
+    /// Position of each item in the heap, or `ABSENT`.
     place: Vec<u32>,
 }
 
@@ -27,7 +26,7 @@ const ABSENT: u32 = u32::MAX;
 const ARITY: usize = 4;
 
 impl IndexedQueue {
-    /// A queue of the items that have a key. Keys must not be NaN; those that are count as none.
+    /// A queue of the items that have a key. NaN counts as no key.
     pub(crate) fn new(keys: impl Iterator<Item = Option<f64>>) -> Self {
         let mut queue = Self { heap: Vec::new(), place: Vec::new() };
         for (item, key) in keys.enumerate() {
@@ -47,14 +46,14 @@ impl IndexedQueue {
         self.heap.len()
     }
 
-    /// Takes out the item that comes first, with its key.
+    /// Removes the first item and returns it with its key.
     pub(crate) fn pop(&mut self) -> Option<(u32, f64)> {
         let Entry { key, item } = *self.heap.first()?;
         self.remove(item);
         Some((item, key))
     }
 
-    /// Gives an item a key, or takes it out. A key that is NaN counts as none.
+    /// Sets the key of an item, or removes the item. NaN counts as no key.
     pub(crate) fn set(&mut self, item: u32, key: Option<f64>) {
         let Some(key) = key.filter(|key| !key.is_nan()) else {
             self.remove(item);
@@ -82,7 +81,7 @@ impl IndexedQueue {
         }
     }
 
-    /// Puts an entry where another one stood and lets it find its level.
+    /// Replaces the entry at a position and restores the heap order.
     fn replace(&mut self, place: usize, entry: Entry) {
         let rises = entry.precedes(self.heap[place]);
         self.put(place, entry);

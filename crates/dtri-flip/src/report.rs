@@ -1,57 +1,57 @@
-//! What a run did.
+//! Report of a run.
 
 /// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FlipReport {
-    /// The cost of the mesh as it was given.
+    /// Cost of the input mesh.
     pub cost_before: f64,
-    /// The cost of the mesh as it is now, computed afresh. Where all flips were undone again it may
-    /// differ from `cost_before` in the last bits: the sums run in another order.
+    /// Cost of the output mesh, computed from scratch. If all flips were undone it may differ from
+    /// `cost_before` in the last bits, because sums run in another order.
     pub cost_after: f64,
-    /// The number of flips that lead from one to the other.
+    /// Number of flips from input to output.
     pub flips: u64,
-    /// How many rounds of rebuilding have lowered the cost. 0: none was asked for, or none has.
+    /// Number of rebuilding rounds that lowered the cost.
     pub rebuilt: u64,
-    /// How many flips come from the last annealing round that was kept, and the greedy run after
-    /// it. 0: annealing found nothing better than the greedy run.
+    /// Number of flips of the last annealing round that was kept and the greedy descent after it. 0 if
+    /// annealing found no lower cost.
     pub annealed_flips: u64,
-    /// The number of feature and locked edges, which were never considered.
+    /// Number of feature edges and locked edges.
     pub locked_edges: usize,
-    /// How often the flip that would have come next was refused, by reason.
-    pub refused: Refused,
-    /// Why the run ended.
+    /// Number of rejected flips, by reason.
+    pub rejected: Rejections,
+    /// Reason why the run ended.
     pub stop: Stop,
 }
 
-/// Counts of flips that would have lowered the cost but were refused.
+/// Numbers of flips that would lower the cost but were rejected, by reason.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Refused {
-    /// An end of the edge has three edges only.
+pub struct Rejections {
+    /// An end of the edge has valence three.
     pub valence_three: u64,
-    /// The other diagonal is an edge already.
+    /// The other diagonal is already an edge.
     pub diagonal_exists: u64,
-    /// A new face would have had no area.
+    /// A new face would be degenerate.
     pub flat: u64,
-    /// A face would have turned too far; see [`FlipOptions::max_fold`](crate::FlipOptions).
+    /// A face would turn by more than the limit; see [`FlipOptions::max_fold`](crate::FlipOptions).
     pub fold: u64,
-    /// A new triangle would have crossed another one.
+    /// A new triangle would cross another triangle.
     pub intersection: u64,
-    /// The edge had flipped too often;
-    /// see [`FlipOptions::max_flips_per_edge`](crate::FlipOptions).
+    /// The edge has reached the limit of flips per edge; see
+    /// [`FlipOptions::max_flips_per_edge`](crate::FlipOptions).
     pub cycle: u64,
-    /// The flip back would have been a gain, too: both were rounding.
+    /// Flipping back would be a gain as well: both gains are rounding.
     pub rounding: u64,
-    /// The gain was not what the queue said and the flip did not lower the cost any more. Only
-    /// with [`Update::TwoNeighbourhood`](crate::Update).
+    /// The gain in the queue was stale and the flip no longer lowers the cost. Only with
+    /// [`Update::TwoNeighbourhood`](crate::Update).
     pub stale: u64,
 }
 
-impl Refused {
-    /// All counts with the name of their reason, in the order of the fields.
+impl Rejections {
+    /// All counts with the names of their reasons.
     pub fn by_reason(&self) -> [(&'static str, u64); 8] {
-        // Taken apart, so that no field can be forgotten.
+        // Destructured, so that the compiler finds a forgotten field.
         let Self {
             valence_three,
             diagonal_exists,
@@ -75,20 +75,20 @@ impl Refused {
     }
 }
 
-/// Why a run ended.
+/// Reason why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Stop {
-    /// No allowed flip, or row of flips looked ahead, lowers the cost.
+    /// No allowed flip or sequence of flips lowers the cost.
     LocalMinimum,
-    /// As `LocalMinimum`, but some edges rest only because they had flipped too often.
+    /// As `LocalMinimum`, but some edges stay only because they reached the limit of flips per edge.
     CycleGuard,
-    /// The largest number of flips was reached.
+    /// The limit of flips was reached.
     FlipLimit,
-    /// The time was over.
+    /// The time limit was reached.
     TimeLimit,
-    /// The caller said so.
+    /// The caller cancelled the run.
     Cancelled,
 }
 

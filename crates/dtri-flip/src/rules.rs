@@ -1,30 +1,30 @@
-//! What every flip of a run has to obey, and what counts as a gain.
+//! Constraints on every flip of a run, and the smallest gain that counts.
 
 use std::time::Instant;
 
 use mesh_core::edit::LegalFlip;
 use mesh_core::{EdgeId, EdgeMap, FaceTree, Topology, TriMesh, VertexId};
 
+use crate::blocked_edges::Rejection;
 use crate::cost::{Change, FlipCost};
 use crate::features::locked_edges;
-use crate::fold::{flattens, folds, is_flat};
-use crate::intersection::crossed_by_flip;
+use crate::fold::{folds, is_degenerate, makes_degenerate};
 use crate::options::FlipOptions;
 use crate::quad::Quad;
-use crate::waiting::Refusal;
+use crate::self_intersection::crossed_by_flip;
 
-/// The part of a run that trying out flips does not change, so that many can be tried at once.
+/// The part of a run that trial flips do not change, so that threads can share it.
 pub(crate) struct Rules<'a, C: FlipCost> {
     pub(crate) cost: &'a C,
     pub(crate) options: &'a FlipOptions,
     pub(crate) locked: EdgeMap<bool>,
-    /// How often each edge has flipped.
+    /// Number of flips of each edge.
     pub(crate) flips_of_edge: EdgeMap<u32>,
-    /// When the time is over.
+    /// The end of the time limit.
     pub(crate) deadline: Option<Instant>,
-    /// Smaller gains are rounding.
+    /// Gains below this are rounding.
     noise: f64,
-    /// Smaller distances are rounding.
+    /// Distances below this are rounding.
     resolution: f64,
     max_flips_per_edge: u32,
 }
@@ -47,12 +47,12 @@ impl<'a, C: FlipCost> Rules<'a, C> {
             max_flips_per_edge: options.max_flips_per_edge.unwrap_or(if cost.is_potential() {
                 FLIPS_PER_EDGE
             } else {
-                FLIPS_PER_EDGE_IN_CIRCLES
+                FLIPS_PER_EDGE_WITH_CYCLES
             }),
         }
     }
 
-    /// The quadrilateral of an edge that may flip as far as locks and boundary go.
+    /// The quadrilateral of an edge that is neither locked nor on the boundary.
     #[inline]
     pub(crate) fn quad(&self, topology: &Topology, edge: EdgeId) -> Option<Quad> {
         if self.locked[edge] || !topology.contains_edge(edge) {
@@ -61,7 +61,7 @@ impl<'a, C: FlipCost> Rules<'a, C> {
         Quad::around(topology, edge)
     }
 
-    /// What the flip of an edge would change, legal or not.
+    /// The change that the flip of an edge would make, legal or not.
     #[inline]
     pub(crate) fn change(&self, mesh: &TriMesh, cache: &C::Cache, edge: EdgeId) -> Option<Change> {
         self.quad(mesh.topology(), edge).map(|quad| self.cost.change(mesh, cache, &quad))
@@ -73,47 +73,48 @@ impl<'a, C: FlipCost> Rules<'a, C> {
         change.gain() > self.noise + RELATIVE_NOISE * (change.before.abs() + change.after.abs())
     }
 
-    /// Whether a triangle has no area, as far as the coordinates tell.
-    pub(crate) fn is_flat(&self, mesh: &TriMesh, triangle: [VertexId; 3]) -> bool {
-        is_flat(mesh, triangle, self.resolution)
+    /// Whether the height of a triangle is below the resolution of the coordinates.
+    pub(crate) fn is_degenerate(&self, mesh: &TriMesh, triangle: [VertexId; 3]) -> bool {
+        is_degenerate(mesh, triangle, self.resolution)
     }
 
-    /// Whether an edge may flip: the check of the mesh, and the guards that were asked for.
+    /// Whether an edge may flip: the check of the mesh and the constraints of the options.
     pub(crate) fn allow(
         &self,
         mesh: &TriMesh,
         tree: Option<&FaceTree>,
         edge: EdgeId,
-    ) -> Result<LegalFlip, Refusal> {
-        let quad = self.quad(mesh.topology(), edge).ok_or(Refusal::Never)?;
+    ) -> Result<LegalFlip, Rejection> {
+        let quad = self.quad(mesh.topology(), edge).ok_or(Rejection::Never)?;
         let flip = mesh.topology().check_flip(edge)?;
         if self.flips_of_edge[edge] >= self.max_flips_per_edge {
-            return Err(Refusal::Cycle);
+            return Err(Rejection::Cycle);
         }
-        if flattens(mesh, &quad, self.resolution) {
-            return Err(Refusal::Flat);
+        if makes_degenerate(mesh, &quad, self.resolution) {
+            return Err(Rejection::Flat);
         }
         if self.options.max_fold.is_some_and(|limit| folds(mesh, &quad, limit)) {
-            return Err(Refusal::Fold);
+            return Err(Rejection::Fold);
         }
         match tree.and_then(|tree| crossed_by_flip(tree, mesh, &quad)) {
-            Some(face) => Err(Refusal::Intersection(face)),
+            Some(face) => Err(Rejection::Intersection(face)),
             None => Ok(flip),
         }
     }
 }
 
-/// Relative rounding of the sums that a change consists of.
+/// Relative rounding error of the sums in a change.
 const RELATIVE_NOISE: f64 = 1e-12;
 
-/// How often an edge may flip by default, for potentials and for other costs.
+/// Default limit of flips per edge for a potential.
 const FLIPS_PER_EDGE: u32 = 100;
-const FLIPS_PER_EDGE_IN_CIRCLES: u32 = 8;
+/// Default limit of flips per edge for a cost that may cycle.
+const FLIPS_PER_EDGE_WITH_CYCLES: u32 = 8;
 
-/// The gain that rounding the coordinates could make.
+/// The gain that rounding of the coordinates can make.
 ///
-/// Rounding changes a length by the [`resolution`]; a cost with the unit length^k changes by about
-/// that times l^(k-1), where l is the typical edge length.
+/// Rounding changes a length by the [`resolution`]. A cost with the unit length^k then changes by about
+/// the resolution times l^(k-1), where l is the mean edge length.
 fn noise_floor(mesh: &TriMesh, length_exponent: i32) -> f64 {
     let topology = mesh.topology();
     let lengths = topology.edges().map(|e| {
@@ -125,7 +126,7 @@ fn noise_floor(mesh: &TriMesh, length_exponent: i32) -> f64 {
     if floor.is_finite() { floor } else { 0.0 }
 }
 
-/// Distances that sums and products of a few coordinates of the mesh's faces cannot tell from 0.
+/// Rounding error of a distance that is computed from a few coordinates of the mesh.
 fn resolution(mesh: &TriMesh) -> f64 {
     let bounds = mesh.bounding_box();
     let size = bounds.map_or(0.0, |box_| box_.min.abs().max(box_.max.abs()).max_element());

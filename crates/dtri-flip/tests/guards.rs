@@ -106,7 +106,7 @@ fn fold_guard_keeps_faces_near_their_quadrilateral() {
             let one = FlipOptions { max_flips: Some(flips), ..options.clone() };
             let report = optimise(&mut copy, &AbsMean, &one).unwrap();
             if report.flips < flips {
-                refused += report.refused.fold;
+                refused += report.rejected.fold;
                 break;
             }
             let changed =
@@ -208,7 +208,7 @@ fn guard_introduces_no_self_intersection() {
             println!(
                 "{name} {cost}: {before} crossings before, {free} without guard, {guarded} with it, \
                  {} flips, {} refused",
-                report.flips, report.refused.intersection
+                report.flips, report.rejected.intersection
             );
             assert!(guarded <= before);
             without += free;

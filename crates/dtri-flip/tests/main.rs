@@ -1,9 +1,9 @@
 //! The tests of this crate, in one program: it is linked once.
 
 mod common;
-mod crowded;
 mod guards;
-mod rebuild;
+mod high_valence;
+mod ruin_recreate;
 mod runs;
 mod serde;
 mod seven_points;

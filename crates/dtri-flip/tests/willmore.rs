@@ -100,7 +100,7 @@ fn the_cycling_example_ends_and_says_why() {
         println!("seed {seed}: {} flips, {}", report.flips, report.stop);
         let limit = 8 * mesh.topology().edge_count() as u64;
         assert!(report.flips <= limit);
-        assert_eq!(report.stop == Stop::CycleGuard, report.refused.cycle > 0);
+        assert_eq!(report.stop == Stop::CycleGuard, report.rejected.cycle > 0);
         guarded += u32::from(report.stop == Stop::CycleGuard);
     }
     assert!(guarded > 0, "none of the runs went in circles");

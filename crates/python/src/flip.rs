@@ -111,7 +111,7 @@ pub(crate) fn flip<'py>(
 
 /// What is left to do shrinks; what is done is the rest of the most that there ever was.
 fn state(now: Progress, most: &mut u64) -> State {
-    *most = now.waiting.max(*most);
+    *most = now.remaining.max(*most);
     let phase = match now.phase {
         Phase::Greedy => "greedy",
         Phase::Rebuilding => "rebuilding",
@@ -119,7 +119,7 @@ fn state(now: Progress, most: &mut u64) -> State {
     };
     State {
         phase,
-        fraction: 1.0 - now.waiting as f64 / *most as f64,
+        fraction: 1.0 - now.remaining as f64 / *most as f64,
         faces: None,
         steps: now.flips,
         cost: Some(now.cost),
@@ -136,7 +136,7 @@ fn told<'py>(py: Python<'py>, report: &FlipReport) -> PyResult<Bound<'py, PyDict
     found.set_item("stop", report.stop.to_string())?;
     found.set_item("rebuilt", report.rebuilt)?;
     let refused = PyDict::new(py);
-    for (reason, count) in report.refused.by_reason().into_iter().filter(|&(_, count)| count > 0) {
+    for (reason, count) in report.rejected.by_reason().into_iter().filter(|&(_, count)| count > 0) {
         refused.set_item(reason, count)?;
     }
     found.set_item("refused", refused)?;

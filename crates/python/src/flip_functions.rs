@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use dtri_flip::{Change, FlipCost, Quad, Reach};
+use dtri_flip::{Change, FlipCost, Quad, Stencil};
 use mesh_core::glam::DVec3;
 use mesh_core::{EdgeId, HalfEdgeId, TriMesh};
 use numpy::{PyReadonlyArray1, PyUntypedArrayMethods};
@@ -179,10 +179,10 @@ impl FlipCost for FunctionCost {
         }
     }
 
-    fn reach(&self) -> Reach {
+    fn stencil(&self) -> Stencil {
         match self.terms {
-            Terms::Faces => Reach::Triangles,
-            Terms::Edges => Reach::AdjacentTriangles,
+            Terms::Faces => Stencil::Triangles,
+            Terms::Edges => Stencil::AdjacentTriangles,
         }
     }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use dcurv::{CurvatureOptions, Curvatures};
 use dtri_flip::{
-    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Refused, Ties,
+    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Rejections, Ties,
 };
 use glam::DVec3;
 use indicatif::ProgressBar;
@@ -262,9 +262,9 @@ fn show(bar: &ProgressBar, now: Progress) -> ControlFlow<()> {
         Phase::Rebuilding => "rebuilding",
         _ => "annealing",
     });
-    let most = bar.length().unwrap_or(0).max(now.waiting);
+    let most = bar.length().unwrap_or(0).max(now.remaining);
     bar.set_length(most);
-    bar.set_position(most - now.waiting);
+    bar.set_position(most - now.remaining);
     interrupt::flow()
 }
 
@@ -278,14 +278,14 @@ impl Results {
             stop: flipped.stop.to_string(),
             locked_edges: flipped.locked_edges,
             rebuilt: flipped.rebuilt,
-            rejected: rejected(&flipped.refused),
+            rejected: rejected(&flipped.rejected),
         }
     }
 }
 
-/// Refused flips by reason, those that occurred.
-fn rejected(refused: &Refused) -> BTreeMap<&'static str, u64> {
-    refused.by_reason().into_iter().filter(|&(_, count)| count > 0).collect()
+/// Rejected flips by reason, without zero counts.
+fn rejected(rejections: &Rejections) -> BTreeMap<&'static str, u64> {
+    rejections.by_reason().into_iter().filter(|&(_, count)| count > 0).collect()
 }
 
 fn summary(report: &Report<Results>) -> String {

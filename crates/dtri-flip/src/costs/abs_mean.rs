@@ -7,8 +7,8 @@ use super::edge_term::EdgeTerm;
 
 /// `F2 = sum over vertices of |Hbar|`, with `|Hbar| = 1/4 sum of |e| |beta|` (DHKL01 sec. 3).
 ///
-/// Every edge between two triangles counts at both ends, so `F2 = 1/2 sum over edges of
-/// |e| |beta|`, with the dihedral angles `beta`; boundary edges have none. In model units.
+/// Each interior edge counts at both ends, so `F2 = 1/2 sum over edges of |e| |beta|`, with the
+/// dihedral angles `beta`. Boundary edges have no dihedral angle. In model units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AbsMean;
 

@@ -1,4 +1,4 @@
-//! Costs that are sums over the edges between two triangles of a function of their four vertices.
+//! Costs that are sums over interior edges of a function of the four vertices of each edge.
 
 use core::iter::zip;
 
@@ -6,13 +6,13 @@ use glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Handle, TriMesh, parallel};
 
 use super::edge_term::EdgeTerm;
-use super::hinges::{Hinges, Quads};
-use crate::cost::{Change, FlipCost, Reach};
+use super::simd_batch::{EdgeBatch, QuadBatch};
+use crate::cost::{Change, FlipCost, Stencil};
 use crate::quad::Quad;
 
-/// The terms of the edges of a mesh, and what a flip does to them.
+/// The terms of all edges, and their change by a flip.
 pub(crate) trait EdgeSum: EdgeTerm {
-    /// The terms of up to `N` edges as they are; 0 for edges that are not between two triangles.
+    /// The current terms of up to `N` edges; 0 for boundary edges.
     #[inline]
     fn terms_of<const N: usize>(
         &self,
@@ -20,17 +20,17 @@ pub(crate) trait EdgeSum: EdgeTerm {
         edges: impl Iterator<Item = EdgeId>,
     ) -> [f64; N] {
         let topology = mesh.topology();
-        let mut hinges = Hinges::<N>::new();
+        let mut batch = EdgeBatch::<N>::new();
         let mut inside = [false; N];
         for (place, edge) in edges.enumerate().take(N) {
             if topology.contains_edge(edge)
                 && let Some(quad) = Quad::around(topology, edge)
             {
-                hinges.set(place, corner_points(mesh, &quad));
+                batch.set(place, corner_points(mesh, &quad));
                 inside[place] = true;
             }
         }
-        let mut terms = hinges.terms(self);
+        let mut terms = batch.terms(self);
         for (term, inside) in zip(&mut terms, inside) {
             *term = if inside { *term } else { 0.0 };
         }
@@ -47,7 +47,7 @@ pub(crate) trait EdgeSum: EdgeTerm {
         ))
     }
 
-    /// Computes the terms of the edge and of the four sides anew.
+    /// Updates the terms of the edge and its four sides.
     fn update_terms(&self, mesh: &TriMesh, terms: &mut EdgeMap<f64>, flipped: &Quad) {
         let edges = edges(flipped);
         let new_terms = self.terms_of::<8>(mesh, edges.into_iter());
@@ -56,14 +56,14 @@ pub(crate) trait EdgeSum: EdgeTerm {
         }
     }
 
-    /// What the flip does to the terms of the edge and of its four sides.
+    /// Change of the terms of the edge and its four sides.
     #[inline]
     fn change_of_terms(&self, mesh: &TriMesh, terms: &EdgeMap<f64>, quad: &Quad) -> Change {
         let before = sum_before(terms, quad);
         Change { before, after: self.terms_after(mesh, quad).iter().sum() }
     }
 
-    /// The terms after the flip: of the edge, then of the sides; 0 for boundary edges.
+    /// The terms after the flip: the edge, then the sides. 0 for boundary edges.
     #[inline]
     fn terms_after(&self, mesh: &TriMesh, quad: &Quad) -> [f64; 5] {
         let [a, b, c, d] = corner_points(mesh, quad);
@@ -76,10 +76,10 @@ pub(crate) trait EdgeSum: EdgeTerm {
         [turned, side(bc, b, c, d), side(ca, c, a, d), side(ad, a, d, c), side(db, d, b, c)]
     }
 
-    /// [`EdgeSum::terms_after`] of up to [`QUADS`] quadrilaterals side by side.
+    /// [`EdgeSum::terms_after`] of up to [`QUADS`] quadrilaterals, vectorised.
     #[inline]
     fn all_terms_after(&self, mesh: &TriMesh, quads: &[Option<Quad>]) -> [[f64; QUADS]; 5] {
-        let mut block = Quads::<QUADS>::new();
+        let mut block = QuadBatch::<QUADS>::new();
         for (place, quad) in quads.iter().enumerate().take(QUADS) {
             let Some(quad) = quad else { continue };
             block.set(place, corner_points(mesh, quad));
@@ -95,8 +95,7 @@ pub(crate) trait EdgeSum: EdgeTerm {
 
 impl<T: EdgeTerm> EdgeSum for T {}
 
-/// How many quadrilaterals are evaluated side by side: a flip affects 12 others that share an edge
-/// with a face of its own, and itself.
+/// Number of quadrilaterals per vectorised evaluation. A flip affects 13 edges.
 pub(crate) const QUADS: usize = 16;
 
 #[inline]
@@ -105,7 +104,7 @@ fn sum_before(terms: &EdgeMap<f64>, quad: &Quad) -> f64 {
     terms[quad.edge] + terms[bc.edge()] + terms[ca.edge()] + terms[ad.edge()] + terms[db.edge()]
 }
 
-/// Written out, since the compiler keeps a map over the array as a call.
+/// Unrolled by hand: the compiler does not inline a map over the array.
 #[inline]
 fn corner_points(mesh: &TriMesh, quad: &Quad) -> [DVec3; 4] {
     let [a, b, c, d] = quad.corners;
@@ -161,8 +160,8 @@ impl<T: EdgeTerm> FlipCost for T {
         }
     }
 
-    fn reach(&self) -> Reach {
-        Reach::AdjacentTriangles
+    fn stencil(&self) -> Stencil {
+        Stencil::AdjacentTriangles
     }
 
     fn length_exponent(&self) -> i32 {

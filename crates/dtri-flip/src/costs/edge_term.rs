@@ -1,10 +1,10 @@
-//! What a cost that is a sum over edges has to say: the term of one edge.
+//! The term of one edge, for costs that are sums over edges.
 
 use glam::DVec3;
 
-/// The term of one edge, from `a`, `b`, the left apex and the right apex.
+/// The term of one edge from `a` to `b`, with its left and right apex.
 pub(crate) trait EdgeTerm: Sync + Sized {
-    /// The power of a length that a term has as its unit.
+    /// Unit of a term as a power of length.
     const LENGTH_EXPONENT: i32;
 
     fn term(&self, a: DVec3, b: DVec3, left: DVec3, right: DVec3) -> f64;

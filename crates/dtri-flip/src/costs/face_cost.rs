@@ -1,22 +1,22 @@
-//! Costs that are sums over the faces: total area, and the one that Delaunay triangulations lower.
+//! Costs that are sums over faces: the total area and the harmonic index.
 
 use mesh_core::{FaceId, Handle, TriMesh, VertexId, parallel};
 
-use crate::cost::{Change, FlipCost, Reach};
+use crate::cost::{Change, FlipCost, Stencil};
 use crate::quad::Quad;
 
-/// A sum over the faces of a function of their corners.
+/// Sum over the faces of a function of their corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FaceCost(pub FaceFunction);
 
-/// What is summed over the faces.
+/// The summand of a [`FaceCost`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum FaceFunction {
-    /// The area: minimal-area triangulations. In squares of the model unit.
+    /// Area. Minimises the total area. In squares of the model unit.
     Area,
-    /// The sum of the cotangents of the three angles, `(a² + b² + c²) / (4 area)`, the harmonic
-    /// index. Without unit; 10¹⁵ at most, the value for faces without area.
+    /// Sum of the cotangents of the three angles, `(a² + b² + c²) / (4 area)`: the harmonic index.
+    /// No unit. At most 10¹⁵, the value for faces without area.
     ///
     /// In the plane, a flip lowers the sum exactly when the edge violates the Delaunay criterion,
     /// so that the Delaunay triangulation is its only local minimum (Musin 1997). On a surface it
@@ -73,8 +73,8 @@ impl FlipCost for FaceCost {
         }
     }
 
-    fn reach(&self) -> Reach {
-        Reach::Triangles
+    fn stencil(&self) -> Stencil {
+        Stencil::Triangles
     }
 
     fn length_exponent(&self) -> i32 {

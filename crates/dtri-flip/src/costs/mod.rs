@@ -1,10 +1,10 @@
-//! The costs of the papers, and others for comparison.
+//! The costs of the papers, and other costs for comparison.
 
 mod abs_mean;
 mod edge_sum;
 mod edge_term;
 mod face_cost;
-mod hinges;
+mod simd_batch;
 mod vertex_cost;
 mod virtual_willmore;
 mod willmore;

@@ -1,5 +1,5 @@
-//! Costs that are sums over the vertices of a function of their integrated curvatures: F1, F3, and
-//! the absolute Gaussian curvature.
+//! Costs that are sums over vertices of a function of their integrated curvatures: F1, F3 and the absolute
+//! Gaussian curvature.
 
 use core::iter::zip;
 
@@ -8,28 +8,28 @@ use mesh_core::{EdgeId, EdgeMap, Handle, TriMesh, VertexId, VertexMap, parallel}
 
 use super::abs_mean::AbsMean;
 use super::edge_sum::{EdgeSum, QUADS, edges};
-use crate::cost::{Change, FlipCost, Reach};
-use crate::crowded::{CROWDED, flips_between_turns, has_more_faces};
+use crate::cost::{Change, FlipCost, Stencil};
 use crate::fold::twice_vector_area;
+use crate::high_valence::{HIGH_VALENCE, flips_between_refreshes, has_higher_valence};
 use crate::quad::Quad;
 
-/// A sum over the vertices of a function of the integral curvatures and the area of each.
+/// Sum over vertices of a function of the integrated curvatures and the area of each vertex.
 ///
-/// Conventions are those of [`dcurv::Totals`]: at boundary vertices the Gaussian curvature is taken
-/// as 0, and a vertex without area adds nothing to F1.
+/// Conventions as in [`dcurv::Totals`]: the Gaussian curvature of a boundary vertex is 0, and a vertex
+/// without area adds nothing to F1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct VertexCost {
-    /// What is summed.
+    /// The summand.
     pub function: VertexFunction,
-    /// How the area of the faces is shared out. The absolute Gaussian curvature does not need it.
+    /// The area of a vertex. The absolute Gaussian curvature does not use it.
     pub area: VertexArea,
 }
 
-/// What is summed over the vertices.
+/// The summand of a [`VertexCost`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum VertexFunction {
-    /// F1 of DHKL01: `|Hbar|² / S`, which is S times H². Without unit.
+    /// F1 of DHKL01: `|Hbar|² / S`, which is S times H². No unit.
     SquaredMean,
     /// F3 of DHKL01: `2 |Hbar|` where `Kbar >= 0`, else `2 sqrt(|Hbar|² - S Kbar)`, which is S times
     /// `|k1| + |k2|`. In model units.
@@ -40,14 +40,14 @@ pub enum VertexFunction {
     AbsGaussian,
 }
 
-/// The integrals at a vertex that the functions take.
+/// The integrated curvatures of a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 struct Integrals {
     angle_defect: f64,
     abs_mean: f64,
     area: f64,
     boundary: bool,
-    /// At a crowded vertex: how many more flips may add differences before all is summed anew.
+    /// At a vertex of high valence: number of incremental updates before the next full sum.
     differences_left: u32,
 }
 
@@ -64,8 +64,8 @@ impl Integrals {
         }
     }
 
-    /// These, with others taken away.
-    fn less(self, other: &Self) -> Self {
+    /// Componentwise difference.
+    fn minus(self, other: &Self) -> Self {
         Self {
             angle_defect: self.angle_defect - other.angle_defect,
             abs_mean: self.abs_mean - other.abs_mean,
@@ -83,7 +83,7 @@ impl VertexFunction {
         match self {
             Self::SquaredMean if at.area > 0.0 => h * h / at.area,
             Self::SquaredMean => 0.0,
-            // An area that a difference has made less than 0 must not make NaN.
+            // An incremental update may leave a slightly negative area.
             Self::AbsPrincipal => 2.0 * (h * h - at.area.max(0.0) * k.min(0.0)).sqrt(),
             Self::AbsGaussian => k.abs(),
         }
@@ -98,40 +98,40 @@ impl VertexFunction {
     }
 }
 
-/// What is known of a mesh between flips.
+/// Cached integrals of a mesh.
 #[derive(Clone, Debug)]
 pub struct VertexCostCache {
     integrals: VertexMap<Integrals>,
     /// `1/2 |e| |beta|` of each edge.
     edge_terms: EdgeMap<f64>,
-    /// What the last flips at crowded vertices changed, the last one last.
-    history: Vec<Before>,
+    /// The last flips at vertices of high valence, in order.
+    history: Vec<Snapshot>,
 }
 
-/// The integrals at a crowded vertex before the flip of an edge, for its way back: differences that
-/// are added and taken away again would not leave the same bits.
+/// The integrals at a vertex of high valence before a flip, to restore them exactly: adding and
+/// subtracting a difference would change bits.
 #[derive(Clone, Debug)]
-struct Before {
+struct Snapshot {
     vertex: VertexId,
     edge: EdgeId,
     integrals: Integrals,
 }
 
-/// How many flips may be undone exactly: more than look-ahead does in a row at four corners.
+/// Number of snapshots: more than one look-ahead sequence needs at four corners.
 const HISTORY: usize = 64;
 
 impl VertexCostCache {
     /// The integrals at the corners of a quadrilateral.
     #[inline]
     fn at_corners(&self, quad: &Quad) -> [Integrals; 4] {
-        // Where `map` is not inlined, it takes several times as long.
+        // Unrolled by hand: `map` is not inlined.
         let [a, b, c, d] = quad.corners;
         [self.integrals[a], self.integrals[b], self.integrals[c], self.integrals[d]]
     }
 
-    /// Notes the integrals of a vertex that are about to change with the flip of an edge; those
-    /// before its last flip, if that was the last one here and is now undone.
-    fn undo_or_note(&mut self, vertex: VertexId, edge: EdgeId) -> Option<Integrals> {
+    /// Records a snapshot before the flip of an edge. If the flip undoes the last one at this vertex,
+    /// returns the snapshot from before that one instead.
+    fn restore_or_record(&mut self, vertex: VertexId, edge: EdgeId) -> Option<Integrals> {
         let last = self.history.iter().rposition(|before| before.vertex == vertex);
         if let Some(last) = last.filter(|&last| self.history[last].edge == edge) {
             return Some(self.history.remove(last).integrals);
@@ -139,7 +139,7 @@ impl VertexCostCache {
         if self.history.len() == HISTORY {
             self.history.remove(0);
         }
-        self.history.push(Before { vertex, edge, integrals: self.integrals[vertex] });
+        self.history.push(Snapshot { vertex, edge, integrals: self.integrals[vertex] });
         None
     }
 
@@ -168,23 +168,23 @@ impl FlipCost for VertexCost {
         let topology = mesh.topology();
         let terms_before = edges(flipped).map(|edge| cache.edge_terms[edge]);
         AbsMean.update_terms(mesh, &mut cache.edge_terms, flipped);
-        // The ends of the edge have one face more than before, the other corners one less. What is
-        // crowded for a flip is so for its way back.
-        let limits = [CROWDED, CROWDED, CROWDED - 1, CROWDED - 1];
+        // The ends of the edge have gained a face, the other corners have lost one. Vertices must have
+        // a high valence both for a flip and for its reverse.
+        let limits = [HIGH_VALENCE, HIGH_VALENCE, HIGH_VALENCE - 1, HIGH_VALENCE - 1];
         for (place, (vertex, limit)) in zip(flipped.corners, limits).enumerate() {
-            cache.integrals[vertex] = if !has_more_faces(topology, vertex, limit) {
+            cache.integrals[vertex] = if !has_higher_valence(topology, vertex, limit) {
                 cache.forget(vertex);
                 Integrals::of(mesh, vertex, self.area)
-            } else if let Some(before) = cache.undo_or_note(vertex, flipped.edge) {
+            } else if let Some(before) = cache.restore_or_record(vertex, flipped.edge) {
                 before
             } else if cache.integrals[vertex].differences_left == 0 {
-                let differences_left = flips_between_turns(topology, vertex);
+                let differences_left = flips_between_refreshes(topology, vertex);
                 Integrals { differences_left, ..Integrals::of(mesh, vertex, self.area) }
             } else {
                 let back = self.difference(mesh, cache, flipped, terms_before)[place];
                 let now = cache.integrals[vertex];
                 let differences_left = now.differences_left - 1;
-                Integrals { differences_left, ..now.less(&back) }
+                Integrals { differences_left, ..now.minus(&back) }
             };
         }
     }
@@ -238,8 +238,8 @@ impl FlipCost for VertexCost {
         }
     }
 
-    fn reach(&self) -> Reach {
-        Reach::CornerStars
+    fn stencil(&self) -> Stencil {
+        Stencil::CornerStars
     }
 
     fn length_exponent(&self) -> i32 {
@@ -247,8 +247,7 @@ impl FlipCost for VertexCost {
     }
 }
 
-/// The integrals at the four corners of a quadrilateral while they are brought to the state after
-/// the flip.
+/// The integrals at the four corners of a quadrilateral, in transition to the state after the flip.
 struct Corners<'a> {
     quad: &'a Quad,
     integrals: [Integrals; 4],
@@ -262,8 +261,8 @@ impl Corners<'_> {
 }
 
 impl VertexCost {
-    /// The integrals at the four corners are sums: those after the flip come from those before it
-    /// by taking away what the old triangles and edges give and adding what the new ones do.
+    /// The change from the integrals before the flip: subtracts the terms of the old triangles and edges,
+    /// adds the terms of the new ones.
     fn change_with_means(
         &self,
         mesh: &TriMesh,
@@ -285,7 +284,7 @@ impl VertexCost {
         Change { before: self.sum(&before), after: self.sum(&after.integrals) }
     }
 
-    /// What the corners of a quadrilateral add to the cost.
+    /// The contribution of the four corners to the cost.
     #[inline]
     fn sum(&self, corners: &[Integrals; 4]) -> f64 {
         corners.iter().map(|at| self.function.of(at)).sum()
@@ -319,8 +318,8 @@ impl VertexCost {
         means
     }
 
-    /// Whether the means alone tell that the cost would not be lower: F3 is at least twice their
-    /// sum, and F1, for any shares of the area, at least `(sum of |Hbar|)² / (sum of S)`.
+    /// Whether a lower bound from the means alone exceeds the current cost. F3 is at least twice the sum
+    /// of the means. F1 is at least `(sum of |Hbar|)² / (sum of S)` for any distribution of the area.
     fn cannot_be_lower(
         &self,
         mesh: &TriMesh,
@@ -346,7 +345,7 @@ impl VertexCost {
         }
     }
 
-    /// What flipping an edge back would add to the integrals at the corners.
+    /// The change of the integrals at the corners if the edge were flipped back.
     fn difference(
         &self,
         mesh: &TriMesh,
@@ -396,7 +395,7 @@ impl VertexCost {
     }
 }
 
-/// Takes away what the corners of the old triangles give and adds what those of the new ones do.
+/// Subtracts the shares of the old triangles and adds the shares of the new ones.
 fn exchange_faces(
     after: &mut Corners<'_>,
     share: impl Fn(VertexId, VertexId, VertexId) -> f64,
@@ -415,7 +414,7 @@ fn exchange_faces(
     }
 }
 
-/// Half of an edge's term goes to each end.
+/// Updates the means. Each end of an edge gets half of its term.
 fn exchange_means(terms: &EdgeMap<f64>, terms_after: [f64; 5], quad: &Quad, means: &mut [f64; 4]) {
     let edges = edges(quad);
     let change = |side: usize| terms_after[side] - terms[edges[side]];
@@ -427,5 +426,5 @@ fn exchange_means(terms: &EdgeMap<f64>, terms_after: [f64; 5], quad: &Quad, mean
     means[3] += 0.5 * (ad + db + turned);
 }
 
-/// Keeps rounding from dropping a flip that the exact comparison would take.
+/// Safety margin of the bound against rounding.
 const MARGIN: f64 = 1e-9;

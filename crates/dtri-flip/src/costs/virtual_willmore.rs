@@ -4,19 +4,19 @@ use dcurv::{intersection_angle, total_willmore_energy};
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexId};
 
-use crate::cost::{Change, FlipCost, Reach};
+use crate::cost::{Change, FlipCost, Stencil};
 use crate::quad::Quad;
 
-/// The cost reduction of BAR06 sec. 3: the Willmore energy with the edge split at its midpoint,
-/// less that with the flipped edge split at *its* midpoint.
+/// Cost reduction of BAR06 sec. 3: the Willmore energy with the edge split at its midpoint, minus the
+/// energy with the flipped edge split at *its* midpoint.
 ///
-/// It is not the difference of one energy, so a run may go in circles. It ends by
-/// [`FlipOptions::max_flips_per_edge`](crate::FlipOptions::max_flips_per_edge), and the report says
-/// so with [`Stop::CycleGuard`](crate::Stop::CycleGuard). The cost that is reported is the plain
-/// Willmore energy of the mesh, without virtual points; it may rise. For a true potential, see
+/// This is not the difference of one energy, so a run may cycle. It then ends by
+/// [`FlipOptions::max_flips_per_edge`](crate::FlipOptions::max_flips_per_edge), with
+/// [`Stop::CycleGuard`](crate::Stop::CycleGuard) in the report. The reported cost is the Willmore energy
+/// of the mesh without virtual points; it may rise. For a true potential, see
 /// [`Willmore`](crate::Willmore).
 ///
-/// Boundary sides of a quadrilateral have no intersection angle and add nothing. Without unit.
+/// Boundary sides of a quadrilateral have no intersection angle and add nothing. No unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VirtualWillmore;
 
@@ -40,8 +40,8 @@ impl FlipCost for VirtualWillmore {
         }
     }
 
-    fn reach(&self) -> Reach {
-        Reach::AdjacentTriangles
+    fn stencil(&self) -> Stencil {
+        Stencil::AdjacentTriangles
     }
 
     fn length_exponent(&self) -> i32 {
@@ -53,8 +53,8 @@ impl FlipCost for VirtualWillmore {
     }
 }
 
-/// The part of the Willmore energy at the four inner and four outer edges of the quadrilateral
-/// when the edge from a to b is split at its midpoint; `outer` are the apexes beyond bc, ca, ad, db.
+/// Willmore energy of the four inner and four outer edges of the quadrilateral with the edge from a to b
+/// split at its midpoint. `outer` has the apexes beyond bc, ca, ad, db.
 fn split_energy(mesh: &TriMesh, corners: [VertexId; 4], outer: [Option<VertexId>; 4]) -> f64 {
     let [a, b, c, d] = corners.map(|v| mesh.position(v));
     let middle = 0.5 * (a + b);

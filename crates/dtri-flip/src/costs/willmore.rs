@@ -1,17 +1,17 @@
-//! Bobenko's Willmore energy as a cost of its own.
+//! Bobenko's Willmore energy as a cost.
 
 use dcurv::intersection_angle;
 use glam::DVec3;
 
 use super::edge_term::EdgeTerm;
 
-/// The Willmore energy `W = sum over vertices of (sum of beta(e) - 2 pi)` itself (BAR06 sec. 2),
-/// up to a constant: twice the sum of `beta(e)` over all edges between two triangles.
+/// The Willmore energy `W = sum over vertices of (sum of beta(e) - 2 pi)` (BAR06 sec. 2), up to a
+/// constant: twice the sum of `beta(e)` over all interior edges.
 ///
-/// BAR06 does not flip by it because `beta` of the flipped edge is that of the edge. But a flip
-/// gives the four sides other triangles, and so other angles: W does change. Other than the
-/// virtual energy of the paper it is a true potential, so a greedy run ends by itself. Without
-/// unit. On closed meshes it is [`dcurv::total_willmore_energy`] plus `2 pi` for each vertex.
+/// BAR06 does not minimise W directly because `beta` is equal for an edge and its flipped edge. But a
+/// flip changes the triangles at the four sides and so their angles: W does change. Unlike the virtual
+/// energy of the paper, W is a true potential, so greedy descent terminates. No unit. On closed meshes
+/// it is [`dcurv::total_willmore_energy`] plus `2 pi` per vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Willmore;
 

@@ -1,11 +1,11 @@
-//! Faces that a flip would push through others, or that cross others as they are.
+//! Tests for self-intersections of the mesh, before and after a flip.
 
 use mesh_core::{FaceId, FaceTree, TriMesh, TriangleBounds, triangles_cross};
 
 use crate::quad::Quad;
 
-/// A face that one of the two new triangles of a flip would cross; one of the edge's own faces when
-/// the new triangles would cross each other.
+/// A face that one of the two new triangles of a flip would cross. If the new triangles would cross each
+/// other, one of the faces of the edge.
 pub(crate) fn crossed_by_flip(tree: &FaceTree, mesh: &TriMesh, quad: &Quad) -> Option<FaceId> {
     let topology = mesh.topology();
     let own = topology.edge_faces(quad.edge);
@@ -21,7 +21,7 @@ pub(crate) fn crossed_by_flip(tree: &FaceTree, mesh: &TriMesh, quad: &Quad) -> O
     })
 }
 
-/// Whether a face crosses another one.
+/// Whether a face crosses another face.
 pub(crate) fn face_crosses(tree: &FaceTree, mesh: &TriMesh, face: FaceId) -> bool {
     let triangle = |face: FaceId| (mesh.topology().face_vertices(face), mesh.triangle(face));
     let own = triangle(face);

@@ -8,8 +8,8 @@ use std::time::Duration;
 use crate::common::mesh_of;
 use dcurv::VertexArea;
 use dtri_flip::{
-    Change, CostName, FlipCost, FlipError, FlipOptions, FlipReport, Quad, Reach, Stop, VertexCost,
-    VertexFunction, optimise,
+    Change, CostName, FlipCost, FlipError, FlipOptions, FlipReport, Quad, Stencil, Stop,
+    VertexCost, VertexFunction, optimise,
 };
 use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
@@ -55,8 +55,8 @@ impl FlipCost for Counted {
         self.cost.change(mesh, cache, quad)
     }
 
-    fn reach(&self) -> Reach {
-        self.cost.reach()
+    fn stencil(&self) -> Stencil {
+        self.cost.stencil()
     }
 
     fn length_exponent(&self) -> i32 {
@@ -165,7 +165,7 @@ fn the_first_look_at_all_rows_can_be_stopped() {
     let report = CostName::F2
         .optimise(&mut mesh, VertexArea::Voronoi, &options, &mut |progress| {
             calls += 1;
-            assert!(progress.waiting > 0);
+            assert!(progress.remaining > 0);
             ControlFlow::Break(())
         })
         .unwrap();

@@ -1,12 +1,10 @@
-//! The stars of a block of vertices, side by side.
+//! Vectorised evaluation of the stars of a block of vertices.
 //!
-//! A star alone leaves a processor little to do at once: each step of the turn waits for the one
-//! before. Here the spokes of many vertices stand in one row, so that the faces, and then the
-//! edges, of all their stars are evaluated by plain loops over flat arrays. Compilers turn these
-//! into vector instructions, and `fearless_simd` picks the widest that the processor has. The
-//! formulas, and the order in which the terms of a star are added, are those of
-//! [`VertexStar`](crate::VertexStar) and [`willmore_energy`](crate::willmore_energy): the results have the same bits at any
-//! width.
+//! In a single star each step depends on the one before. Here the edge vectors (spokes) of many stars are
+//! stored in flat arrays, so that plain loops evaluate all faces and then all edges. Compilers vectorise
+//! these loops, and `fearless_simd` selects the widest instructions of the processor. Formulas and order
+//! of summation are those of [`VertexStar`](crate::VertexStar) and
+//! [`willmore_energy`](crate::willmore_energy), so results have the same bits at any width.
 
 use core::f64::consts::TAU;
 use core::iter::zip;
@@ -20,30 +18,28 @@ use mesh_core::{Handle, TriMesh, VertexId};
 use crate::angle::{collapsed_corner, unit_scaled};
 use crate::area::{VertexArea, barycentric_share, voronoi_share};
 use crate::atan2::atan2;
+use crate::circumcircle_angle::{is_in_range, product};
 use crate::dihedral::hinge_angle;
-use crate::intersection::{is_in_range, product};
 use crate::star::{StarTotals, VertexIntegrals, full_angle, vertex_integrals};
 
-/// Vertices per block: enough for long loops, few enough that a block stays in the first cache.
+/// Vertices per block: long loops, but a block fits in the first-level cache.
 pub(crate) const BLOCK: usize = 64;
 
-/// Memory for the stars of a block of vertices. What the arrays hold beyond the row of spokes is
-/// left over from earlier blocks and never read.
+/// The stars of a block of vertices. Array entries beyond the spokes of the block are stale and unused.
 #[derive(Clone, Debug)]
-pub(crate) struct StarBlock {
+pub(crate) struct StarBatch {
     level: Level,
-    /// The vertices that are lined up.
+    /// The gathered vertices.
     vertices: Range<usize>,
     stars: Vec<Star>,
-    /// The centre and the other end of each spoke, clockwise, star by star. The first two spokes
-    /// of a closed star are repeated at its end, so that every face lies between two consecutive
-    /// spokes and every inner edge between two consecutive faces.
+    /// Centre and other end of each spoke, clockwise, star by star. A closed star repeats its first two
+    /// spokes at the end, so that each face lies between two consecutive spokes and each interior edge
+    /// between two consecutive faces.
     ends: Vec<[VertexId; 2]>,
     spokes: Columns,
-    /// Of the face between this spoke and the one after it.
+    /// Normal of the face between this spoke and the next.
     normals: Columns,
-    /// The angle between this spoke and the one after it is that of a vector with these
-    /// coordinates; both are 0 where a spoke has no length.
+    /// A vector with the angle between this spoke and the next; zero if a spoke has no length.
     cosines: Vec<f64>,
     sines: Vec<f64>,
     shares: Vec<f64>,
@@ -51,13 +47,13 @@ pub(crate) struct StarBlock {
     bends: Vec<f64>,
     totals: Vec<StarTotals>,
     angle_defects: Vec<f64>,
-    /// From the end of this spoke to that of the one after it.
+    /// From the end of this spoke to the end of the next.
     rims: Columns,
-    /// The intersection angle of this spoke, or NaN where it takes more than one product.
+    /// Intersection angle of this spoke, or NaN where the fast formula overflows.
     intersections: Vec<f64>,
 }
 
-/// Where the spokes of a star lie in the row.
+/// Position of the spokes of a star.
 #[derive(Clone, Copy, Debug)]
 struct Star {
     first: usize,
@@ -66,7 +62,7 @@ struct Star {
     full_angle: f64,
 }
 
-/// Vectors, coordinate by coordinate.
+/// Vectors as structure of arrays.
 #[derive(Clone, Debug, Default)]
 struct Columns {
     x: Vec<f64>,
@@ -93,14 +89,14 @@ fn lengthen(column: &mut Vec<f64>, length: usize) {
     }
 }
 
-impl StarBlock {
-    /// What makes such memory, for the widest vector instructions that the processor has.
+impl StarBatch {
+    /// A constructor for the widest vector instructions of the processor.
     pub(crate) fn maker() -> impl Fn() -> Self + Sync + Send {
         let level = Level::new();
         move || Self::new(level)
     }
 
-    /// No stars, and no memory yet, for processors with these vector instructions.
+    /// An empty batch for these vector instructions.
     fn new(level: Level) -> Self {
         Self {
             level,
@@ -120,9 +116,9 @@ impl StarBlock {
         }
     }
 
-    /// Sets the spokes of the stars of these vertices, for what is then asked of them.
+    /// Gathers the spokes of these vertices.
     #[inline(always)]
-    pub(crate) fn line_up(&mut self, mesh: &TriMesh, vertices: Range<usize>) {
+    pub(crate) fn gather(&mut self, mesh: &TriMesh, vertices: Range<usize>) {
         let topology = mesh.topology();
         self.stars.clear();
         self.ends.clear();
@@ -143,13 +139,13 @@ impl StarBlock {
         self.evaluate_spokes(mesh.positions());
     }
 
-    /// Whether each of the vertices that are lined up lies on the boundary.
+    /// Whether each gathered vertex lies on the boundary.
     #[inline]
     pub(crate) fn on_boundary(&self) -> impl Iterator<Item = bool> {
         self.stars.iter().map(|star| !star.closed)
     }
 
-    /// What is integrated over each of the vertices that are lined up, then defaults.
+    /// The integrals of each gathered vertex, then defaults.
     #[inline(always)]
     pub(crate) fn integrals(
         &mut self,
@@ -176,8 +172,7 @@ impl StarBlock {
         integrals
     }
 
-    /// The Willmore energy of each of the vertices that are lined up; `None` where an angle takes more than one
-    /// product.
+    /// The Willmore energy of each gathered vertex; `None` where the fast formula overflows.
     #[inline(always)]
     pub(crate) fn energies(
         &mut self,
@@ -255,8 +250,8 @@ impl StarBlock {
         }
     }
 
-    /// As of [`intersection_angle`](crate::intersection_angle), of the centre, the end of the spoke and
-    /// those of the spokes before and after it.
+    /// [`intersection_angle`](crate::intersection_angle) of the centre and the ends of each spoke, the
+    /// spoke before it and the spoke after it.
     #[inline(always)]
     fn evaluate_intersections(&mut self, positions: &[DVec3]) {
         let mut points = self.ends.iter().map(|&[_, neighbour]| positions[neighbour.index()]);
@@ -294,7 +289,7 @@ impl StarBlock {
         angles.iter().fold(0.0, |sum, angle| sum + angle) - TAU
     }
 
-    /// Adds up the terms of each star, in the order of a turn round it.
+    /// Sums the terms of each star in clockwise order.
     fn add_up(&mut self) {
         let mut totals = take(&mut self.totals);
         totals.clear();
@@ -404,11 +399,11 @@ mod tests {
             scaled(crumpled_grid(&mut random), 1e60),
         ];
         for (mesh, level) in meshes.iter().flat_map(|m| levels().into_iter().map(move |l| (m, l))) {
-            let mut block = StarBlock::new(level);
+            let mut block = StarBatch::new(level);
             let topology = mesh.topology();
             for first in (0..topology.vertex_capacity()).step_by(BLOCK) {
                 let vertices = first..topology.vertex_capacity().min(first + BLOCK);
-                block.line_up(mesh, vertices.clone());
+                block.gather(mesh, vertices.clone());
                 for area in [VertexArea::Voronoi, VertexArea::Barycentric] {
                     for (vertex, found) in zip(vertices.clone(), block.integrals(mesh, area)) {
                         let vertex = VertexId::from_index(vertex);

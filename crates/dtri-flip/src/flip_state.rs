@@ -1,4 +1,4 @@
-//! A mesh to try flips on, with all that follows it: flips are done, measured, and undone.
+//! A mesh together with the data that each flip updates.
 
 use mesh_core::edit::LegalFlip;
 use mesh_core::{EdgeId, FaceTree, TriMesh};
@@ -6,18 +6,18 @@ use mesh_core::{EdgeId, FaceTree, TriMesh};
 use crate::cost::FlipCost;
 use crate::quad::Quad;
 
-/// The mesh, the cost's cache and the tree of faces, which a flip changes together.
-pub(crate) struct Trial<'m, C: FlipCost> {
+/// The mesh, the cache of the cost and the tree of faces. A flip updates all three.
+pub(crate) struct FlipState<'m, C: FlipCost> {
     pub(crate) cost: &'m C,
     pub(crate) mesh: &'m mut TriMesh,
     pub(crate) cache: &'m mut C::Cache,
     pub(crate) tree: Option<&'m mut FaceTree>,
 }
 
-impl<C: FlipCost> Trial<'_, C> {
-    /// Flips an edge and brings everything that follows the mesh up to date.
+impl<C: FlipCost> FlipState<'_, C> {
+    /// Flips an edge and updates the cache and the tree.
     #[inline]
-    pub(crate) fn turn(&mut self, flip: LegalFlip) -> Option<Quad> {
+    pub(crate) fn flip(&mut self, flip: LegalFlip) -> Option<Quad> {
         let edge = flip.edge();
         self.mesh.flip(flip);
         let quad = Quad::around(self.mesh.topology(), edge)?;
@@ -28,10 +28,10 @@ impl<C: FlipCost> Trial<'_, C> {
         Some(quad)
     }
 
-    /// Flips an edge back, which is legal in the state that its flip has led to.
-    pub(crate) fn turn_back(&mut self, edge: EdgeId) {
+    /// Reverses the flip of an edge. Legal directly after that flip.
+    pub(crate) fn flip_back(&mut self, edge: EdgeId) {
         if let Ok(flip) = self.mesh.topology().check_flip(edge) {
-            self.turn(flip);
+            self.flip(flip);
         }
     }
 }

@@ -1,68 +1,67 @@
-//! The edges whose flips look at the triangles that a flip has changed.
+//! The edges whose gains a flip may change.
 
 use mesh_core::{EdgeId, FaceId, Topology, VertexId};
 
-use crate::cost::Reach;
-use crate::crowded::{CROWDED, has_more_faces};
+use crate::cost::Stencil;
+use crate::high_valence::{HIGH_VALENCE, has_higher_valence};
 use crate::quad::Quad;
 
-/// Collects edges; keeps its arrays between calls.
+/// Collects affected edges. Keeps its arrays between calls.
 #[derive(Debug)]
-pub(crate) struct Region {
+pub(crate) struct AffectedEdges {
     faces: Vec<FaceId>,
     edges: Vec<EdgeId>,
-    crowded: Vec<VertexId>,
+    high_valence: Vec<VertexId>,
     face_stamp: Vec<u32>,
     edge_stamp: Vec<u32>,
     stamp: u32,
 }
 
-impl Region {
+impl AffectedEdges {
     pub(crate) fn new(topology: &Topology) -> Self {
         Self {
             faces: Vec::new(),
             edges: Vec::new(),
-            crowded: Vec::new(),
+            high_valence: Vec::new(),
             face_stamp: vec![0; topology.face_capacity()],
             edge_stamp: vec![0; topology.edge_capacity()],
             stamp: 0,
         }
     }
 
-    /// The edges whose change may differ now that `quad` has been flipped, when a change looks as
-    /// far as `reach` and `steps` more flips, each at a side of the one before, are looked ahead.
+    /// The edges whose gain may differ after the flip of `quad`, for a cost with this stencil and a
+    /// look-ahead of `steps` further flips.
     ///
-    /// A change sees a triangle when the triangle is within `reach` of its own two. Seen from the
-    /// flip, these are the edges of the triangles within `reach` of the flipped quadrilateral. Of the
-    /// star of a [crowded](Region::crowded) corner, only the triangles next to the flip are among
-    /// them.
+    /// These are the edges of the triangles within the stencil around the flipped quadrilateral. At
+    /// a corner of [high valence](AffectedEdges::high_valence), only triangles next to the flip are
+    /// included.
     pub(crate) fn affected(
         &mut self,
         topology: &Topology,
         quad: &Quad,
-        reach: Reach,
+        stencil: Stencil,
         steps: usize,
     ) -> &[EdgeId] {
         self.start_over();
-        if (reach, steps) == (Reach::AdjacentTriangles, 0) {
+        if (stencil, steps) == (Stencil::AdjacentTriangles, 0) {
             self.collect_two_neighbourhood(topology, quad);
             return &self.edges;
         }
         for face in topology.edge_faces(quad.edge).into_iter().flatten() {
             self.add_face(face);
         }
-        let adjacent_steps = match reach {
-            Reach::Triangles => steps,
-            Reach::AdjacentTriangles => steps + 1,
-            Reach::CornerStars => {
+        let adjacent_steps = match stencil {
+            Stencil::Triangles => steps,
+            Stencil::AdjacentTriangles => steps + 1,
+            Stencil::CornerStars => {
                 for corner in quad.corners {
-                    if has_more_faces(topology, corner, CROWDED) {
-                        self.crowded.push(corner);
+                    if has_higher_valence(topology, corner, HIGH_VALENCE) {
+                        self.high_valence.push(corner);
                     } else {
                         self.add_star(topology, corner);
                     }
                 }
-                if !self.crowded.is_empty() {
+                if !self.high_valence.is_empty() {
                     let sides = quad.sides.into_iter();
                     for face in sides.filter_map(|side| topology.face(side.twin())) {
                         self.add_face(face);
@@ -78,13 +77,12 @@ impl Region {
         &self.edges
     }
 
-    /// The corners of the quadrilateral of the last [`Region::affected`] that have so many triangles
-    /// that these were left out.
-    pub(crate) fn crowded(&self) -> &[VertexId] {
-        &self.crowded
+    /// The corners whose stars the last call of [`AffectedEdges::affected`] left out.
+    pub(crate) fn high_valence(&self) -> &[VertexId] {
+        &self.high_valence
     }
 
-    /// The edges of the triangles round a vertex.
+    /// The edges of the triangles around a vertex.
     pub(crate) fn star(&mut self, topology: &Topology, vertex: VertexId) -> &[EdgeId] {
         self.start_over();
         self.add_star(topology, vertex);
@@ -98,8 +96,8 @@ impl Region {
         }
     }
 
-    /// The edge, its four sides and the edges of the triangles beyond these: what the general way
-    /// finds, without its look into tables. On small meshes an edge may come twice.
+    /// The edge, its four sides and the edges of the adjacent triangles: a fast path for the
+    /// 2-neighbourhood. On small meshes an edge may occur twice.
     fn collect_two_neighbourhood(&mut self, topology: &Topology, quad: &Quad) {
         self.edges.push(quad.edge);
         for side in quad.sides {
@@ -115,7 +113,7 @@ impl Region {
     fn start_over(&mut self) {
         self.faces.clear();
         self.edges.clear();
-        self.crowded.clear();
+        self.high_valence.clear();
         self.stamp = self.stamp.wrapping_add(1);
         if self.stamp == 0 {
             self.face_stamp.fill(0);
@@ -131,7 +129,7 @@ impl Region {
         }
     }
 
-    /// Adds the triangles that share an edge with those found so far.
+    /// Adds the triangles that share an edge with the triangles found so far.
     fn grow(&mut self, topology: &Topology) {
         for i in 0..self.faces.len() {
             for h in topology.face_half_edges(self.faces[i]) {

@@ -1,4 +1,4 @@
-//! Bobenko's intersection angle: how the circumcircles of two triangles meet.
+//! Bobenko's intersection angle of the circumcircles of two adjacent triangles.
 
 use fearless_simd::{Level, dispatch};
 use glam::DVec3;
@@ -13,13 +13,12 @@ use crate::atan2::atan2;
 ///
 /// `cos beta = ((A.C)(B.D) - (A.B)(C.D) - (B.C)(D.A)) / (|A||B||C||D|)`,
 ///
-/// which is minus the real part of the product `ABCD` of imaginary quaternions. Its imaginary part
-/// gives the sine, so that angles near 0 and pi keep their digits.
+/// which is minus the real part of the product `ABCD` of imaginary quaternions. The imaginary part gives
+/// the sine, so that angles near 0 and pi keep their precision.
 ///
-/// It is the same for the flipped edge, `(k, l)` with the apexes `i` and `j`. 0 where a side of the
-/// quadrilateral has no length. Right for all lengths between 1e-150 and 1e150, also for very
-/// different ones: beyond what the products can hold, each side is scaled first, which changes no
-/// angle.
+/// The flipped edge, `(k, l)` with the apexes `i` and `j`, has the same angle. 0 if a side of the
+/// quadrilateral has no length. Valid for lengths between 1e-150 and 1e150: sides are scaled where the
+/// products would overflow, which does not change the angle.
 #[inline]
 #[must_use]
 pub fn intersection_angle(i: DVec3, j: DVec3, k: DVec3, l: DVec3) -> f64 {
@@ -31,8 +30,8 @@ pub fn intersection_angle(i: DVec3, j: DVec3, k: DVec3, l: DVec3) -> f64 {
     scaled_intersection_angle(sides)
 }
 
-/// [`intersection_angle`] of many edges side by side, with vector instructions and the same bits.
-/// Each row has the four points of one.
+/// [`intersection_angle`] of many edges, vectorised, with the same bits. Each row has the four points of
+/// one edge.
 pub(crate) fn intersection_angles_of<const N: usize>(
     level: Level,
     rows: &[[DVec3; 4]; N],
@@ -54,7 +53,7 @@ pub(crate) fn intersection_angles_of<const N: usize>(
     angles
 }
 
-/// The angles of rows whose coordinates stand in columns; those out of range mean nothing.
+/// The angles of rows with coordinates in columns. Angles out of range are undefined.
 #[inline(always)]
 fn evaluate<const N: usize>(
     columns: &[[f64; N]; 12],
@@ -73,7 +72,7 @@ fn evaluate<const N: usize>(
     }
 }
 
-/// Whether the product, which is as long as the four lengths multiplied, has squares that fit.
+/// Whether the square of the product is representable.
 #[inline(always)]
 pub(crate) fn is_in_range(minus_real: f64, imaginary: f64) -> bool {
     let size = minus_real.abs() + imaginary;
@@ -90,7 +89,7 @@ pub(crate) fn product([a, b, c, d]: [DVec3; 4]) -> (f64, f64) {
     (a_x_b.dot(c_x_d) - ab * cd, imaginary.length())
 }
 
-/// [`intersection_angle`] of sides that are very long, very short, or without length.
+/// [`intersection_angle`] for sides that are very long, very short or without length.
 #[cold]
 fn scaled_intersection_angle(sides: [DVec3; 4]) -> f64 {
     let (minus_real, imaginary) =

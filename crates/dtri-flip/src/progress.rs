@@ -1,4 +1,4 @@
-//! Progress, cancelling and limits.
+//! Progress reports, cancellation and limits of a run.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
@@ -6,45 +6,45 @@ use std::time::Instant;
 use crate::options::FlipOptions;
 use crate::report::Stop;
 
-/// Where a run is.
+/// State of a run, for a progress display.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Progress {
-    /// What it is doing.
+    /// The current stage.
     pub phase: Phase,
-    /// Flips so far.
+    /// Number of flips so far.
     pub flips: u64,
-    /// The cost so far, added up from the gains.
+    /// Current cost, from the initial cost and the sum of the gains.
     pub cost: f64,
-    /// Greedy: edges in the queue. Rebuilding: vertices to take out.
-    /// Annealing: steps to go.
-    pub waiting: u64,
+    /// Work that remains. Greedy: edges in the queue. Rebuilding: vertices to remove. Annealing:
+    /// steps.
+    pub remaining: u64,
 }
 
-/// What a run is doing.
+/// Stage of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Phase {
-    /// Taking the best flip while there is one.
+    /// Greedy descent: the best flip first.
     Greedy,
-    /// Taking vertices out and putting them back.
+    /// Ruin and recreate: vertices are removed and inserted again.
     Rebuilding,
-    /// Taking random flips at a falling temperature.
+    /// Simulated annealing: random flips at a falling temperature.
     Annealing,
 }
 
-/// Asks now and then whether to go on.
-pub(crate) struct Watch<'p> {
+/// Checks the limits of a run and reports its progress at intervals.
+pub(crate) struct Monitor<'p> {
     progress: &'p mut dyn FnMut(Progress) -> ControlFlow<()>,
     deadline: Option<Instant>,
     max_flips: u64,
     calls: u32,
-    /// Looks at the clock and tells the caller once in so many calls.
+    /// Number of calls between two checks of the clock.
     interval: u32,
 }
 
-impl<'p> Watch<'p> {
+impl<'p> Monitor<'p> {
     pub(crate) fn new(
         options: &FlipOptions,
         progress: &'p mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -62,17 +62,17 @@ impl<'p> Watch<'p> {
         }
     }
 
-    /// When the time is over.
+    /// The end of the time limit.
     pub(crate) fn deadline(&self) -> Option<Instant> {
         self.deadline
     }
 
-    /// How many flips may still be done after so many.
+    /// Number of flips that the limit still allows after `flips`.
     pub(crate) fn flips_left(&self, flips: usize) -> usize {
         usize::try_from(self.max_flips.saturating_sub(flips as u64)).unwrap_or(usize::MAX)
     }
 
-    /// Why to stop before the next flip, if so.
+    /// The reason to stop before the next flip, if there is one.
     #[inline]
     pub(crate) fn stop(&mut self, now: impl FnOnce() -> Progress, flips: usize) -> Option<Stop> {
         if flips as u64 >= self.max_flips {
@@ -82,11 +82,11 @@ impl<'p> Watch<'p> {
         if self.calls % self.interval != 1 % self.interval {
             return None;
         }
-        self.look(now)
+        self.check(now)
     }
 
-    /// Looks at the clock and tells the caller; why to stop, if so.
-    pub(crate) fn look(&mut self, now: impl FnOnce() -> Progress) -> Option<Stop> {
+    /// Checks the clock and reports progress. Returns the reason to stop, if there is one.
+    pub(crate) fn check(&mut self, now: impl FnOnce() -> Progress) -> Option<Stop> {
         if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             return Some(Stop::TimeLimit);
         }

@@ -1,8 +1,8 @@
-//! The terms of many edges, or of the edges of many quadrilaterals, side by side.
+//! Vectorised evaluation of edge terms, for batches of edges or quadrilaterals.
 //!
-//! One term is a long chain of dependent steps, most of them for an arc tangent. Here the points of
-//! up to `N` of them stand in flat arrays, so that a plain loop over them becomes vector instructions,
-//! the widest that the processor has. Each term has the bits that it has alone.
+//! A term is a long chain of dependent operations, mostly an arc tangent. Points of up to `N` terms are
+//! stored as structure of arrays, so that a plain loop compiles to vector instructions of the widest
+//! available kind. Each term has the same bits as in a scalar evaluation.
 
 use core::iter::zip;
 
@@ -11,13 +11,13 @@ use glam::DVec3;
 
 use super::edge_term::EdgeTerm;
 
-/// The points that the terms of `N` edges depend on; all zero where none were set.
-pub(crate) struct Hinges<const N: usize> {
+/// Points of `N` edges; zero where not set.
+pub(crate) struct EdgeBatch<const N: usize> {
     ends: [Points<N>; 2],
     apexes: [Points<N>; 2],
 }
 
-/// Points, coordinate by coordinate.
+/// Points as structure of arrays.
 struct Points<const N: usize>([[f64; N]; 3]);
 
 impl<const N: usize> Points<N> {
@@ -36,12 +36,12 @@ impl<const N: usize> Points<N> {
     }
 }
 
-impl<const N: usize> Hinges<N> {
+impl<const N: usize> EdgeBatch<N> {
     pub(crate) fn new() -> Self {
         Self { ends: [Points::ZERO; 2], apexes: [Points::ZERO; 2] }
     }
 
-    /// Sets an edge: its ends, its left and its right apex.
+    /// Sets the ends, the left apex and the right apex of an edge.
     #[inline(always)]
     pub(crate) fn set(&mut self, place: usize, [a, b, left, right]: [DVec3; 4]) {
         self.ends[0].set(place, a);
@@ -50,14 +50,14 @@ impl<const N: usize> Hinges<N> {
         self.apexes[1].set(place, right);
     }
 
-    /// The terms of all edges; without meaning for those that were not set.
+    /// The terms of all edges; undefined where no edge was set.
     #[inline]
     pub(crate) fn terms<T: EdgeTerm>(&self, cost: &T) -> [f64; N] {
-        dispatch!(Level::new(), _ => self.terms_in_a_row(cost))
+        dispatch!(Level::new(), _ => self.vector_terms(cost))
     }
 
     #[inline(always)]
-    fn terms_in_a_row<T: EdgeTerm>(&self, cost: &T) -> [f64; N] {
+    fn vector_terms<T: EdgeTerm>(&self, cost: &T) -> [f64; N] {
         let [a, b] = &self.ends;
         let [left, right] = &self.apexes;
         let mut terms = [0.0; N];
@@ -68,15 +68,15 @@ impl<const N: usize> Hinges<N> {
     }
 }
 
-/// `N` quadrilaterals and the apexes beyond their sides; all zero where none was set.
-pub(crate) struct Quads<const N: usize> {
+/// `N` quadrilaterals and the apexes beyond their sides; zero where not set.
+pub(crate) struct QuadBatch<const N: usize> {
     corners: [Points<N>; 4],
     /// Beyond `b -> c`, `c -> a`, `a -> d` and `d -> b`.
     outer: [Points<N>; 4],
     is_inner: [[bool; N]; 4],
 }
 
-impl<const N: usize> Quads<N> {
+impl<const N: usize> QuadBatch<N> {
     pub(crate) fn new() -> Self {
         Self { corners: [Points::ZERO; 4], outer: [Points::ZERO; 4], is_inner: [[false; N]; 4] }
     }
@@ -89,22 +89,22 @@ impl<const N: usize> Quads<N> {
         }
     }
 
-    /// Sets the apex beyond a side that is not a boundary edge.
+    /// Sets the apex beyond an interior side.
     #[inline(always)]
     pub(crate) fn set_outer(&mut self, place: usize, side: usize, apex: DVec3) {
         self.outer[side].set(place, apex);
         self.is_inner[side][place] = true;
     }
 
-    /// The terms after the flip, of the edges and of each of their sides; 0 for boundary edges,
-    /// without meaning for quadrilaterals that were not set.
+    /// The terms after the flip: edges, then each side. 0 for boundary edges; undefined where no
+    /// quadrilateral was set.
     #[inline]
     pub(crate) fn terms_after<T: EdgeTerm>(&self, cost: &T) -> [[f64; N]; 5] {
-        dispatch!(Level::new(), _ => self.terms_in_a_row(cost))
+        dispatch!(Level::new(), _ => self.vector_terms(cost))
     }
 
     #[inline(always)]
-    fn terms_in_a_row<T: EdgeTerm>(&self, cost: &T) -> [[f64; N]; 5] {
+    fn vector_terms<T: EdgeTerm>(&self, cost: &T) -> [[f64; N]; 5] {
         let [a, b, c, d] = &self.corners;
         let mut turned = [0.0; N];
         for (i, term) in turned.iter_mut().enumerate() {
@@ -121,7 +121,7 @@ impl<const N: usize> Quads<N> {
     }
 }
 
-/// The terms of one side of each quadrilateral, with its ends and the apex inside.
+/// The terms of one side of each quadrilateral; `inner` is the apex on the inside.
 #[inline(always)]
 fn side_terms<const N: usize, T: EdgeTerm>(
     cost: &T,
