@@ -11,8 +11,8 @@ mod torus;
 use super::step::Step;
 
 pub(super) const STEPS: [Step; 4] = [
-    Step { name: "Sec. 2 and 3", compute: energy::compute },
-    Step { name: "Fig. 4", compute: cube::compute },
-    Step { name: "Fig. 5", compute: torus::compute },
-    Step { name: "Fig. 6", compute: face::compute },
+    Step { name: "Sec. 2 and 3", data: &[], compute: energy::compute },
+    Step { name: "Fig. 4", data: &["cube"], compute: cube::compute },
+    Step { name: "Fig. 5", data: &["torus"], compute: torus::compute },
+    Step { name: "Fig. 6", data: &[], compute: face::compute },
 ];

@@ -7,16 +7,18 @@ mod part;
 mod seven_points;
 mod subdivided;
 mod tie_orders;
-mod torus;
+mod tori;
+pub(super) mod torus;
 
 use super::step::Step;
 
-pub(super) const STEPS: [Step; 7] = [
-    Step { name: "Sec. 4, convex data", compute: convex::compute },
-    Step { name: "Fig. 4", compute: seven_points::compute },
-    Step { name: "Table 1 and Fig. 5", compute: torus::compute },
-    Step { name: "Table 1, order of ties", compute: tie_orders::compute },
-    Step { name: "Look-ahead on the torus", compute: look_ahead::compute },
-    Step { name: "Fig. 6", compute: subdivided::compute },
-    Step { name: "Fig. 7 to 9", compute: models::compute },
+pub(super) const STEPS: [Step; 8] = [
+    Step { name: "Sec. 4, convex data", data: &[], compute: convex::compute },
+    Step { name: "Fig. 4", data: &["convex7"], compute: seven_points::compute },
+    Step { name: "Table 1 and Fig. 5", data: &["torus"], compute: torus::compute },
+    Step { name: "Table 1, order of ties", data: &["torus"], compute: tie_orders::compute },
+    Step { name: "Sec. 4, many tori", data: &[], compute: tori::compute },
+    Step { name: "Look-ahead on the torus", data: &["torus"], compute: look_ahead::compute },
+    Step { name: "Fig. 6", data: &["torus"], compute: subdivided::compute },
+    Step { name: "Fig. 7 to 9", data: &[], compute: models::compute },
 ];

@@ -36,7 +36,7 @@ fn write_csv(items: &[Item], path: &Path) -> Result<(), Failure> {
                 Content::Number { printed, ours, reference } => {
                     [printed, ours, reference].map(|x| x.map(|x| x.to_string()).unwrap_or_default())
                 }
-                Content::Claim { says, how, .. } => [says.clone(), how.clone(), String::new()],
+                Content::Claim { quote, how, .. } => [quote.clone(), how.clone(), String::new()],
             };
             let place = row.place.clone().unwrap_or_default();
             let (verdict, remark) = (row.verdict.label(), row.verdict.remark());

@@ -50,8 +50,10 @@ pub(crate) struct Item {
 pub(crate) struct Number {
     pub(crate) quantity: String,
     pub(crate) value: f64,
-    /// How far, relative to the recorded value, it may be from it without being another result.
+    /// The relative difference from the recorded value below which it is the same result.
     pub(crate) leeway: f64,
+    /// For a median: the 5th and the 95th percentile.
+    pub(crate) range: Option<[f64; 2]>,
 }
 
 /// What became of a claim of the paper.
@@ -119,7 +121,13 @@ impl Item {
     /// Adds a number that may be off by a share of itself and still be the same result: one that
     /// comes from samples, or from long chains of decisions.
     pub(crate) fn number_within(&mut self, quantity: impl Into<String>, value: f64, leeway: f64) {
-        self.numbers.push(Number { quantity: quantity.into(), value, leeway });
+        self.numbers.push(Number { quantity: quantity.into(), value, leeway, range: None });
+    }
+
+    /// Adds a median with the 5th and the 95th percentile.
+    pub(crate) fn median(&mut self, quantity: impl Into<String>, [low, median, high]: [f64; 3]) {
+        let (quantity, range) = (quantity.into(), Some([low, high]));
+        self.numbers.push(Number { quantity, value: median, leeway: ROUNDING, range });
     }
 
     /// Says whether a claim of the data file holds, and by how much.

@@ -14,9 +14,9 @@ mod visual;
 use super::step::Step;
 
 pub(super) const STEPS: [Step; 5] = [
-    Step { name: "Fig. 4", compute: norm_levels::compute },
-    Step { name: "Sec. 4.2", compute: single_metrics::compute },
-    Step { name: "Fig. 5 and 7 (a)", compute: thin_parts::compute },
-    Step { name: "Fig. 6", compute: visual::compute },
-    Step { name: "Fig. 7 (b)", compute: error_curves::compute },
+    Step { name: "Fig. 4", data: &[], compute: norm_levels::compute },
+    Step { name: "Sec. 4.2", data: &[], compute: single_metrics::compute },
+    Step { name: "Fig. 5 and 7 (a)", data: &[], compute: thin_parts::compute },
+    Step { name: "Fig. 6", data: &[], compute: visual::compute },
+    Step { name: "Fig. 7 (b)", data: &[], compute: error_curves::compute },
 ];

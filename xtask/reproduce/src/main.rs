@@ -51,9 +51,16 @@ use verdict::Judge;
     about = "Computes the papers' tables and figures and compares them with the printed numbers"
 )]
 struct Reproduce {
-    /// The papers to reproduce: DHKL01, BAR06, SN10, KKL02, PKH00; all of them by default
-    #[arg(value_name = "PAPER")]
-    papers: Vec<String>,
+    /// What to reproduce: papers (DHKL01, BAR06, SN10, KKL02, PKH00), data sets (torus, cube, convex7), or
+    /// items by the names that --list shows; everything by default
+    #[arg(value_name = "WHAT")]
+    what: Vec<String>,
+    /// List the items and the data sets
+    #[arg(long)]
+    list: bool,
+    /// Print the row of DHKL01's Table 1 for a mesh of its torus
+    #[arg(long, value_name = "FILE")]
+    measure_torus: Option<PathBuf>,
     /// The folder of real models, for the items that need one
     #[arg(long, value_name = "DIR", env = "CURVMESH_MODELS")]
     models: Option<PathBuf>,
@@ -92,15 +99,24 @@ fn main() -> ExitCode {
 
 /// Reproduces, prints a summary, and writes the page.
 fn run(options: &Reproduce) -> Result<(), Failure> {
-    let papers = selected(&options.papers)?;
+    if let Some(path) = &options.measure_torus {
+        return dhkl01::torus::measure(path);
+    }
+    let papers = published::papers()?;
+    if options.list {
+        list(&papers);
+        return Ok(());
+    }
+    let steps = selected(&papers, &options.what)?;
     std::fs::create_dir_all(&options.out).map_err(Failure::writing(&options.out))?;
     let run = Run { out: &options.out, models: options.models.as_deref(), quick: options.quick };
-    let mut items = reproduce(&papers, &run);
+    let mut items = reproduce(steps, &run);
     let mut recorded = Recorded::read()?;
     if options.record {
         recorded = recorded.record(&items)?;
     }
     judge(&papers, &recorded, options.quick, &mut items);
+    let papers = shown(papers, &items);
     files::write(&items, &options.out)?;
     page::write(&papers, &items, &options.out, options.embed)?;
     print!("{}", summary::text(&papers, &items));
@@ -130,26 +146,45 @@ fn verdict_of(items: &[Item], check: bool) -> Result<(), Failure> {
     }
 }
 
-fn selected(names: &[String]) -> Result<Vec<Paper>, Failure> {
-    let papers = published::papers()?;
-    let known: Vec<String> = papers.iter().map(|p| p.short.clone()).collect();
-    let is_known = |name: &&String| known.iter().any(|k| k.eq_ignore_ascii_case(name));
-    if let Some(unknown) = names.iter().find(|name| !is_known(name)) {
-        let message = format!("there is no paper {unknown}; known are {}", known.join(", "));
-        return Err(Failure::Usage(message));
-    }
-    let wanted = |paper: &Paper| {
-        names.is_empty() || names.iter().any(|name| paper.short.eq_ignore_ascii_case(name))
-    };
-    Ok(papers.into_iter().filter(wanted).collect())
+/// The papers that any of the items is of.
+fn shown(mut papers: Vec<Paper>, items: &[Item]) -> Vec<Paper> {
+    papers.retain(|paper| items.iter().any(|item| item.paper == paper.short));
+    papers
 }
 
-/// Computes all items, several at once.
-fn reproduce(papers: &[Paper], run: &Run<'_>) -> Vec<Item> {
-    let steps: Vec<(&Paper, &Step)> = papers
-        .iter()
-        .flat_map(|paper| steps_of(&paper.short).iter().map(move |step| (paper, step)))
-        .collect();
+/// Every item of the papers.
+fn steps(papers: &[Paper]) -> impl Iterator<Item = (&Paper, &'static Step)> {
+    papers.iter().flat_map(|paper| steps_of(&paper.short).iter().map(move |step| (paper, step)))
+}
+
+/// Prints the names that select items.
+fn list(papers: &[Paper]) {
+    println!("{:44} {:8} {:9} item", "name", "paper", "data set");
+    for (paper, step) in steps(papers) {
+        let name = step.named_item(&paper.short).file_name();
+        println!("{name:44} {:8} {:9} {}", paper.short, step.data.join(", "), step.name);
+    }
+}
+
+/// The items that the words ask for, in the order of the papers; all of them without words.
+fn selected<'a>(
+    papers: &'a [Paper],
+    words: &[String],
+) -> Result<Vec<(&'a Paper, &'static Step)>, Failure> {
+    let is_known = |word: &&String| steps(papers).any(|(p, s)| s.is_asked_for(&p.short, word));
+    if let Some(unknown) = words.iter().find(|word| !is_known(word)) {
+        return Err(Failure::Usage(format!(
+            "there is no paper, data set or item {unknown}; --list shows all of them"
+        )));
+    }
+    let is_wanted = |(paper, step): &(&Paper, &Step)| {
+        words.is_empty() || words.iter().any(|word| step.is_asked_for(&paper.short, word))
+    };
+    Ok(steps(papers).filter(is_wanted).collect())
+}
+
+/// Computes the items, several at once.
+fn reproduce(steps: Vec<(&Paper, &Step)>, run: &Run<'_>) -> Vec<Item> {
     let bar = progress_bar(steps.len());
     bar.enable_steady_tick(Duration::from_millis(200));
     let compute = |(paper, step): (&Paper, &Step)| {

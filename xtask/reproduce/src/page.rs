@@ -134,34 +134,55 @@ fn summary(papers: &[Paper], items: &[Item]) -> Markup {
         header id="summary" {
             h1 { "What the papers print, and what curvmesh computes" }
             p.lead {
-                "Every number, table and figure of the four papers that curvmesh is built on, computed "
-                "anew by one command and held against what is printed. Where the paper gives no number, "
-                "ours is held against what was computed before, so that a change is noticed."
+                "Tables, figures and claims of the papers that curvmesh implements, computed "
+                "by one command and compared with the printed numbers. Numbers that the papers do not print "
+                "are compared with the record of an earlier run, so that a change is noticed."
             }
+            p { (opening(all, failed)) }
             div.tiles {
-                (tile(all.exact, "exact", "the same quantity of the same data, within the stated tolerance of the printed number"))
-                (tile(all.agrees, "agree", "as near as the paper allows to tell, or the claim holds"))
-                (tile(all.differs, "differ", "with the reason beside it"))
-                (tile(all.needs_model, "need a model", "that is not here or not public"))
+                (tile(all.exact, "exact", "the same quantity of the same data, within the tolerance of the printed number"))
+                (tile(all.agrees, "agree", "the printed number lies in the range of our results, or the claim holds"))
+                (tile(all.differs, "differ", "the number differs, or the claim holds in part or not at all; the reason is beside it"))
+                (tile(all.needs_model, "need a model", "the model is not here or not public"))
                 (tile(all.not_published, "not published", "recorded and watched"))
                 @if all.skipped > 0 { (tile(all.skipped, "skipped", "left out of a quick run")) }
                 @if all.drifted > 0 { (tile(all.drifted, "drifted", "not what is on record")) }
                 @if failed > 0 { (tile(failed, "failed", "items that could not be computed")) }
             }
-            div.scroll { table {
+            div.scroll { table.cards {
                 tr { th { "paper" } th { "items" } th { "exact" } th { "agree" } th { "differ" } th { "need a model" } th { "not published" } }
                 @for paper in papers {
                     @let counts = Counts::of(items_of(paper, items).flat_map(|item| &item.rows));
                     tr {
                         td { a href={ "#" (paper.short) } { (paper.short) } " " (paper.title) }
-                        td { (items_of(paper, items).count()) }
-                        td { (counts.exact) } td { (counts.agrees) } td { (counts.differs) }
-                        td { (counts.needs_model) } td { (counts.not_published) }
+                        td data-label="items" { (items_of(paper, items).count()) }
+                        td data-label="exact" { (counts.exact) }
+                        td data-label="agree" { (counts.agrees) }
+                        td data-label="differ" { (counts.differs) }
+                        td data-label="need a model" { (counts.needs_model) }
+                        td data-label="not published" { (counts.not_published) }
                     }
                 }
             } }
         }
     }
+}
+
+/// The result in words. Numbers that the program sets itself are not counted.
+fn opening(all: Counts, failed: usize) -> String {
+    let mut text = format!(
+        "{} numbers are exact: the same quantity of the same data, within the tolerance of the printed one. \
+         {} numbers and claims agree, by the rule beside each. {} differ, with the reason beside each: \
+         among them {} claims that hold in part and {} that fail.",
+        all.exact, all.agrees, all.differs, all.in_part, all.fails
+    );
+    if all.needs_model > 0 {
+        text += &format!(" {} need a model that is not here or not public.", all.needs_model);
+    }
+    if all.drifted + failed > 0 {
+        text += &format!(" {} have changed since the record; {failed} items failed.", all.drifted);
+    }
+    text + " Radii, point counts and target face counts that the program sets itself are shown and not counted."
 }
 
 fn tile(count: usize, name: &str, meaning: &str) -> Markup {

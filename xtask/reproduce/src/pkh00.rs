@@ -10,7 +10,7 @@ use benches::limit_study::{Fineness, Row, Shape, of_one_triangle, plot};
 use xtask_common::Failure;
 
 pub(super) const STEPS: [Step; 1] =
-    [Step { name: "Distance over the least possible one", compute }];
+    [Step { name: "Distance over the least possible one", data: &[], compute }];
 
 /// The study, which takes long; see its first lines.
 const STUDY: &str = include_str!("../../../benches/recorded/limit-study.csv");

@@ -62,18 +62,20 @@ pub(crate) struct Value {
     /// How far a result may be from the printed number to count as exact.
     #[serde(default)]
     pub(crate) tolerance: f64,
-    /// How far a result may be from the printed number to agree with it, where more cannot be
-    /// expected: other data, or a number read off a plot.
-    pub(crate) agrees: Option<f64>,
+    /// Whether the program sets the number itself, such as a radius or a target face count. It is shown
+    /// and not counted as a result.
+    #[serde(default)]
+    pub(crate) setup: bool,
     /// Whether ours is of other data than the printed one, or another quantity, such as a median over
-    /// faces for the number of a single one. Then it is never exact, however near it is.
+    /// faces for the number of a single face. Then it is never exact, and it agrees if the printed
+    /// number lies in our range ([`super::item::Number::range`]).
     #[serde(default, rename = "other-data")]
     pub(crate) other_data: bool,
-    /// Why ours is known to be farther away than that; where nothing is printed, why it is farther
-    /// from what an independent program gave.
+    /// The known reason why ours differs from the printed number; if no number is printed, why it
+    /// differs from the result of the independent program.
     pub(crate) differs: Option<String>,
-    /// The model without which there is no such number: a file of the models' folder, or in words
-    /// one that is not to be had.
+    /// The model that the number needs: a file of the models' folder, or in words one that is not
+    /// available.
     pub(crate) needs: Option<String>,
     /// What an independent program gave, where that is known.
     pub(crate) reference: Option<Reference>,
@@ -109,9 +111,11 @@ pub(crate) struct Claim {
     pub(crate) name: String,
     #[serde(rename = "where")]
     pub(crate) place: Option<String>,
-    /// The claim, in our words.
-    pub(crate) says: String,
-    /// What is known to become of it.
+    /// The claim, word for word.
+    pub(crate) quote: String,
+    /// What the quotation leaves out, in our words.
+    pub(crate) says: Option<String>,
+    /// The outcome on record; without one the claim is judged anew in every run.
     pub(crate) outcome: Option<Outcome>,
     /// As for [`Value::needs`].
     pub(crate) needs: Option<String>,
@@ -160,7 +164,6 @@ mod tests {
             }
             for claim in &paper.claims {
                 assert!(exists(&claim.item), "{}: {claim:?}", paper.short);
-                assert!(claim.outcome.is_some() || claim.needs.is_some(), "{claim:?}");
             }
         }
     }

@@ -24,7 +24,10 @@ pub(crate) enum Content {
         reference: Option<f64>,
     },
     Claim {
-        says: String,
+        /// The paper's words.
+        quote: String,
+        /// What they leave out, in our words.
+        says: Option<String>,
         outcome: Option<Outcome>,
         how: String,
     },
@@ -36,8 +39,10 @@ pub(crate) enum Content {
 pub(crate) enum Verdict {
     /// The same quantity of the same data, within the tolerance of the printed number.
     Exact,
-    /// As near as can be expected of other data or of a number read off a plot; or the claim holds.
-    Agrees,
+    /// The printed number lies in the range of our results, as the rule says; or the claim holds.
+    Agrees(String),
+    /// A number that the program sets itself: shown, and no result.
+    Setup,
     /// Neither, and why.
     Differs(String),
     /// The paper prints no such number.
@@ -92,7 +97,8 @@ impl Verdict {
     pub(crate) fn label(&self) -> &'static str {
         match self {
             Self::Exact => "exact",
-            Self::Agrees => "agrees",
+            Self::Agrees(_) => "agrees",
+            Self::Setup => "setup",
             Self::Differs(_) => "differs",
             Self::NotPublished => "not published",
             Self::NeedsModel(_) => "needs a model",
@@ -101,10 +107,13 @@ impl Verdict {
         }
     }
 
-    /// What is to be said besides: why, or which.
+    /// The rule, the reason or the missing model.
     pub(crate) fn remark(&self) -> &str {
         match self {
-            Self::Differs(text) | Self::NeedsModel(text) | Self::Drifted(text) => text,
+            Self::Agrees(text)
+            | Self::Differs(text)
+            | Self::NeedsModel(text)
+            | Self::Drifted(text) => text,
             _ => "",
         }
     }

@@ -15,13 +15,13 @@ mod translation;
 use super::step::Step;
 
 pub(super) const STEPS: [Step; 9] = [
-    Step { name: "Fig. 1 to 3", compute: disc::compute },
-    Step { name: "Fig. 4 and 5", compute: arcs::compute },
-    Step { name: "Fig. 6", compute: translation::compute },
-    Step { name: "Fig. 7", compute: half_cylinder::compute },
-    Step { name: "Fig. 8", compute: series::compute },
-    Step { name: "Fig. 9 and 10", compute: sphere::compute },
-    Step { name: "Fig. 11 and 12", compute: regions::compute },
-    Step { name: "Fig. 13", compute: cow::figure },
-    Step { name: "Covers of whole meshes", compute: cow::covers },
+    Step { name: "Fig. 1 to 3", data: &[], compute: disc::compute },
+    Step { name: "Fig. 4 and 5", data: &[], compute: arcs::compute },
+    Step { name: "Fig. 6", data: &[], compute: translation::compute },
+    Step { name: "Fig. 7", data: &[], compute: half_cylinder::compute },
+    Step { name: "Fig. 8", data: &[], compute: series::compute },
+    Step { name: "Fig. 9 and 10", data: &[], compute: sphere::compute },
+    Step { name: "Fig. 11 and 12", data: &[], compute: regions::compute },
+    Step { name: "Fig. 13", data: &[], compute: cow::figure },
+    Step { name: "Covers of whole meshes", data: &[], compute: cow::covers },
 ];

@@ -4,6 +4,7 @@ use comfy_table::{ContentArrangement, Table, presets};
 
 use super::item::Item;
 use super::numbers::{difference, pair, reference};
+use super::outcome::Outcome;
 use super::published::Paper;
 use super::row::{Content, Row, Verdict};
 
@@ -12,7 +13,12 @@ use super::row::{Content, Row, Verdict};
 pub(super) struct Counts {
     pub(super) exact: usize,
     pub(super) agrees: usize,
+    /// Numbers that the program sets itself.
+    pub(super) setup: usize,
     pub(super) differs: usize,
+    /// Claims among them that hold in part, and that fail.
+    pub(super) in_part: usize,
+    pub(super) fails: usize,
     pub(super) needs_model: usize,
     pub(super) not_published: usize,
     pub(super) skipped: usize,
@@ -23,9 +29,16 @@ impl Counts {
     pub(super) fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
         let mut counts = Self::default();
         for row in rows {
+            if let (Verdict::Differs(_), Content::Claim { outcome: Some(outcome), .. }) =
+                (&row.verdict, &row.content)
+            {
+                counts.in_part += usize::from(*outcome == Outcome::InPart);
+                counts.fails += usize::from(*outcome == Outcome::Fails);
+            }
             *match row.verdict {
                 Verdict::Exact => &mut counts.exact,
-                Verdict::Agrees => &mut counts.agrees,
+                Verdict::Agrees(_) => &mut counts.agrees,
+                Verdict::Setup => &mut counts.setup,
                 Verdict::Differs(_) => &mut counts.differs,
                 Verdict::NeedsModel(_) => &mut counts.needs_model,
                 Verdict::NotPublished => &mut counts.not_published,
@@ -62,8 +75,12 @@ fn item_lines(item: &Item, table: &mut Table) {
         if row.reference().is_some() && !row.is_published() {
             printed = format!("not; another program: {}", reference(row));
         }
-        if let Content::Claim { says, how, .. } = &row.content {
-            (printed, ours) = (says.clone(), how.clone());
+        if let Content::Claim { quote, says, how, .. } = &row.content {
+            printed = format!("“{quote}”");
+            if let Some(says) = says {
+                printed += &format!(" {says}");
+            }
+            ours.clone_from(how);
         }
         table.add_row([name, printed, ours, difference(row), row.verdict.to_string()]);
     }
@@ -78,8 +95,13 @@ fn item_lines(item: &Item, table: &mut Table) {
 fn totals(items: &[Item]) -> String {
     let counts = Counts::of(items.iter().flat_map(|item| &item.rows));
     let mut text = format!(
-        "{} exact, {} agree, {} differ, {} need a model, {} not published",
-        counts.exact, counts.agrees, counts.differs, counts.needs_model, counts.not_published
+        "{} exact, {} agree, {} differ, {} need a model; not counted: {} set by the program, {} not published",
+        counts.exact,
+        counts.agrees,
+        counts.differs,
+        counts.needs_model,
+        counts.setup,
+        counts.not_published
     );
     if counts.skipped > 0 {
         text += &format!(", {} skipped", counts.skipped);

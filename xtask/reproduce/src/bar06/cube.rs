@@ -131,11 +131,7 @@ fn add_claims(item: &mut Item, cases: &[Case]) -> Result<(), Failure> {
     let moved = || cases.iter().filter(|case| case.flips > 0);
     let all_lower = moved().all(|case| case.result.area() < case.initial.area());
     let gap = moved().map(|case| case.result.area() / case.least_area() - 1.0).fold(0.0, f64::max);
-    let outcome = match (reached.len() == cases.len(), all_lower) {
-        (true, _) => Outcome::Holds,
-        (false, true) => Outcome::InPart,
-        (false, false) => Outcome::Fails,
-    };
+    let outcome = least_area(reached.len(), cases.len(), all_lower);
     let list: Vec<String> = reached.iter().map(f64::to_string).collect();
     let list =
         if list.is_empty() { "no inset".into() } else { format!("inset {}", list.join(", ")) };
@@ -168,6 +164,15 @@ fn add_claims(item: &mut Item, cases: &[Case]) -> Result<(), Failure> {
          the {changed} insets at which the rule had changed anything"
     ));
     Ok(())
+}
+
+/// Holds if the area is least for every inset; in part if it falls wherever the rule flips.
+fn least_area(reached: usize, cases: usize, all_lower: bool) -> Outcome {
+    match (reached == cases, all_lower) {
+        (true, _) => Outcome::Holds,
+        (false, true) => Outcome::InPart,
+        (false, false) => Outcome::Fails,
+    }
 }
 
 fn add_plot(item: &mut Item, cases: &[Case]) {

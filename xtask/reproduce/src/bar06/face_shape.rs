@@ -19,7 +19,7 @@ const JITTER: f64 = 0.42;
 const SQUEEZE: f64 = 3.0;
 
 /// The height of the face over the plane.
-pub(super) fn height(x: f64, y: f64) -> f64 {
+pub(crate) fn height(x: f64, y: f64) -> f64 {
     let bump = |cx: f64, cy: f64, sx: f64, sy: f64| {
         (-((x - cx) / sx).powi(2) - ((y - cy) / sy).powi(2)).exp()
     };

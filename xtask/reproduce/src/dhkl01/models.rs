@@ -67,6 +67,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         "made face",
         &made_face,
         [DVec3::new(-0.35, 0.12, 1.0), DVec3::Y],
+        Some(face_shape::height),
     )?;
     let made_part = mesh_of(&part::part()?)?;
     let part = add(
@@ -76,16 +77,17 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         "made part",
         &made_part,
         [DVec3::new(-0.5, -1.0, 1.1), DVec3::Z],
+        Some(part::height),
     )?;
-    claim(item, "smoother", &[face, part]);
+    claims(item, "", &[face, part]);
     let mut real = Vec::new();
     for case in &CASES {
         if let Some(mesh) = run.model(item, case.file)? {
-            real.push(add(run, item, &mut lines, case.name, &mesh, [case.toward, case.up])?);
+            real.push(add(run, item, &mut lines, case.name, &mesh, [case.toward, case.up], None)?);
         }
     }
     if real.len() == CASES.len() {
-        claim(item, "smoother, real models", &real);
+        claims(item, ", real models", &real);
     }
     let header = ["model", "minimised", "depth", "flips", "F1", "F2", "F3"];
     item.table(
@@ -101,11 +103,15 @@ fn costs(mesh: &TriMesh) -> [f64; 3] {
     COSTS.map(|(_, cost)| cost.total(mesh, VertexArea::Voronoi))
 }
 
-/// What became of a model: its costs before, and after minimising each of them.
+/// One model before and after.
 struct Change {
     name: String,
-    before: [f64; 3],
+    /// The costs after minimising each of them.
     after: [[f64; 3]; 3],
+    /// F3 before and after minimising F2.
+    f3: [f64; 2],
+    /// The mean angle between the normals of faces and surface, where that is known by formula.
+    normals: Option<[f64; 2]>,
 }
 
 fn add(
@@ -115,15 +121,17 @@ fn add(
     name: &str,
     mesh: &TriMesh,
     view: [DVec3; 2],
+    height: Option<fn(f64, f64) -> f64>,
 ) -> Result<Change, Failure> {
-    let mut change = Change { name: name.to_owned(), before: costs(mesh), after: [[0.0; 3]; 3] };
+    let before = costs(mesh);
+    let mut after_each = [[0.0; 3]; 3];
     let line = |minimised: &str, depth: &str, flips: u64, costs: [f64; 3]| {
         let names = [name, minimised, depth].map(str::to_owned);
         let costs = costs.map(|cost| format!("{cost:.4}"));
         names.into_iter().chain([flips.to_string()]).chain(costs).collect()
     };
-    lines.push(line("-", "", 0, change.before));
-    item.number(format!("{name}, F2 before"), change.before[1]);
+    lines.push(line("-", "", 0, before));
+    item.number(format!("{name}, F2 before"), before[1]);
     let depths = if mesh.topology().face_count() < LARGE { 1..=2 } else { 1..=1 };
     let runs: Vec<(usize, usize)> =
         (0..3).flat_map(|cost| depths.clone().map(move |depth| (cost, depth))).collect();
@@ -140,7 +148,7 @@ fn add(
         let minimised = COSTS[cost].0;
         lines.push(line(minimised, &depth.to_string(), *flips, after));
         if depth == 1 {
-            change.after[cost] = after;
+            after_each[cost] = after;
             item.number(format!("{name}, {minimised} after"), after[cost]);
             item.number(format!("{name}, flips by {minimised}"), *flips as f64);
         } else {
@@ -151,22 +159,95 @@ fn add(
     let by_f2 = by_f2.map_or(mesh, |(_, (optimised, _))| optimised);
     let draw = |mesh, when| figure(run, mesh, name, view, when);
     item.side_by_side([draw(mesh, "before")?, draw(by_f2, "after")?]);
-    Ok(change)
+    let f3 = [mesh, by_f2].map(|mesh| costs(mesh)[2]);
+    let normals = height.map(|height| [mesh, by_f2].map(|mesh| mean_normal_error(mesh, height)));
+    Ok(Change { name: name.to_owned(), after: after_each, f3, normals })
 }
 
-/// Smoother: every cost falls when it is minimised. Similar: F2 ends about as low by any of them.
-fn claim(item: &mut Item, name: &str, changes: &[Change]) {
-    let is_smoother =
-        changes.iter().all(|change| (0..3).all(|i| change.after[i][i] < change.before[i]));
-    let falls: Vec<String> = changes
-        .iter()
-        .map(|c| {
-            let fall = |after: [f64; 3]| format!("{:.0}", 100.0 * (1.0 - after[1] / c.before[1]));
-            let [f1, f2, f3] = c.after.map(fall);
-            format!("{} {f2} % ({f1} % by F1, {f3} % by F3)", c.name)
-        })
-        .collect();
-    item.claim(name, Outcome::of(is_smoother), format!("F2 falls on {}", falls.join(", on ")));
+/// Results are very similar if F2 after minimising each cost differs by at most this share of what is left of it.
+const SIMILAR: f64 = 0.05;
+
+/// The claims on a group of models; `suffix` tells the groups apart.
+fn claims(item: &mut Item, suffix: &str, changes: &[Change]) {
+    let list = |line: &dyn Fn(&Change) -> String| {
+        changes.iter().map(line).collect::<Vec<String>>().join("; ")
+    };
+    item.claim(
+        &format!("smoother{suffix}"),
+        smoother(changes),
+        format!(
+            "judged by F3, which was not minimised, and, where the surface is known by formula, by the mean angle \
+             between the normals of faces and surface, before and after minimising F2: {}",
+            list(&|change| {
+                let normals = change.normals.map_or_else(String::new, |[before, after]| {
+                    format!(", the angle from {before:.2}° to {after:.2}°")
+                });
+                let [before, after] = change.f3;
+                format!("{}, F3 from {before:.1} to {after:.1}{normals}", change.name)
+            })
+        ),
+    );
+    item.claim(
+        &format!("similar{suffix}"),
+        similar(changes),
+        format!(
+            "F2 after minimising F1, F2 and F3 differs by {} of its least value (very similar: at most \
+             {:.0} %)",
+            list(&|change| format!("{:.1} % on {}", 100.0 * change.spread(), change.name)),
+            100.0 * SIMILAR
+        ),
+    );
+}
+
+/// Smoother by measures that F2 does not minimise: by both, by one, or by none, on every model.
+fn smoother(changes: &[Change]) -> Outcome {
+    let falls = |[before, after]: [f64; 2]| after < before;
+    let by_f3 = changes.iter().all(|change| falls(change.f3));
+    let by_normals = changes.iter().filter_map(|change| change.normals).all(falls);
+    match (by_f3, by_normals) {
+        (true, true) => Outcome::Holds,
+        (false, false) => Outcome::Fails,
+        _ => Outcome::InPart,
+    }
+}
+
+/// Whether the three results are very similar, on all models, some, or none.
+fn similar(changes: &[Change]) -> Outcome {
+    let count = changes.iter().filter(|change| change.spread() <= SIMILAR).count();
+    match count {
+        0 => Outcome::Fails,
+        n if n == changes.len() => Outcome::Holds,
+        _ => Outcome::InPart,
+    }
+}
+
+impl Change {
+    /// The range of F2 after minimising each cost, over its least value.
+    fn spread(&self) -> f64 {
+        let f2 = self.after.map(|costs| costs[1]);
+        let least = f2.into_iter().fold(f64::INFINITY, f64::min);
+        f2.into_iter().fold(0.0, f64::max) / least - 1.0
+    }
+}
+
+/// The mean angle between the normals of the faces and of the surface above them, weighted by area, in
+/// degrees.
+fn mean_normal_error(mesh: &TriMesh, height: fn(f64, f64) -> f64) -> f64 {
+    const STEP: f64 = 1e-4;
+    let (mut sum, mut area) = (0.0, 0.0);
+    for face in mesh.topology().faces() {
+        let corners = mesh.triangle(face);
+        let center = corners.into_iter().sum::<DVec3>() / 3.0;
+        let slope = |dx: f64, dy: f64| {
+            (height(center.x + dx, center.y + dy) - height(center.x - dx, center.y - dy))
+                / (2.0 * STEP)
+        };
+        let normal = DVec3::new(-slope(STEP, 0.0), -slope(0.0, STEP), 1.0);
+        let weight = mesh.face_area(face);
+        sum += weight * mesh.face_cross(face).angle_between(normal);
+        area += weight;
+    }
+    (sum / area).to_degrees()
 }
 
 fn figure(
@@ -180,4 +261,35 @@ fn figure(
     let style = Style { size: [720, 600], ..Style::DEFAULT };
     let name = format!("dhkl01-{}-{when}", model.replace(' ', "-"));
     run.picture(mesh, &view, &style, &name, &format!("{model}, {when} minimising F2"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn change() -> Change {
+        Change {
+            name: String::new(),
+            after: [[3.0, 10.0, 9.0], [3.1, 9.9, 9.0], [3.1, 10.0, 8.9]],
+            f3: [9.0, 6.0],
+            normals: Some([5.0, 3.0]),
+        }
+    }
+
+    #[test]
+    fn a_higher_cost_or_worse_normals_turn_the_verdict() {
+        assert_eq!(smoother(&[change()]), Outcome::Holds);
+        let rougher = Change { f3: [6.0, 9.0], ..change() };
+        assert_eq!(smoother(&[change(), rougher]), Outcome::InPart);
+        let worse = Change { f3: [6.0, 9.0], normals: Some([3.0, 5.0]), ..change() };
+        assert_eq!(smoother(&[worse]), Outcome::Fails);
+    }
+
+    #[test]
+    fn results_that_differ_turn_the_verdict() {
+        assert_eq!(similar(&[change()]), Outcome::Holds);
+        let mut other = change();
+        other.after[0][1] = 12.0;
+        assert_eq!(similar(&[change(), other]), Outcome::InPart);
+    }
 }

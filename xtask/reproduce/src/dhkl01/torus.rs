@@ -1,5 +1,7 @@
 //! The torus of Table 1 and Fig. 5, and how far triangulations are from it.
 
+use std::path::Path;
+
 use dcurv::VertexArea;
 use dtri_flip::{CostName, FlipOptions, LatticeError, Ties, lattice_error};
 use glam::DVec3;
@@ -28,6 +30,8 @@ pub(super) struct Setting {
     pub(super) area: VertexArea,
     pub(super) ties: Ties,
     pub(super) how: &'static str,
+    /// The command that gives the row's mesh from the initial one.
+    pub(super) command: Option<&'static str>,
 }
 
 pub(super) const SETTINGS: [Setting; 4] = [
@@ -37,6 +41,7 @@ pub(super) const SETTINGS: [Setting; 4] = [
         area: VertexArea::Voronoi,
         ties: Ties::EdgeId,
         how: "as given",
+        command: None,
     },
     Setting {
         row: "F1",
@@ -45,6 +50,9 @@ pub(super) const SETTINGS: [Setting; 4] = [
         // Exact ties decide which of two local minima is reached; this order reaches the paper's.
         ties: Ties::Seeded(F1_TIE_SEED),
         how: "F1: integral of H², Voronoi areas",
+        command: Some(
+            "curvmesh flip dhkl01-torus-initial.ply -o f1.ply --cost f1 --area voronoi --random-ties --seed 2",
+        ),
     },
     Setting {
         row: "F2",
@@ -52,6 +60,7 @@ pub(super) const SETTINGS: [Setting; 4] = [
         area: VertexArea::Voronoi,
         ties: Ties::EdgeId,
         how: "F2: integral of |H|",
+        command: Some("curvmesh flip dhkl01-torus-initial.ply -o f2.ply --cost f2"),
     },
     Setting {
         row: "F3",
@@ -59,6 +68,9 @@ pub(super) const SETTINGS: [Setting; 4] = [
         area: VertexArea::Barycentric,
         ties: Ties::EdgeId,
         how: "F3: integral of |k1| + |k2|, barycentric areas",
+        command: Some(
+            "curvmesh flip dhkl01-torus-initial.ply -o f3.ply --cost f3 --area barycentric",
+        ),
     },
 ];
 
@@ -75,14 +87,65 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::optimise", "dtri_flip::lattice_error"],
-        &["curvmesh flip IN -o OUT --cost f2"],
+        &["curvmesh flip IN -o OUT --cost f2", "cargo xtask reproduce --measure-torus OUT"],
     );
     let meshes = add_table(item, &TORUS)?;
+    add_settings(item)?;
     let figures = SETTINGS.iter().zip(&meshes).map(|(setting, mesh)| {
         let name = format!("dhkl01-torus-{}", setting.row.to_lowercase());
         run.picture(mesh, &torus_view(mesh)?, &EDGES, &name, setting.how)
     });
     item.side_by_side(figures.collect::<Result<Vec<_>, _>>()?);
+    Ok(())
+}
+
+/// Which area and which order of ties give each row, for how many orders, and by which command.
+fn add_settings(item: &mut Item) -> Result<(), Failure> {
+    let mut lines = Vec::new();
+    for setting in &SETTINGS {
+        let Some(command) = setting.command else { continue };
+        let expected = norms(&distance_to_torus(&optimised(&TORUS, setting)?, COARSE));
+        let mut line = vec![setting.row.to_owned(), setting.how.to_owned()];
+        for area in [VertexArea::Voronoi, VertexArea::Barycentric] {
+            let orders = (0..ORDERS).map(|seed| {
+                let ties = Ties::Seeded(seed);
+                let mesh = optimised(&TORUS, &Setting { area, ties, ..*setting })?;
+                let found = norms(&distance_to_torus(&mesh, COARSE));
+                Ok(found.iter().zip(&expected).all(|(a, b)| (a.1 - b.1).abs() < SAME))
+            });
+            let orders: Vec<bool> = orders.collect::<Result<_, Failure>>()?;
+            let count = orders.into_iter().filter(|&same| same).count();
+            line.push(format!("{count} of {ORDERS}"));
+        }
+        line.push(command.to_owned());
+        lines.push(line);
+    }
+    item.table(
+        "How each row comes about: for how many of 16 random orders of ties, by either area, and the command that \
+         gives its mesh from dhkl01-torus-initial.ply beside this page. Then `cargo xtask reproduce \
+         --measure-torus f1.ply` prints the row. F1 takes the first order that ends in the paper's minimum; for the \
+         other rows any order does. The paper writes that it takes Voronoi areas; its row for F3 comes from barycentric \
+         areas only.",
+        ["row", "setting", "Voronoi areas", "barycentric areas", "command"],
+        lines,
+    );
+    Ok(())
+}
+
+/// Random orders of ties that are tried for each row.
+const ORDERS: u64 = 16;
+/// Lattice steps that tell one triangulation from another.
+const COARSE: u32 = 12;
+/// Norms that differ less belong to the same triangulation.
+const SAME: f64 = 1e-9;
+
+/// Prints the row of Table 1 for the mesh of a file.
+pub(crate) fn measure(path: &Path) -> Result<(), Failure> {
+    let model = mesh_io::read(path).map_err(Failure::reading(path))?;
+    let mesh = mesh_of(&model.soup)?;
+    for (norm, value) in norms(&distance_to_torus(&mesh, SUBDIVISIONS)) {
+        println!("{norm:5} {value:.10}");
+    }
     Ok(())
 }
 
@@ -110,12 +173,9 @@ fn add_table(item: &mut Item, torus: &Torus) -> Result<Vec<TriMesh>, Failure> {
             falls.iter().copied().fold(f64::INFINITY, f64::min),
             falls.iter().copied().fold(0.0, f64::max),
         );
-        let is_best_everywhere =
-            |row: [f64; 3]| (0..3).all(|i| [f1, f2, f3].iter().all(|other| row[i] <= other[i]));
-        let superior = [f1, f2, f3].into_iter().any(is_best_everywhere);
         item.claim(
             "errors fall",
-            Outcome::of(least > 10.0 && !superior),
+            errors_fall(initial, [f1, f2, f3]),
             format!(
                 "the nine errors fall by {least:.0} to {most:.0} %; the mean is least by F1, the \
                  maximum by F3"
@@ -123,6 +183,20 @@ fn add_table(item: &mut Item, torus: &Torus) -> Result<Vec<TriMesh>, Failure> {
         );
     }
     Ok(meshes)
+}
+
+/// Every error of every result is at most this share of the initial one: "significantly".
+const SIGNIFICANT: f64 = 0.9;
+
+/// Whether all errors fall significantly, and none of the results is best in every norm.
+pub(super) fn errors_fall(initial: [f64; 3], results: [[f64; 3]; 3]) -> Outcome {
+    let falls = results.iter().all(|row| (0..3).all(|i| row[i] < SIGNIFICANT * initial[i]));
+    let is_best = |row: &&[f64; 3]| (0..3).all(|i| results.iter().all(|other| row[i] <= other[i]));
+    match (falls, results.iter().any(|row| is_best(&row))) {
+        (true, false) => Outcome::Holds,
+        (true, true) => Outcome::InPart,
+        (false, _) => Outcome::Fails,
+    }
 }
 
 /// One row of the table.
@@ -191,6 +265,15 @@ mod tests {
         let verdicts = judged(&larger, &recorded);
         assert_eq!(verdicts.len(), 12);
         assert!(verdicts.iter().all(|verdict| !verdict.is_expected()), "{verdicts:?}");
+    }
+
+    #[test]
+    fn errors_that_rise_or_a_superior_result_turn_the_verdict() {
+        let (initial, rows) =
+            ([0.23, 0.28, 0.79], [[0.15, 0.18, 0.4], [0.16, 0.19, 0.4], [0.17, 0.19, 0.3]]);
+        assert_eq!(errors_fall(initial, rows), Outcome::Holds);
+        assert_eq!(errors_fall(rows[0], [initial; 3]), Outcome::Fails);
+        assert_eq!(errors_fall(initial, [rows[0], rows[1], [0.1; 3]]), Outcome::InPart);
     }
 
     #[test]

@@ -9,7 +9,9 @@ use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of};
 use super::distances::{NOISE, Original};
 use super::head;
-use super::runs::{CHAINS, IGEA, butterfly, distance_only, levels, simplified, with_curvature};
+use super::runs::{
+    CHAINS, IGEA, butterfly, distance_only, guarded, levels, simplified, with_curvature,
+};
 use xtask_common::Failure;
 use xtask_common::decimals::plain;
 use xtask_common::plot::{Axis, Plot, Series};
@@ -79,7 +81,7 @@ impl Curves {
             with_curvature(1.0),
             butterfly(distance_only()),
             butterfly(with_curvature(1.0)),
-            Options::preset(Preset::PaperL1),
+            guarded(Preset::PaperL1),
         ];
         let nested_means = nested.into_par_iter().rev().map(|options| {
             let levels = levels(mesh, options, faces)?;

@@ -2,7 +2,8 @@
 
 use mesh_core::TriMesh;
 use simplify::{
-    CostOptions, Metric, Options, PlacementRule, RefineOptions, Schedule, Simplified, simplify,
+    CostOptions, Metric, NormalConstraint, Options, PlacementRule, Preset, RefineOptions, Schedule,
+    ShapeConstraint, Simplified, simplify,
 };
 
 use xtask_common::Failure;
@@ -28,6 +29,23 @@ pub(super) fn distance_only() -> Options {
         refine: RefineOptions::none(),
         ..Options::default()
     }
+}
+
+/// A curvature norm alone as published: every collapse that the topology allows.
+pub(super) fn published(preset: Preset) -> Options {
+    let mut options = Options::preset(preset);
+    options.protect.min_cosine = None;
+    options.protect.min_shape = None;
+    options
+}
+
+/// A curvature norm alone with the constraints of the other presets: no collapse turns a face over or leaves a
+/// needle.
+pub(super) fn guarded(preset: Preset) -> Options {
+    let mut options = Options::preset(preset);
+    options.protect.min_cosine = Some(NormalConstraint::default().min_cosine);
+    options.protect.min_shape = Some(ShapeConstraint::default().min_shape);
+    options
 }
 
 /// The same, raised where a collapse changes the curvature.

@@ -53,14 +53,15 @@ pub(super) fn article(item: &Item, folder: &Path) -> Result<Markup, Failure> {
 }
 
 fn claim(row: &Row) -> Markup {
-    let Content::Claim { says, outcome, how } = &row.content else { return html! {} };
+    let Content::Claim { quote, says, outcome, how } = &row.content else { return html! {} };
     let label = match outcome {
         Some(outcome) if row.verdict.is_expected() => outcome.to_string(),
         _ => row.verdict.to_string(),
     };
     html! {
         li {
-            q { (says) } " "
+            q { (quote) } " "
+            @if let Some(says) = says { (says) " " }
             @if let Some(place) = &row.place { span.place { "(" (place) ")" } }
             span.how { span class={ "v " (class(row)) } { (label) } @if !how.is_empty() { ": " (how) } }
         }
@@ -76,7 +77,7 @@ fn number_table(rows: &[&Row]) -> Markup {
     let has_printed = rows.iter().any(|row| row.is_published());
     let has_reference = rows.iter().any(|row| row.reference().is_some());
     html! {
-        div.scroll { table {
+        div.scroll { table.cards {
             tr {
                 th { "quantity" }
                 @if has_printed { th.place { "where" } th { "published" } }
@@ -89,11 +90,14 @@ fn number_table(rows: &[&Row]) -> Markup {
                 @let [printed, ours] = pair(row);
                 tr {
                     td { (row.quantity) }
-                    @if has_printed { td.place { @if let Some(place) = &row.place { (place) } } td { (printed) } }
-                    td { (ours) }
-                    @if has_printed { td { (difference(row)) } }
-                    @if has_reference { td { (reference(row)) } }
-                    td.verdict {
+                    @if has_printed {
+                        td.place data-label="where" { @if let Some(place) = &row.place { (place) } }
+                        td data-label="published" { (printed) }
+                    }
+                    td data-label="ours" { (ours) }
+                    @if has_printed { td data-label="difference" { (difference(row)) } }
+                    @if has_reference { td data-label="independent program" { (reference(row)) } }
+                    td.verdict data-label="verdict" {
                         span class={ "v " (class(row)) } { (row.verdict.label()) }
                         @if !row.verdict.remark().is_empty() { ": " (row.verdict.remark()) }
                     }

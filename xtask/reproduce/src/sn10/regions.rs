@@ -6,6 +6,7 @@ use mesh_core::{FaceId, TriMesh};
 use mesh_shapes::{Diagonals, Saddle, Torus};
 
 use super::super::item::{Figure, Item};
+use super::super::outcome::Outcome;
 use super::super::run::{Run, mesh_of, view_of};
 use super::drawing::{BLUE, Drawing, GREEN, ORANGE};
 use super::patches::{STYLE, axes_of_paper, estimator, face_at, patch};
@@ -37,16 +38,34 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
         &["curvmesh patch IN -o OUT.glb --face N --radius R --shape ellipse"],
     );
     let mut lines = Vec::new();
+    let mut areas: [Vec<f64>; 2] = Default::default();
     for case in cases()? {
         let estimator = estimator(&case.mesh, Params::robust())?;
         let shapes = [(Shape::Circle, "circles"), (Shape::Ellipse, "ellipses")];
-        let figures = shapes.map(|(shape, name)| {
+        let mut figures = Vec::new();
+        for ((shape, name), areas) in shapes.into_iter().zip(&mut areas) {
             let mut drawn = figure(run, item, &case, &estimator, shape, name)?;
-            lines.append(&mut drawn.1);
-            Ok(drawn.0)
-        });
-        item.side_by_side(figures.into_iter().collect::<Result<Vec<Figure>, Failure>>()?);
+            lines.append(&mut drawn.lines);
+            areas.append(&mut drawn.areas);
+            figures.push(drawn.figure);
+        }
+        item.side_by_side(figures);
     }
+    let [circles, ellipses] = &areas;
+    let gains: Vec<String> = circles
+        .iter()
+        .zip(ellipses)
+        .map(|(circle, ellipse)| format!("{:.2}", ellipse / circle))
+        .collect();
+    item.claim(
+        "ellipses cover more",
+        covers_more(circles, ellipses),
+        format!(
+            "the area under the ellipse over that under the circle of the same r_g is {} at the six places; it is \
+             about 1 at the centre of the saddle, where both curvatures have one size",
+            gains.join(", ")
+        ),
+    );
     item.table(
         "Areas over pi r_g², errors in percent of r_g",
         ["place", "patches", "kappa 1", "kappa 2", "arc 2 / r_g", "faces", "area", "error"],
@@ -88,6 +107,27 @@ fn cases() -> Result<[Case; 2], Failure> {
     ])
 }
 
+/// The patches of one shape on one surface.
+struct Drawn {
+    figure: Figure,
+    lines: Vec<Vec<String>>,
+    /// Covered areas over pi `r_g²`, place by place.
+    areas: Vec<f64>,
+}
+
+/// The mesh tells areas apart by whole faces, so a share this small is no difference.
+const GRAIN: f64 = 0.1;
+
+/// Whether ellipses cover at least as much as circles everywhere, and more somewhere.
+fn covers_more(circles: &[f64], ellipses: &[f64]) -> Outcome {
+    let ratio = || circles.iter().zip(ellipses).map(|(circle, ellipse)| ellipse / circle);
+    match (ratio().all(|r| r > 1.0 - GRAIN), ratio().any(|r| r > 1.0 + GRAIN)) {
+        (true, true) => Outcome::Holds,
+        (false, true) => Outcome::InPart,
+        (_, false) => Outcome::Fails,
+    }
+}
+
 /// Draws the patches of a shape and measures what they cover.
 fn figure(
     run: &Run<'_>,
@@ -96,18 +136,20 @@ fn figure(
     estimator: &CurvatureEstimator<'_>,
     shape: Shape,
     shape_name: &str,
-) -> Result<(Figure, Vec<Vec<String>>), Failure> {
+) -> Result<Drawn, Failure> {
     let Case { name, mesh, radius, .. } = case;
     let mut probe = FitTest::new(mesh);
     let mut fits = Vec::new();
     let mut covered: Vec<FaceId> = Vec::new();
     let mut lines = Vec::new();
+    let mut areas = Vec::new();
     for (place, point, side) in &case.places {
         let fit = patch(estimator, face_at(mesh, *point, *side), *radius, shape)?;
         let faces = probe.faces_under(&fit);
         let area: f64 = faces.iter().map(|&face| mesh.face_area(face)).sum();
         let share = area / (core::f64::consts::PI * radius * radius);
         let error = 100.0 * probe.full_error(&fit, *radius, false).max() / radius;
+        areas.push(share);
         let what = format!("{name}, {place}, {shape_name}");
         item.number(format!("{what}, area over pi r_g²"), share);
         item.number(format!("{what}, error (% of r_g)"), error);
@@ -135,5 +177,17 @@ fn figure(
     let caption = format!("{}: {shape_name} of r_g = {radius} on the {name}", case.figure);
     let figure =
         drawing.draw(run, &view, &STYLE, &format!("sn10-{name}-{shape_name}"), &caption)?;
-    Ok((figure, lines))
+    Ok(Drawn { figure, lines, areas })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn smaller_ellipses_turn_the_verdict() {
+        assert_eq!(covers_more(&[1.0, 1.0], &[1.0, 2.0]), Outcome::Holds);
+        assert_eq!(covers_more(&[1.0, 1.0], &[0.5, 2.0]), Outcome::InPart);
+        assert_eq!(covers_more(&[1.0, 1.0], &[1.0, 0.9]), Outcome::Fails);
+    }
 }
