@@ -6,7 +6,7 @@ use mesh_core::{Remap, TriMesh};
 
 use crate::geometry::edge_patch::Collapse;
 
-/// A cost, placement, surcharge or guard: something that a run asks, and tells what it does.
+/// A cost, placement, cost modifier or constraint: something that a run asks, and tells what it does.
 ///
 /// A policy that keeps something per vertex brings it up to date here. One that keeps nothing needs
 /// no more than `impl Policy for Mine {}`. Nothing in it may be changed while it is asked, so that

@@ -26,8 +26,8 @@ pub enum Boundary {
 
 /// What a mesh must keep: boundary, locked vertices, feature lines, and the shape of its faces.
 ///
-/// Every stage obeys the same set. [`Protect::default`] refuses collapses that fold the surface or make slivers;
-/// [`Protect::nothing`] refuses nothing.
+/// Every stage obeys the same set. [`Protect::default`] rejects collapses that fold the surface or make slivers;
+/// [`Protect::nothing`] rejects nothing.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Protect {
@@ -97,7 +97,7 @@ impl Protect {
     }
 }
 
-/// The locked vertices, the feature edges and the guards of a mesh, to follow it through its
+/// The locked vertices, the feature edges and the constraints of a mesh, to follow it through its
 /// collapses.
 #[derive(Clone, Debug, Default)]
 pub struct Protected {

@@ -35,7 +35,7 @@ pub enum Rejection {
     Valence,
     /// The cost or the new place is not a number.
     NotFinite,
-    /// Something else, refused by a guard from outside this crate.
+    /// Something else, rejected by a constraint from outside this crate.
     Other,
 }
 
@@ -94,7 +94,7 @@ impl From<CollapseRefusal> for Rejection {
     }
 }
 
-/// How often edges were refused, by reason. An edge that was tried several times counts each time.
+/// How often edges were rejected, by reason. An edge that was tried several times counts each time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rejections([usize; Rejection::ALL.len()]);

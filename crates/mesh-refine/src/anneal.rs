@@ -5,7 +5,7 @@
 //! see [`layout`](super::layout).
 //! Then each round cuts some edges in two, drawn at random but the more likely the larger the error is there;
 //! fits; collapses the cheapest edges until there are as many faces as before; and fits again. The result
-//! is kept when it is closer to the original. More edges are cut at once after a round that was kept, and
+//! is kept when it is closer to the original. More edges are cut at once after a around that was kept, and
 //! fewer after one that was not, so that about one in five is.
 
 use core::time::Duration;
@@ -114,7 +114,7 @@ impl AnnealOptions {
 /// The fewest rounds of fitting after that.
 const SETTLE: usize = 6;
 
-/// By how much the share of the edges that are cut changes after a round that was kept, and after one in
+/// By how much the share of the edges that are cut changes after a around that was kept, and after one in
 /// vain: it stays as it is where one in five is kept, which serves searches like this best (Rechenberg 1973).
 const MORE: f64 = 1.3;
 const LESS: f64 = 0.9365;

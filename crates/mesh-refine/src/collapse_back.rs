@@ -55,7 +55,7 @@ impl CollapseBack<'_> {
     }
 }
 
-/// What [`collapse_back`] left.
+/// What [`collapse_back_placed`] left.
 pub struct Back {
     /// What holds for the mesh that is left.
     pub constraints: FitConstraints,

@@ -1,4 +1,4 @@
-//! Fitting, annealing and taking down peaks, one after the other.
+//! Fitting, annealing and taking down largest errors, one after the other.
 
 use std::sync::Arc;
 
@@ -113,7 +113,7 @@ impl<'a> Pipeline<'a> {
         (Refined::untouched(level.mesh, constraints), level.vertex_map)
     }
 
-    /// Fits, anneals and takes down peaks, as far as that is wanted and the observer lets it. Also tells
+    /// Fits, anneals and takes down largest errors, as far as that is wanted and the observer lets it. Also tells
     /// what the vertices of the original are in the level.
     pub fn finish(
         &self,

@@ -13,7 +13,7 @@
 //! that the curvature wants, not an equilateral one.
 //!
 //! All of this holds where K > 0. On a saddle straight lines lie on the surface, and any thin triangle
-//! along them is as good as a round one, to first order. So at faces with the original on both sides
+//! along them is as good as a around one, to first order. So at faces with the original on both sides
 //! edges are flipped by the metric of the [density](crate::density) instead, in which the best of
 //! these shapes are equilateral as well. That is for smooth surfaces; on others such faces are as likely
 //! to be at a detail, and are left to the fit.

@@ -1,4 +1,4 @@
-//! A guard of one's own: a painted region keeps all of its vertices, through the collapses and
+//! A constraint of one's own: a painted block keeps all of its vertices, through the collapses and
 //! through everything that comes after them.
 
 #![allow(clippy::print_stdout)]

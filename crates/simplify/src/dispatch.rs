@@ -36,7 +36,7 @@ pub(crate) fn collapse(
             with_cost(GarlandHeckbert::marginal(), mesh, start, options, observe)
         }
         Metric::Memoryless => with_cost(Memoryless, mesh, start, options, observe),
-        // There is no other cost here: `simplify` refuses `Custom`.
+        // There is no other cost here: `simplify` rejects `Custom`.
         Metric::Hybrid | Metric::Custom => {
             with_cost(Hybrid::default(), mesh, start, options, observe)
         }
@@ -89,7 +89,7 @@ fn with_cost(
     observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Run {
     match options.placement {
-        // There is no other placement here: `simplify` refuses `Custom`.
+        // There is no other placement here: `simplify` rejects `Custom`.
         PlacementRule::OptimalVolume | PlacementRule::Custom => {
             with_both(cost, Optimal { keep_volume: true }, mesh, start, options, observe)
         }

@@ -232,7 +232,7 @@ impl RefineOptions {
 
 impl Options {
     /// These options for policies of one's own: [`simplify_with`](crate::simplify_with) takes cost and placement from
-    /// the policies, and refuses options that name another cost or placement.
+    /// the policies, and rejects options that name another cost or placement.
     #[must_use]
     pub fn custom(mut self) -> Self {
         self.cost = CostOptions { metric: Metric::Custom, curvature_weight: 0.0, ..self.cost };

@@ -180,7 +180,7 @@ fn a_layout_that_is_better_outlives_a_stop() {
     assert!(report.rms_after < report.rms_before);
 }
 
-/// Laid out anew from 100 faces, six times, traded, and the peaks taken down.
+/// Laid out anew from 100 faces, six times, traded, and the largest errors taken down.
 #[test]
 fn threads_do_not_change_a_bit() {
     let mesh = sphere();

@@ -56,7 +56,7 @@ proptest! {
         let faces = topology.face_count();
         let before = mesh.topology().face_count();
         prop_assert!(faces + 1 >= floor.min(before));
-        // Cutting peaks may exchange vertices of the boundary for others, and end one face lower.
+        // Cutting largest errors may exchange vertices of the boundary for others, and end one face lower.
         let cut = result.max_error.is_some_and(|peaks| peaks.kept > 0);
         match result.stop {
             StopReason::Faces => prop_assert!(faces <= floor),

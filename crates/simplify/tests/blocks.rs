@@ -1,4 +1,4 @@
-//! Collapses in regions: the same bits on any number of threads, whole meshes, a record that replays.
+//! Collapses in blocks: the same bits on any number of threads, whole meshes, a record that replays.
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 use core::ops::ControlFlow;
@@ -15,7 +15,7 @@ use simplify::{
     simplify, simplify_observed,
 };
 
-/// A bent torus that is worth regions.
+/// A bent torus that is worth blocks.
 fn torus(rings: usize) -> TriMesh {
     let soup = Torus { major: 5.0, minor: 2.0 }.mesh(rings, rings / 2).unwrap();
     let mut mesh = TriMesh::from_soup(&soup).unwrap();
@@ -25,7 +25,7 @@ fn torus(rings: usize) -> TriMesh {
     mesh
 }
 
-/// An open sheet with hills.
+/// An open flat mesh with hills.
 fn hills(cells: usize) -> TriMesh {
     let wave = Wave { amplitude: 0.15, wavelength: 0.7, half_width: 1.0 };
     let soup = wave.irregular_mesh(cells, Irregular { jitter: 0.2, seed: 4 }).unwrap();
@@ -67,7 +67,7 @@ fn assert_whole(mesh: &TriMesh, result: &Simplified, faces: usize) {
 fn threads_do_not_change_a_bit() {
     let meshes = [torus(400), hills(220)];
     for mesh in &meshes {
-        // With so many faces left, all of it is a matter of the driver.
+        // With so many faces left, all of it is a matter of the greedy loop.
         let much = (Preset::Default, 30_000);
         let little = [Preset::Draft, Preset::Fast, Preset::Default].map(|preset| (preset, 2500));
         for (preset, faces) in little.into_iter().chain([much]) {
@@ -89,7 +89,7 @@ fn threads_do_not_change_a_bit() {
     }
 }
 
-/// The log is that of the driver: legal collapses of the original, in an order in which every number
+/// The log is that of the greedy loop: legal collapses of the original, in an order in which every number
 /// of them is a level.
 #[test]
 fn the_record_replays_to_the_same_bits_and_to_levels() {
@@ -223,7 +223,7 @@ fn regions_cost_no_accuracy() {
             let draft = mean_error(&mesh, &draft.mesh);
             assert!(draft < 1.5 * lazy, "{faces}: {draft} {lazy}");
         }
-        // The presets with the hybrid metric: after quadrics in regions, and where the driver does it all.
+        // The presets with the hybrid metric: after quadrics in blocks, and where the greedy loop does it all.
         for (part, most) in [(49.0, most), (5.0, 1.03), (2.5, 1.03)] {
             let error = |schedule: Schedule| {
                 let faces = (mesh.topology().face_count() as f64 / part) as usize;
@@ -237,7 +237,7 @@ fn regions_cost_no_accuracy() {
     }
 }
 
-/// Where the hybrid metric takes over hardly shows, also on meshes that are too small for regions; each
+/// Where the hybrid metric takes over hardly shows, also on meshes that are too small for blocks; each
 /// run is recorded whole.
 #[test]
 fn the_metric_may_take_over_late() {
@@ -270,7 +270,7 @@ fn the_metric_may_take_over_late() {
     }
 }
 
-/// With nothing but a largest error, what comes before the squeeze is the same in all presets whose metric a squeeze
+/// With nothing but a largest error, what comes before decimation to the tolerance is the same in all presets whose metric a squeeze
 /// makes up for, and is recorded.
 #[test]
 fn regions_do_all_that_comes_before_a_squeeze() {
@@ -296,7 +296,7 @@ fn regions_do_all_that_comes_before_a_squeeze() {
     }
 }
 
-/// All the detail in one corner, where no region is looked at beforehand: no pass goes too far.
+/// All the detail in one corner, where no block is looked at beforehand: no pass goes too far.
 #[test]
 fn uneven_meshes_come_to_the_number_of_faces() {
     for (corner, faces) in [(DVec3::new(7.0, 0.0, 0.0), 40_000), (DVec3::ZERO, 12_000)] {
@@ -378,7 +378,7 @@ fn a_run_can_be_ended_at_any_time() {
     }
 }
 
-/// Also on meshes that are too small for regions, and for a look at the clock now and then.
+/// Also on meshes that are too small for blocks, and for a look at the clock now and then.
 #[test]
 fn no_time_is_no_collapse() {
     for mesh in [torus(20), torus(300)] {
@@ -410,7 +410,7 @@ fn scale_and_place_do_not_matter() {
 
 #[test]
 fn flat_and_touching_places_are_no_trouble() {
-    // A flat sheet: all costs are zero. Every vertex at one place: no costs at all.
+    // A flat flat mesh: all costs are zero. Every vertex at one place: no costs at all.
     let flat =
         TriMesh::from_soup(&Plane { half_width: 1.0 }.mesh(170, Default::default()).unwrap());
     let flat = flat.unwrap();
@@ -423,7 +423,7 @@ fn flat_and_touching_places_are_no_trouble() {
     result.mesh.topology().validate().unwrap();
 }
 
-/// Regions that are done one by one, in any order, are those that are done together.
+/// Blocks that are done one by one, in any order, are those that are done together.
 #[test]
 fn regions_do_not_see_each_other() {
     for mesh in [torus(400), hills(220)] {

@@ -18,7 +18,7 @@ fn wave() -> TriMesh {
 }
 
 /// The map leads to all vertices of the mesh, and where nothing was done after the collapses, mesh
-/// and map are those of the log. One that was squeezed has fewer faces than that.
+/// and map are those of the log. One that was decimated to the tolerance has fewer faces than that.
 fn assert_consistent(original: &TriMesh, result: &Simplified) {
     result.mesh.topology().validate().unwrap();
     let mut is_met = result.mesh.topology().vertex_map(false);

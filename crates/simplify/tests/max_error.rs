@@ -22,9 +22,9 @@ fn grid(center: DVec3, half: f64, cells: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     (points, halves.collect())
 }
 
-/// A plate of two triangles below a sheet that stands upright, and a grid far away to take faces
+/// A plate of two triangles below a flat mesh that stands upright, and a grid far away to take faces
 /// from; the original is a pyramid on the plate instead of it, and the pyramid passes through the
-/// sheet.
+/// flat mesh.
 fn plate_under_a_sheet() -> (TriMesh, TriMesh) {
     let sheet = [DVec3::new(0.8, 0.0, 0.2), DVec3::new(1.9, 0.0, 0.2), DVec3::new(1.3, 0.0, 0.3)];
     let sheet = (sheet.to_vec(), vec![[0, 1, 2]]);
@@ -65,7 +65,7 @@ fn peaks_are_not_cut_through_other_faces_when_that_is_forbidden() {
 
 #[test]
 fn vertices_are_not_brought_back_through_other_faces_when_that_is_forbidden() {
-    // The tip of a tent belongs below the floor, where a sheet stands in the way of its faces.
+    // The tip of a tent belongs below the floor, where a flat mesh stands in the way of its faces.
     let mut tent = grid(DVec3::ZERO, 2.0, 2);
     tent.0[4].z = 1.0;
     let sheet =

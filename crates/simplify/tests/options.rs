@@ -1,4 +1,4 @@
-//! Options, logs and attributes that make no sense are refused with a reason.
+//! Options, logs and attributes that make no sense are rejected with a reason.
 #![allow(clippy::unwrap_used)]
 
 use mesh_core::TriMesh;

@@ -148,7 +148,7 @@ fn trap_5_two_plates_far_apart_reduce_alike() {
     let plates = together(&near, &far);
     let half = near.positions().len() as u32;
     for preset in QUICK {
-        // The log has the collapses of the run, not those of the squeeze.
+        // The log has the collapses of the run, not those of decimation to the tolerance.
         let mut options = Options::preset(preset).within(0.1, ErrorCheck::Sampled);
         options.tolerance.decimate = false;
         let result = simplify(&plates, &options).unwrap();

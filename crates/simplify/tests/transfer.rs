@@ -76,7 +76,7 @@ fn linear_data_is_reproduced() {
 }
 
 /// A flat mesh says nothing of its texture, which turns over where faces become longer than its waves. Collapses that
-/// turn it over are refused; in the end none has, where the texture counts, and fewer, where the cost hardly sees it.
+/// turn it over are rejected; in the end none has, where the texture counts, and fewer, where the cost hardly sees it.
 #[test]
 fn faces_do_not_turn_over_in_the_texture() {
     let mesh = uneven_grid(30);

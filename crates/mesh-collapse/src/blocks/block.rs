@@ -1,4 +1,4 @@
-//! A region of a sheet: all that its collapses need, and what they leave.
+//! A block of a flat mesh: all that its collapses need, and what they leave.
 
 use glam::DVec3;
 use mesh_core::{TriMesh, parallel};
@@ -12,32 +12,32 @@ use crate::blocks::rules::Rules;
 use crate::geometry::quadric::Quadric;
 use crate::rejection::Rejections;
 
-/// A region of a sheet, by itself: plain data, which can be collapsed anywhere, with the same bits.
+/// A block of a flat mesh, by itself: plain data, which can be collapsed anywhere, with the same bits.
 ///
-/// It has all faces that have a corner in the region. Vertices of other regions are there for the sake
+/// It has all faces that have a corner in the block. Vertices of other blocks are there for the sake
 /// of these, and neither they nor those next to them move.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Block {
     part: Part,
-    /// The faces of the original, and how many of them the region hands on; these come first.
+    /// The faces of the original, and how many of them the block hands on; these come first.
     face_ids: Vec<u32>,
     handed_on: usize,
-    /// The vertices, in numbers of the sheet and of the original.
+    /// The vertices, in numbers of the flat mesh and of the original.
     vertices: Vec<u32>,
     vertex_ids: Vec<u32>,
 }
 
-/// What a region has become.
+/// What a block has become.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Reduced {
-    /// The vertices that are left, in numbers of the sheet and of the original.
+    /// The vertices that are left, in numbers of the flat mesh and of the original.
     pub(super) vertices: Vec<u32>,
     pub(super) vertex_ids: Vec<u32>,
     pub(super) positions: Vec<DVec3>,
     pub(super) quadrics: Vec<Quadric>,
-    /// In numbers of the sheet.
+    /// In numbers of the flat mesh.
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) face_ids: Vec<u32>,
     pub(super) half_edges: Vec<[u32; 3]>,
@@ -45,7 +45,7 @@ pub struct Reduced {
     pub(super) done: Done,
 }
 
-/// What was done with a region, in numbers of the original.
+/// What was done with a block, in numbers of the original.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Done {
@@ -78,17 +78,17 @@ impl Reduced {
 }
 
 impl Block {
-    /// Cuts a region out of a sheet.
+    /// Cuts a block out of a flat mesh.
     ///
     /// # Panics
-    /// The partition is one of another sheet, or has no such region.
+    /// The partition is one of another flat mesh, or has no such block.
     #[must_use]
     pub fn new(flat: &FlatMesh<'_>, partition: &Partition, block: usize, rules: &Rules) -> Self {
         let own = partition.vertices(block);
         let first = partition.first(block);
         let corners = |face: u32| flat.triangle(face as usize).unwrap_or_default();
         let of_region = |v: u32| partition.region_of(v);
-        // A face belongs to the first of the regions of its corners.
+        // A face belongs to the first of the blocks of its corners.
         let is_handed_on =
             |&face: &u32| corners(face).into_iter().map(of_region).min() == Some(block);
         let (mut faces, others): (Vec<u32>, Vec<u32>) =
@@ -103,7 +103,7 @@ impl Block {
         strangers.sort_unstable();
         strangers.dedup();
         let number = |v: u32| {
-            // Very large for vertices before the region.
+            // Very large for vertices before the block.
             let place = partition.rank(v).wrapping_sub(first as u32);
             if (place as usize) < own.len() {
                 return place;
@@ -144,7 +144,7 @@ impl Block {
         }
     }
 
-    /// All of a sheet whose vertices are its own.
+    /// All of a flat mesh whose vertices are its own.
     pub(super) fn whole(flat: FlatMesh<'_>, rules: &Rules) -> Self {
         if let Some(mesh) = flat.whole.filter(|mesh| mesh.topology().is_compact()) {
             return Self::of_mesh(mesh);
@@ -189,7 +189,7 @@ impl Block {
         }
     }
 
-    /// What would go at which costs if the region were collapsed until this share of its faces is left.
+    /// What would go at which costs if the block were collapsed until this share of its faces is left.
     #[must_use]
     pub fn forecast(self, rules: &Rules, share: f64) -> Forecast {
         let faces = self.part.triangles.len();
@@ -201,7 +201,7 @@ impl Block {
         forecast
     }
 
-    /// Collapses the edges of the region that cost less than a ceiling.
+    /// Collapses the edges of the block that cost less than a threshold.
     #[must_use]
     pub fn reduce(self, rules: &Rules, threshold: CostThreshold) -> Reduced {
         let goal = Goal { end: threshold.bucket(), faces: 0 };

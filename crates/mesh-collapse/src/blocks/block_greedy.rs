@@ -1,7 +1,7 @@
-//! Collapses by the driver in regions: for metrics that tiles do not know.
+//! Collapses by the greedy loop in blocks: for metrics that block meshes do not know.
 //!
-//! Each region is collapsed as a mesh of its own, by itself. Then all collapses are put into one order, by the
-//! largest cost so far in each region, which is cut off at just the wanted number of faces; and what is before
+//! Each block is collapsed as a mesh of its own, by itself. Then all collapses are put into one order, by the
+//! largest cost so far in each block, which is cut off at just the wanted number of faces; and what is before
 //! that is done to the whole mesh once more, which takes less than a tenth of the time.
 
 use core::ops::ControlFlow;
@@ -25,7 +25,7 @@ use crate::record::run::{Phase, Progress, Run};
 use crate::record::target::{StopReason, Target};
 use crate::rejection::Rejections;
 
-/// A run of the driver: with the quadrics of the vertices, what else it begins with, and limits.
+/// A run of the greedy loop: with the quadrics of the vertices, what else it begins with, and limits.
 pub type Drive<'a> = dyn Fn(
         &mut TriMesh,
         Vec<Quadric>,
@@ -36,18 +36,18 @@ pub type Drive<'a> = dyn Fn(
     + Sync
     + 'a;
 
-/// The fewest faces that are cut into regions after the first pass.
+/// The fewest faces that are cut into blocks after the first pass.
 const FEWEST_AGAIN: usize = 30_000;
 /// So many times the wanted faces are collapsed in one piece, on one thread for the most part. With 1.25 mean errors
 /// are the same, with 1.1 up to .6 % higher.
 const LAST: f64 = 1.15;
-/// How far regions are collapsed that tell beforehand which cost leaves as many faces as the pass is to leave: to
+/// How far blocks are collapsed that tell beforehand which cost leaves as many faces as the pass is to leave: to
 /// this part of these.
 const BEYOND: f64 = 0.6;
-/// Regions that are at work between two questions whether to go on.
+/// Blocks that are at work between two questions whether to go on.
 const WAVE: usize = 32;
 
-/// What a region has become.
+/// What a block has become.
 struct Reduced {
     /// The collapses, in numbers of the mesh, but for those of faces.
     entries: Vec<LogEntry>,
@@ -85,7 +85,7 @@ struct Passes<'a> {
     run: Run,
 }
 
-/// Collapses edges of a mesh by the driver, as far as possible in regions. `quadrics` are what the vertices
+/// Collapses edges of a mesh by the greedy loop, as far as possible in blocks. `quadrics` are what the vertices
 /// remember of a run before; nothing where there was none.
 pub fn collapse_driven(
     mesh: &mut TriMesh,
@@ -133,7 +133,7 @@ pub fn collapse_driven(
 }
 
 impl Passes<'_> {
-    /// Collapses all regions until about `aim` faces are left. `reached` hears of the numbers of faces and
+    /// Collapses all blocks until about `aim` faces are left. `reached` hears of the numbers of faces and
     /// of collapses now and then, and may say that it is enough.
     fn pass(
         &mut self,
@@ -178,7 +178,7 @@ impl Passes<'_> {
         None
     }
 
-    /// Collapses a region by itself.
+    /// Collapses a block by itself.
     fn reduce(
         &self,
         partition: &Partition,
@@ -203,7 +203,7 @@ impl Passes<'_> {
         }
     }
 
-    /// Does to the mesh what was done to its regions, the cheapest first, until few enough faces are left.
+    /// Does to the mesh what was done to its blocks, the cheapest first, until few enough faces are left.
     fn carry_out(&mut self, blocks: &[Reduced], aim: usize) {
         let mut faces = self.mesh.topology().face_count();
         let mut counts = vec![0; blocks.len()];
@@ -262,7 +262,7 @@ impl Passes<'_> {
     }
 }
 
-/// The cost up to which regions are collapsed to leave this share of all faces, as some of them tell.
+/// The cost up to which blocks are collapsed to leave this share of all faces, as some of them tell.
 fn cost_leaving(share: f64, blocks: &[Reduced]) -> f64 {
     let faces: usize = blocks.iter().map(|block| block.faces[0]).sum();
     let mut left = ((1.0 - share) * faces as f64) as usize;
@@ -284,7 +284,7 @@ mod tests {
     use mesh_core::{HalfEdgeId, VertexId};
     use mesh_shapes::Plane;
 
-    /// A region of so many faces, two of which go with each collapse.
+    /// A block of so many faces, two of which go with each collapse.
     fn block(faces: usize, costs: &[f64]) -> Reduced {
         let entry = |(i, &cost): (usize, &f64)| LogEntry {
             half_edge: HalfEdgeId::new(0),
@@ -310,7 +310,7 @@ mod tests {
         assert_eq!([24.0, 22.0, 20.0].map(cost), [4.0, 9.0, f64::INFINITY]);
     }
 
-    /// The rim of a region is no boundary of the mesh.
+    /// The rim of a block is no boundary of the mesh.
     #[test]
     fn regions_have_the_borders_of_the_whole() {
         let soup = Plane { half_width: 1.0 }.mesh(200, Default::default()).unwrap();

@@ -1,4 +1,4 @@
-//! A region of a mesh by itself, small enough for the nearest cache, under collapse.
+//! A block of a mesh by itself, small enough for the nearest cache, under collapse.
 
 use core::ops::Range;
 
@@ -17,7 +17,7 @@ use crate::engine::valence::MOST_EDGES;
 use crate::geometry::quadric::Quadric;
 use crate::rejection::{Rejection, Rejections};
 
-/// A part of a mesh: what the tile is made of.
+/// A part of a mesh: what the block mesh is made of.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Part {
@@ -34,7 +34,7 @@ pub(super) struct Part {
     pub(super) half_edge_capacity: usize,
 }
 
-/// A collapse, in numbers of the tile.
+/// A collapse, in numbers of the block mesh.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Step {
@@ -48,7 +48,7 @@ pub(super) struct Step {
     pub(super) cost: f64,
 }
 
-/// How far a tile is collapsed.
+/// How far a block mesh is collapsed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
     /// No edge of this bucket or one above collapses.
@@ -59,14 +59,14 @@ pub(super) struct Goal {
 
 /// A part of a mesh under collapse.
 ///
-/// Edges collapse only where all faces round both ends belong to vertices of this tile alone, so
-/// that tiles of one mesh never see each other's work.
+/// Edges collapse only where all faces around both ends belong to vertices of this block mesh alone, so
+/// that block meshes of one mesh never see each other's work.
 #[derive(Debug)]
 pub(super) struct BlockMesh {
     rules: Rules,
     corners: CornerTable,
     vertices: Vec<BlockVertex>,
-    /// By edge: refused, and waits for nothing but a change round it.
+    /// By edge: rejected, and waits for nothing but a change around it.
     is_refused: Vec<bool>,
     queue: BucketQueue,
     /// By side; nothing unless collapses are recorded.
@@ -168,7 +168,7 @@ impl BlockMesh {
         block_mesh
     }
 
-    /// All edges between free vertices begin to wait. Only a tile that is a whole mesh has more than one block of
+    /// All edges between free vertices begin to wait. Only a block mesh that is a whole mesh has more than one block of
     /// them or two.
     fn queue_all(&mut self, is_free: &[bool]) {
         const BLOCK: u32 = 1 << 14;
@@ -410,7 +410,7 @@ impl BlockMesh {
         faces
     }
 
-    /// Gives the refused edges round a collapse another chance.
+    /// Gives the rejected edges around a collapse another chance.
     fn readmit(&mut self, kept: u32, at: usize) {
         let first = self.corners.first_at(kept);
         let mut corner = first;
@@ -426,7 +426,7 @@ impl BlockMesh {
     }
 
     fn readmit_at(&mut self, v: u32, at: usize) {
-        // The edges of a crowded vertex would be refused again.
+        // The edges of a crowded vertex would be rejected again.
         if !self.vertices[v as usize].has_refused()
             || self.vertices[v as usize].valence() > MOST_EDGES
         {

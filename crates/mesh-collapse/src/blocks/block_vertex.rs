@@ -1,4 +1,4 @@
-//! A vertex of a tile.
+//! A vertex of a block mesh.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ pub(super) struct BlockVertex {
     pub(super) position: DVec3,
     /// The last patch that met it.
     pub(super) met: u32,
-    /// Twice the number of faces at it, and one more if an edge at it was refused.
+    /// Twice the number of faces at it, and one more if an edge at it was rejected.
     state: u32,
     /// The quadric about the position: the diagonal of the matrix and the constant, the mixed entries,
     /// the linear part. The last numbers of the second and third rows mean nothing.
@@ -56,7 +56,7 @@ impl BlockVertex {
         self.state = 2 * valence + self.state % 2;
     }
 
-    /// Whether an edge at it was refused.
+    /// Whether an edge at it was rejected.
     #[inline(always)]
     pub(super) fn has_refused(&self) -> bool {
         self.state % 2 == 1

@@ -28,7 +28,7 @@ const LARGEST: f64 = 1e6;
 #[inline]
 pub(super) fn bucket(cost: f64) -> usize {
     let digits = |number: f64| (number.to_bits() >> SHIFT) as usize;
-    // What is not a number comes first, and is refused.
+    // What is not a number comes first, and is rejected.
     let cost = if cost.is_nan() { 0.0 } else { cost };
     digits(cost.clamp(SMALLEST, LARGEST)) - const { (SMALLEST.to_bits() >> SHIFT) as usize }
 }

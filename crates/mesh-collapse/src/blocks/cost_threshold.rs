@@ -1,25 +1,25 @@
-//! The cost up to which regions are collapsed, so that together they leave as many faces as wanted.
+//! The cost up to which blocks are collapsed, so that together they leave as many faces as wanted.
 
 use crate::blocks::bucket_queue::{BUCKETS, bucket};
 use crate::blocks::rules::Rules;
 
-/// A cost up to which all regions of a pass are collapsed, to a ninth part of it; some of them, evenly spread, may
+/// A cost up to which all blocks of a pass are collapsed, to a ninth part of it; some of them, evenly spread, may
 /// go one such part higher, so that the number of faces can be met more closely than by a cost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CostThreshold {
     bucket: usize,
-    /// So many of 65,536 regions go up to the next bucket.
+    /// So many of 65,536 blocks go up to the next bucket.
     higher: u32,
-    /// The place of the first region among those.
+    /// The place of the first block among those.
     #[cfg_attr(feature = "serde", serde(skip))]
     first: u32,
 }
 
-/// The shares of regions that go higher are counted in these parts.
+/// The shares of blocks that go higher are counted in these parts.
 const WHOLE: u32 = 1 << 16;
 
-/// How many faces a region has, and how many of them go at which costs.
+/// How many faces a block has, and how many of them go at which costs.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Forecast {
@@ -33,7 +33,7 @@ impl Forecast {
         Self { faces: faces as u64, gone: Vec::new() }
     }
 
-    /// Those of some regions as that of a whole with so many faces.
+    /// Those of some blocks as that of a whole with so many faces.
     pub(super) fn of_all(blocks: &[Self], faces: u64) -> Self {
         let mut gone = std::collections::BTreeMap::<usize, u64>::new();
         for &(bucket, count) in blocks.iter().flat_map(|block| &block.gone) {
@@ -75,14 +75,14 @@ impl CostThreshold {
         Self::of(bucket(cost * rules.scale))
     }
 
-    /// The highest one that, as these regions tell, leaves at least this share of all faces; what was
-    /// collapsed to a ceiling itself tells nothing of higher ones.
+    /// The highest one that, as these blocks tell, leaves at least this share of all faces; what was
+    /// collapsed to a threshold itself tells nothing of higher ones.
     #[must_use]
     pub fn leaving(share: f64, blocks: &[&Forecast]) -> Self {
         Self::of(Self::closest(share, blocks).bucket)
     }
 
-    /// As [`CostThreshold::leaving`], with as many regions one part higher as it takes to leave just this share.
+    /// As [`CostThreshold::leaving`], with as many blocks one part higher as it takes to leave just this share.
     #[must_use]
     pub fn closest(share: f64, blocks: &[&Forecast]) -> Self {
         let mut gone = vec![0_u64; BUCKETS];
@@ -102,16 +102,16 @@ impl CostThreshold {
         Self::ALL
     }
 
-    /// The same for one of many sheets: regions that go higher are spread evenly over all of them.
+    /// The same for one of many flat meshes: blocks that go higher are spread evenly over all of them.
     #[must_use]
     pub fn for_sheet(self, number: u32) -> Self {
-        // Steps of the golden section of 65,536; that many more regions are the same again.
+        // Steps of the golden section of 65,536; that many more blocks are the same again.
         Self { first: number.wrapping_mul(40_503), ..self }
     }
 
-    /// The ceiling of one of the regions of a sheet.
+    /// The threshold of one of the blocks of a flat mesh.
     pub(super) fn of_region(self, block: usize) -> Self {
-        // So that of any number of regions in a row the right share goes higher.
+        // So that of any number of blocks in a row the right share goes higher.
         let until = |place: u64| place * u64::from(self.higher) / u64::from(WHOLE);
         let place = u64::from(self.first) + block as u64;
         Self::of(self.bucket + usize::from(until(place + 1) > until(place)))
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!(CostThreshold::leaving(0.46, &both), CostThreshold::of(5));
         assert_eq!(CostThreshold::leaving(0.45, &both), CostThreshold::ALL);
         assert_eq!(CostThreshold::leaving(1.0, &both), CostThreshold::of(2));
-        // A quarter of the regions does what goes at 5, for 20 of the 80.
+        // A quarter of the blocks does what goes at 5, for 20 of the 80.
         let closest = CostThreshold::closest(0.75, &both);
         assert_eq!((closest.bucket, closest.higher), (5, WHOLE / 4));
         for first in [0, 1, 77] {
@@ -163,7 +163,7 @@ mod tests {
             assert_eq!(places.len(), 100);
             assert!(places.windows(2).all(|pair| pair[1] - pair[0] == 4), "{places:?}");
         }
-        // Other sheets begin elsewhere, and as many of their first regions go higher.
+        // Other flat meshes begin elsewhere, and as many of their first blocks go higher.
         let firsts = (0..400).filter(|&i| closest.for_sheet(i).of_region(0).bucket == 6);
         assert!((95..=105).contains(&firsts.count()));
         assert_eq!(CostThreshold::ALL.of_region(3), CostThreshold::ALL);

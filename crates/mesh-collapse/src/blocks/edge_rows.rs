@@ -32,7 +32,7 @@ pub(super) struct Patch {
     fan: Vec<u32>,
     /// Whether one of the ends lies at the rim.
     at_rim: bool,
-    /// Whether edges at the neighbours were refused.
+    /// Whether edges at the neighbours were rejected.
     any_refused: bool,
     /// Patches so far.
     number: u32,
@@ -71,7 +71,7 @@ impl<S: Simd> Faces<'_, S> {
     }
 }
 
-/// Where to walk round one end of an edge.
+/// Where to walk around one end of an edge.
 struct Round<S: Simd> {
     /// The corners at the end in the faces that vanish, counter-clockwise before and after the edge.
     start: u32,
@@ -83,7 +83,7 @@ struct Round<S: Simd> {
 /// What a walk round an end has met.
 struct Walk {
     is_closed: bool,
-    /// Whether one of the points was met round the other end too, and is no apex.
+    /// Whether one of the points was met around the other end too, and is no apex.
     meets: bool,
     any_refused: bool,
 }
@@ -112,7 +112,7 @@ impl Patch {
         self.at_rim
     }
 
-    /// Whether edges at the neighbours of the ends were refused.
+    /// Whether edges at the neighbours of the ends were rejected.
     pub(super) fn any_refused(&self) -> bool {
         self.any_refused
     }
@@ -168,7 +168,7 @@ impl Patch {
         Ok(())
     }
 
-    /// Walks round the first or second end of an edge.
+    /// Walks around the first or second end of an edge.
     #[inline(always)]
     fn walk<S: Simd, const FIRST: bool>(
         &mut self,
@@ -367,7 +367,7 @@ mod tests {
         [hills, ball].map(|soup: PolygonSoup| TriMesh::from_soup(&soup).unwrap())
     }
 
-    /// What is found out by walking round the ends is what the list of all triangles says.
+    /// What is found out by walking around the ends is what the list of all triangles says.
     #[test]
     fn patches_are_the_triangles_round_an_edge() {
         let mut outcomes = std::collections::BTreeMap::<_, usize>::new();

@@ -105,7 +105,7 @@ impl<'a> FlatMesh<'a> {
         self.vertices().take(self.vertex_capacity() - self.held)
     }
 
-    /// The mesh that the sheet is: vertices and faces in the order of the original.
+    /// The mesh that the flat mesh is: vertices and faces in the order of the original.
     #[must_use]
     pub fn to_mesh(&self) -> TriMesh {
         self.to_ordered_mesh().mesh
@@ -183,7 +183,7 @@ impl FlatMesh<'static> {
         }
     }
 
-    /// Numbers the sides of the faces as the mesh does that the sheet is, so that collapses can be recorded.
+    /// Numbers the sides of the faces as the mesh does that the flat mesh is, so that collapses can be recorded.
     pub fn number_half_edges(&mut self) {
         #[expect(clippy::expect_used, reason = "collapses that are legal leave a manifold")]
         let topology = Topology::from_triangles(self.positions.len(), &self.triangles)
@@ -192,7 +192,7 @@ impl FlatMesh<'static> {
         self.half_edges = topology.faces().map(sides).collect();
     }
 
-    /// What the sheet is, as arrays; the vertex ids are places in the fragment that the first sheet was
+    /// What the flat mesh is, as arrays; the vertex ids are places in the fragment that the first flat mesh was
     /// made from.
     #[must_use]
     pub fn into_fragment(self) -> Fragment {
@@ -204,7 +204,7 @@ impl FlatMesh<'static> {
     }
 }
 
-/// A sheet as a mesh, with the numbers in the original and in the sheet of its vertices and faces.
+/// A flat mesh as a mesh, with the numbers in the original and in the flat mesh of its vertices and faces.
 pub(super) struct Ordered {
     pub(super) mesh: TriMesh,
     pub(super) vertices: Vec<(u32, u32)>,

@@ -1,25 +1,25 @@
-//! Collapses in regions: side by side, each in the cache of one core, with the same bits on any number
+//! Collapses in blocks: side by side, each in the cache of one core, with the same bits on any number
 //! of cores.
 //!
 //! **In:** a mesh, rules, a number of faces. **Out:** a mesh without gaps, what each vertex has become, and
 //! on demand the collapses as a log of the mesh that was given.
 //!
 //! A run is a row of passes. Each cuts the mesh by a partition that depends on its positions alone,
-//! looks at a few of the regions to tell which cost leaves as many faces as the pass is to leave, collapses
+//! looks at a few of the blocks to tell which cost leaves as many faces as the pass is to leave, collapses
 //! all up to that cost, and puts them together again. The last part is done in one piece, in the order of
 //! costs over the whole mesh.
 //!
 //! Invariants:
 //!
-//! - An edge collapses in a region only if all faces round both of its ends belong to vertices of that
-//!   region. So collapses of different regions neither see nor touch each other, and may be put into any
+//! - An edge collapses in a block only if all faces around both of its ends belong to vertices of that
+//!   block. So collapses of different blocks neither see nor touch each other, and may be put into any
 //!   order that keeps the order within each.
 //! - Vertices and faces keep the numbers of the original beside their own, and sides their half-edges as
 //!   `mesh_core` would renumber them: the log replays, to the same bits.
 //!
 //! Uses `collapse` and no other room.
 //!
-//! The pieces can be used by themselves, to do regions one by one, elsewhere, or from a disk:
+//! The pieces can be used by themselves, to do blocks one by one, elsewhere, or from a disk:
 //!
 //! ```
 //! use mesh_core::TriMesh;

@@ -9,18 +9,18 @@ use mesh_core::parallel;
 
 use crate::blocks::flat_mesh::FlatMesh;
 
-/// The vertices of a sheet in regions of equal size; only the last may be smaller.
+/// The vertices of a flat mesh in blocks of equal size; only the last may be smaller.
 #[derive(Clone, Debug)]
 pub struct Partition {
-    /// The vertices, region by region, but those that are held.
+    /// The vertices, block by block, but those that are held.
     order: Vec<u32>,
     /// By vertex: its place in the order; far beyond it for those that are held.
     rank: Vec<u32>,
-    /// The binary logarithm of the number of vertices of each region.
+    /// The binary logarithm of the number of vertices of each block.
     shift: u32,
-    /// The faces with all corners in one region, region by region.
+    /// The faces with all corners in one block, block by block.
     inner: Lists,
-    /// The faces with some corners in each region, region by region.
+    /// The faces with some corners in each block, block by block.
     mixed: Lists,
 }
 
@@ -62,17 +62,17 @@ struct Site {
     vertex: u32,
 }
 
-/// Protected of faces that have corners in several regions, and of those that are in none.
+/// Protected of faces that have corners in several blocks, and of those that are in none.
 const MIXED: u32 = u32::MAX;
 const GONE: u32 = u32::MAX - 1;
 
-/// The binary logarithm of the number of vertices of a region: as many as the cache of one core holds.
+/// The binary logarithm of the number of vertices of a block: as many as the cache of one core holds.
 const REGION: u32 = 12;
-/// That of a region that holds everything.
+/// That of a block that holds everything.
 const WHOLE: u32 = 31;
 
 impl FlatMesh<'_> {
-    /// The regions of a pass, of 4096 vertices each.
+    /// The blocks of a pass, of 4096 vertices each.
     #[must_use]
     pub fn partition(&self, pass: usize) -> Partition {
         Partition::new(self, REGION, pass)
@@ -80,12 +80,12 @@ impl FlatMesh<'_> {
 }
 
 impl Partition {
-    /// One region.
+    /// One block.
     pub(super) fn whole(flat: &FlatMesh<'_>) -> Self {
         Self::new(flat, WHOLE, 0)
     }
 
-    /// The regions of two to the power of `shift` vertices in pass number `pass`.
+    /// The blocks of two to the power of `shift` vertices in pass number `pass`.
     fn new(flat: &FlatMesh<'_>, shift: u32, pass: usize) -> Self {
         let directions = directions(pass);
         let center = flat.vertices().next().map_or(DVec3::ZERO, |v| flat.positions[v as usize]);
@@ -127,34 +127,34 @@ impl Partition {
         Self { order, rank, shift, inner, mixed }
     }
 
-    /// The number of regions.
+    /// The number of blocks.
     #[must_use]
     pub fn blocks(&self) -> usize {
         self.order.len().div_ceil(1 << self.shift)
     }
 
-    /// One region in so many, but no fewer than `fewest`, in ascending order: evenly spread, and none at the ends.
+    /// One block in so many, but no fewer than `fewest`, in ascending order: evenly spread, and none at the ends.
     pub(super) fn some(&self, one_in: usize, fewest: usize) -> Vec<usize> {
         evenly(self.blocks(), one_in, fewest)
     }
 
-    /// The place in the order where a region begins.
+    /// The place in the order where a block begins.
     pub(super) fn first(&self, block: usize) -> usize {
         block << self.shift
     }
 
-    /// The vertices of a region.
+    /// The vertices of a block.
     pub(super) fn vertices(&self, block: usize) -> &[u32] {
         let end = self.order.len().min((block + 1) << self.shift);
         &self.order[self.first(block)..end]
     }
 
-    /// The faces with all corners in a region.
+    /// The faces with all corners in a block.
     pub(super) fn inner(&self, block: usize) -> &[u32] {
         self.inner.get(block)
     }
 
-    /// The faces with some of their corners in a region.
+    /// The faces with some of their corners in a block.
     pub(super) fn mixed(&self, block: usize) -> &[u32] {
         self.mixed.get(block)
     }
@@ -180,7 +180,7 @@ fn directions(pass: usize) -> DMat3 {
     DMat3::from_rotation_z(angle) * DMat3::from_rotation_x(0.6 * angle)
 }
 
-/// Brings the sites into an order in which those of each region follow each other.
+/// Brings the sites into an order in which those of each block follow each other.
 fn halve(sites: &mut [Site], size: usize) {
     let blocks = sites.len().div_ceil(size);
     if blocks < 2 {

@@ -1,4 +1,4 @@
-//! What is left of all regions, put together: the mesh, and the order of the collapses.
+//! What is left of all blocks, put together: the mesh, and the order of the collapses.
 
 use std::borrow::Cow;
 
@@ -11,15 +11,15 @@ use crate::blocks::flat_mesh::FlatMesh;
 use crate::blocks::rules::Rules;
 use crate::record::log::LogEntry;
 
-/// The fewest faces of a mesh that are worth being cut into regions. In one of fewer, rims stand out, and as one
-/// piece it knows what lies across its sides; and it takes longer to look at some of few regions beforehand than
+/// The fewest faces of a mesh that are worth being cut into blocks. In one of fewer, rims stand out, and as one
+/// piece it knows what lies across its sides; and it takes longer to look at some of few blocks beforehand than
 /// is gained.
 const FEWEST: usize = 75_000;
 /// A pass leaves no fewer than one in so many faces; by then, rims stand out.
 const PASS: usize = 4;
 /// So many times the faces that are wanted are collapsed in one piece.
 const LAST: f64 = 1.25;
-/// Regions of which one is looked at beforehand.
+/// Blocks of which one is looked at beforehand.
 pub(super) const FORECAST: usize = 16;
 /// The fewest that are.
 pub(super) const LEAST_ASKED: usize = 2;
@@ -30,7 +30,7 @@ pub(super) fn last_piece(target: usize) -> usize {
 }
 
 /// How many of the faces that there are a pass is to leave where the last one leaves `end`; `None` when no other
-/// pass is worth it. `fewest_again` are the fewest faces that are cut into regions once more.
+/// pass is worth it. `fewest_again` are the fewest faces that are cut into blocks once more.
 pub(super) fn aim(pass: usize, faces: usize, end: usize, fewest_again: usize) -> Option<usize> {
     let fewest = if pass == 0 { FEWEST } else { fewest_again };
     let aim = end.max(faces / PASS);
@@ -38,7 +38,7 @@ pub(super) fn aim(pass: usize, faces: usize, end: usize, fewest_again: usize) ->
 }
 
 impl FlatMesh<'static> {
-    /// Puts all regions of a sheet together again, in the order in which they were cut out.
+    /// Puts all blocks of a flat mesh together again, in the order in which they were cut out.
     #[must_use]
     pub fn join(blocks: Vec<Reduced>) -> Self {
         let largest = blocks.iter().flat_map(|block| &block.vertices).max();
@@ -46,7 +46,7 @@ impl FlatMesh<'static> {
         Self::join_all(blocks, capacity)
     }
 
-    /// The same, for a sheet with so many vertices.
+    /// The same, for a flat mesh with so many vertices.
     fn join_all(blocks: Vec<Reduced>, capacity: usize) -> Self {
         let mut number = vec![u32::MAX; capacity];
         let left = blocks.iter().flat_map(|block| &block.vertices);
@@ -92,7 +92,7 @@ fn joined<T>(lists: Vec<Vec<T>>) -> Vec<T> {
 }
 
 impl FlatMesh<'_> {
-    /// What belongs to no region: the held vertices, and the faces that have no other ones.
+    /// What belongs to no block: the held vertices, and the faces that have no other ones.
     fn idle(&self) -> Reduced {
         let first = (self.vertex_capacity() - self.held) as u32;
         let vertices: Vec<u32> = (first..first + self.held as u32).collect();
@@ -113,7 +113,7 @@ impl FlatMesh<'_> {
         }
     }
 
-    /// A pass over all regions: collapses the edges that cost less than a ceiling. Not for collapses that
+    /// A pass over all blocks: collapses the edges that cost less than a threshold. Not for collapses that
     /// are recorded.
     ///
     /// # Panics
@@ -135,7 +135,7 @@ impl FlatMesh<'_> {
         FlatMesh { held: self.held, ..joined }
     }
 
-    /// What a pass would take away at which costs, as one in so many regions tell, each collapsed until
+    /// What a pass would take away at which costs, as one in so many blocks tell, each collapsed until
     /// this share of its faces is left.
     #[must_use]
     pub fn forecast(&self, pass: usize, rules: &Rules, share: f64, one_in: usize) -> Forecast {
@@ -148,8 +148,8 @@ impl FlatMesh<'_> {
     }
 }
 
-/// The order of the collapses of several regions, as region and place in it: by the largest cost so far in the
-/// region, which comes first.
+/// The order of the collapses of several blocks, as block and place in it: by the largest cost so far in the
+/// block, which comes first.
 pub(super) fn by_cost_so_far(
     blocks: impl Iterator<Item = impl Iterator<Item = f64>>,
 ) -> Vec<(f64, u32, u32)> {
@@ -161,12 +161,12 @@ pub(super) fn by_cost_so_far(
             order.push((largest, block as u32, i as u32));
         }
     }
-    // Each region is in order, and of equal costs the first regions come first, as they do now.
+    // Each block is in order, and of equal costs the first blocks come first, as they do now.
     parallel::sort_by(&mut order, |a, b| a.0.total_cmp(&b.0));
     order
 }
 
-/// Puts the collapses of regions of one pass into one order.
+/// Puts the collapses of blocks of one pass into one order.
 pub(super) fn merge_steps(blocks: &[Done], log: &mut Vec<LogEntry>, faces_before: &mut u32) {
     let order = by_cost_so_far(blocks.iter().map(|done| done.steps.iter().map(|step| step.cost)));
     let mut entries = parallel::collect(order.len(), |place| {

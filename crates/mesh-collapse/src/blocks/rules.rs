@@ -1,8 +1,8 @@
-//! What a run in regions goes by.
+//! What a run in blocks goes by.
 
 use mesh_core::TriMesh;
 
-/// What collapses in regions go by.
+/// What collapses in blocks go by.
 #[derive(Clone, Copy, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Rules {
@@ -24,7 +24,7 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// Those of [`Preset::Draft`](crate::Preset::Draft) for a mesh.
+    /// The rules of the preset `draft` of the crate `simplify` for a mesh.
     #[must_use]
     pub fn new(mesh: &TriMesh) -> Self {
         Self::of_size(mesh.bounding_box().map_or(0.0, |bounds| bounds.diagonal()))

@@ -1,4 +1,4 @@
-//! A run in regions: pass after pass until few enough faces are left, and then in one piece.
+//! A run in blocks: pass after pass until few enough faces are left, and then in one piece.
 
 use core::ops::ControlFlow;
 use std::time::Instant;
@@ -20,9 +20,9 @@ use crate::record::snapshot::Snapshot;
 use crate::record::target::{StopReason, Target};
 use crate::rejection::Rejections;
 
-/// The fewest faces that are cut into regions after the first pass, when all has to be found out anyway.
+/// The fewest faces that are cut into blocks after the first pass, when all has to be found out anyway.
 const FEWEST_AGAIN: usize = 50_000;
-/// Regions that are at work between two questions whether to go on.
+/// Blocks that are at work between two questions whether to go on.
 const WAVE: usize = 64;
 
 /// What is left of a mesh, and how it came about.
@@ -94,7 +94,7 @@ impl Precision {
     }
 }
 
-/// Collapses edges of a mesh in regions.
+/// Collapses edges of a mesh in blocks.
 pub fn collapse_in_blocks(
     mesh: &TriMesh,
     rules: Rules,
@@ -105,7 +105,7 @@ pub fn collapse_in_blocks(
     collapse_flat_mesh(FlatMesh::new(mesh), capacity, rules, extent, observe)
 }
 
-/// The same for a sheet whose vertices have ids below `capacity`.
+/// The same for a flat mesh whose vertices have ids below `capacity`.
 pub fn collapse_flat_mesh(
     mut flat: FlatMesh<'_>,
     capacity: usize,
@@ -171,13 +171,13 @@ impl Passes<'_, '_> {
         self.stop.is_none()
     }
 
-    /// Collapses all regions to the cost at which about `aim` faces are left.
+    /// Collapses all blocks to the cost at which about `aim` faces are left.
     fn pass(&mut self, flat: &FlatMesh<'_>, number: usize, aim: usize) -> FlatMesh<'static> {
         let partition = flat.partition(number);
         let end = forecast_ceiling(flat, &partition, &self.rules, aim);
         let mut reduced = self.reduce_all(flat, &partition, end);
         let left: usize = reduced.iter().map(Reduced::face_count).sum();
-        // The regions that were looked at were not like the others: now it is known what goes where.
+        // The blocks that were looked at were not like the others: now it is known what goes where.
         let is_too_few = left < aim - aim / 5 && left < self.target + self.target / 5;
         if is_too_few && self.stop.is_none() {
             let all: Vec<&Forecast> = reduced.iter().map(Reduced::forecast).collect();
@@ -217,7 +217,7 @@ impl Passes<'_, '_> {
         reduced
     }
 
-    /// Collapses what is left as one region, to the number of faces.
+    /// Collapses what is left as one block, to the number of faces.
     fn in_one_piece(&mut self, flat: FlatMesh<'_>) -> FlatMesh<'static> {
         let goal = Goal { end: BUCKETS, faces: self.target };
         let rules = self.rules;
@@ -269,7 +269,7 @@ impl Passes<'_, '_> {
     }
 }
 
-/// What a sheet is after so many collapses, and which vertices of the sheet its vertices are.
+/// What a flat mesh is after so many collapses, and which vertices of the flat mesh its vertices are.
 fn snapshot(flat: &FlatMesh<'_>, collapses: usize, is_recorded: bool) -> (Snapshot, Vec<u32>) {
     let Ordered { mesh, vertices, faces } = flat.to_ordered_mesh();
     let snapshot = Snapshot {
@@ -320,7 +320,7 @@ fn original_half_edges(
     all
 }
 
-/// The ceiling at which about `aim` faces are left, as some of the regions tell.
+/// The threshold at which about `aim` faces are left, as some of the blocks tell.
 fn forecast_ceiling(
     flat: &FlatMesh<'_>,
     partition: &Partition,
@@ -362,7 +362,7 @@ mod tests {
         }
     }
 
-    /// A flat mesh that is rough just where a region is looked at beforehand: these tell of a high ceiling, at
+    /// A flat mesh that is rough just where a block is looked at beforehand: these tell of a high threshold, at
     /// which next to nothing would be left of the others.
     #[test]
     fn a_pass_that_went_too_far_is_made_again() {

@@ -1,4 +1,4 @@
-//! A region of a mesh as a mesh of its own, for the driver.
+//! A block of a mesh as a mesh of its own, for the greedy loop.
 
 use glam::DVec3;
 use mesh_core::{FaceId, HalfEdgeId, TriMesh, VertexId};
@@ -7,23 +7,23 @@ use crate::blocks::partition::Partition;
 use crate::geometry::quadric::Quadric;
 use crate::record::log::LogEntry;
 
-/// A region with all faces that have a corner in it, as a mesh of its own, and where that comes from.
+/// A block with all faces that have a corner in it, as a mesh of its own, and where that comes from.
 ///
-/// Vertices of other regions are there for the sake of these faces. One whose faces here form several fans
+/// Vertices of other blocks are there for the sake of these faces. One whose faces here form several fans
 /// is several vertices, so that the excerpt is a manifold.
 pub(super) struct Submesh {
     pub(super) mesh: TriMesh,
-    /// By vertex: whether all faces round it have all corners in the region. Only edges between two such
+    /// By vertex: whether all faces around it have all corners in the block. Only edges between two such
     /// vertices may collapse: then all that they and their neighbours are made of is there, and no other
-    /// region changes any of it.
+    /// block changes any of it.
     pub(super) is_free: Vec<bool>,
-    /// The vertices of the region, in numbers of the mesh; these come first.
+    /// The vertices of the block, in numbers of the mesh; these come first.
     own: Vec<u32>,
     /// By half-edge: that of the mesh.
     half_edges: Vec<HalfEdgeId>,
 }
 
-/// A corner at a vertex of another region, with the corners that follow and precede it in its triangle.
+/// A corner at a vertex of another block, with the corners that follow and precede it in its triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Outer {
     vertex: u32,
@@ -45,7 +45,7 @@ impl Submesh {
         let mut outer = Vec::new();
         for &face in &faces {
             let corners = topology.face_vertices(face).map(VertexId::get);
-            // Very large for vertices before the region.
+            // Very large for vertices before the block.
             let numbers = corners.map(|v| partition.rank(v).wrapping_sub(first));
             let is_own = numbers.map(|number| (number as usize) < own.len());
             for i in 0..3 {
@@ -105,7 +105,7 @@ impl Submesh {
     }
 }
 
-/// The corners in fans: those at one vertex whose triangles follow each other round it.
+/// The corners in fans: those at one vertex whose triangles follow each other around it.
 fn fans(mut corners: Vec<Outer>) -> Vec<Vec<Outer>> {
     corners.sort_unstable();
     let find = |vertex: u32, following: u32| {
@@ -147,7 +147,7 @@ mod tests {
     use crate::record::target::Target;
     use mesh_shapes::{Irregular, Wave};
 
-    /// An open mesh with so many holes that the rims of its regions touch themselves.
+    /// An open mesh with so many holes that the rims of its blocks touch themselves.
     fn sieve() -> TriMesh {
         let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
         let soup = wave.irregular_mesh(90, Irregular { jitter: 0.2, seed: 4 }).unwrap();
@@ -161,7 +161,7 @@ mod tests {
         mesh
     }
 
-    /// Every region is a mesh whose elements are those of the whole one, and what is legal in it is legal
+    /// Every block is a mesh whose elements are those of the whole one, and what is legal in it is legal
     /// there, however the others are collapsed.
     #[test]
     fn excerpts_are_manifolds_whose_collapses_are_those_of_the_mesh() {

@@ -11,7 +11,7 @@ use crate::rejection::Rejection;
 /// Keeps a number of vertices in every connected component.
 ///
 /// Nothing ever removes the last face of a component, or the tetrahedron that closed ones end as.
-/// This guard stops earlier, so that small parts keep a shape.
+/// This constraint stops earlier, so that small parts keep a shape.
 #[derive(Clone, Debug)]
 pub struct ComponentConstraint {
     /// Components do not get fewer vertices than this. Those that have fewer are left alone.
@@ -21,7 +21,7 @@ pub struct ComponentConstraint {
 }
 
 impl ComponentConstraint {
-    /// A guard that keeps this many vertices.
+    /// A constraint that keeps this many vertices.
     #[must_use]
     pub fn new(min_vertices: usize) -> Self {
         Self { min_vertices, of_vertex: VertexMap::from_vec(Vec::new()), vertices: Vec::new() }

@@ -9,7 +9,7 @@ use crate::geometry::new_intersections::{ChangedFace, NewIntersections};
 use crate::policy::{Policy, Scratch};
 use crate::rejection::Rejection;
 
-/// Refuses collapses after which faces cross, or touch away from common vertices and edges, that
+/// Rejects collapses after which faces cross, or touch away from common vertices and edges, that
 /// did not before. Decided exactly, without a tolerance.
 ///
 /// Parts of an assembly that have vertices at the same places at the start may go on touching: there,

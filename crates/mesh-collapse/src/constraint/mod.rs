@@ -1,8 +1,8 @@
-//! Which collapses are refused, however cheap they are.
+//! Which collapses are rejected, however cheap they are.
 //!
-//! The mesh itself refuses those that would not leave a manifold
+//! The mesh itself rejects those that would not leave a manifold
 //! ([`mesh_core::Topology::check_collapse`]). Constraints refuse those that leave a bad one. An edge
-//! that was refused is tried again once its neighbourhood has changed.
+//! that was rejected is tried again once its neighbourhood has changed.
 
 mod component;
 mod intersection;
@@ -25,7 +25,7 @@ use crate::rejection::Rejection;
 
 /// A rule that collapses must follow.
 ///
-/// A guard is `Clone`, since it is asked about meshes that are tried and given up again.
+/// A constraint is `Clone`, since it is asked about meshes that are tried and given up again.
 ///
 /// ```
 /// use glam::DVec3;
@@ -69,7 +69,7 @@ pub trait Constraint: Policy + CloneConstraint {
     ) -> Result<(), Rejection>;
 }
 
-/// Copies guards of any type; every guard that is [`Clone`] has it.
+/// Copies constraints of any type; every constraint that is [`Clone`] has it.
 pub trait CloneConstraint {
     /// A copy, as it is by now.
     fn clone_constraint(&self) -> Box<dyn Constraint>;
@@ -86,7 +86,7 @@ impl<G: Constraint + Clone + 'static> CloneConstraint for G {
 pub struct Constraints(Vec<Box<dyn Constraint>>);
 
 impl Constraints {
-    /// One more guard, which is asked after those before it.
+    /// One more constraint, which is asked after those before it.
     pub fn push(&mut self, constraint: impl Constraint + 'static) {
         self.0.push(Box::new(constraint));
     }

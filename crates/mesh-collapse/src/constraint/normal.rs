@@ -7,7 +7,7 @@ use crate::geometry::edge_patch::EdgePatch;
 use crate::policy::{Policy, Scratch};
 use crate::rejection::Rejection;
 
-/// Refuses collapses after which the normal of a face differs too much from what it was.
+/// Rejects collapses after which the normal of a face differs too much from what it was.
 #[derive(Clone, Copy, Debug)]
 pub struct NormalConstraint {
     /// The smallest allowed cosine of the angle between old and new normal.

@@ -7,10 +7,10 @@ use crate::geometry::edge_patch::EdgePatch;
 use crate::policy::{Policy, Scratch};
 use crate::rejection::Rejection;
 
-/// Refuses collapses that make the worst face worse and leave it a sliver.
+/// Rejects collapses that make the worst face worse and leave it a sliver.
 ///
 /// The shape of a face is its area relative to that of an equilateral triangle with the same sum
-/// of squared sides: 1 for that triangle, 0 for one without area. Slivers are refused only when
+/// of squared sides: 1 for that triangle, 0 for one without area. Slivers are rejected only when
 /// they are worse than the worst face of the patch before, because a mesh that has slivers must be
 /// able to lose them.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@ use crate::rejection::Rejection;
 
 /// Something that makes collapses cost more than the [`Cost`](super::Cost) of the run says.
 ///
-/// A surcharge never lowers a cost. The cost is therefore a lower bound, and surcharges are asked
+/// A cost modifier never lowers a cost. The cost is therefore a lower bound, and cost modifiers are asked
 /// only about edges that reach the head of the queue.
 ///
 /// ```
@@ -32,7 +32,7 @@ pub trait CostModifier: Policy {
     /// The cost with this on top, when the vertex goes to `x` relative to the midpoint of the edge.
     fn raise(&self, cost: f64, patch: &EdgePatch<'_>, x: DVec3, scratch: &mut Scratch) -> f64;
 
-    /// Whether the edge may be collapsed at all with its vertex going to `x`. Asked after the guards.
+    /// Whether the edge may be collapsed at all with its vertex going to `x`. Asked after the constraints.
     ///
     /// # Errors
     /// The reason why not.

@@ -1,6 +1,6 @@
 //! What a collapse costs.
 //!
-//! The driver collapses the cheapest edge first. A new cost implements [`Cost`], most often
+//! The greedy loop collapses the cheapest edge first. A new cost implements [`Cost`], most often
 //! through [`Cost::quadric`] and [`Cost::cost`] alone. What is to come on top of any cost is a
 //! [`CostModifier`].
 

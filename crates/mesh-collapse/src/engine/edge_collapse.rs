@@ -8,7 +8,7 @@
 //!   to be collapsed.
 //! - [`Schedule::Exact`] keeps all keys up to date in a heap ([`Heap`]), and is exact.
 //!
-//! An edge that is known to cost more than a ceiling goes back to where it waits, with what is known
+//! An edge that is known to cost more than a threshold goes back to where it waits, with what is known
 //! as its key.
 
 use core::ops::ControlFlow;
@@ -44,7 +44,7 @@ pub fn collapse_edges<C: Cost, P: Placement>(
     collapse_edges_from(mesh, policies, Start::default(), protect, limits, observe)
 }
 
-/// The same for a run that does not begin with nothing. It returns the guards that followed the mesh as they
+/// The same for a run that does not begin with nothing. It returns the constraints that followed the mesh as they
 /// are then.
 pub fn collapse_edges_from<C: Cost, P: Placement>(
     mesh: &mut TriMesh,

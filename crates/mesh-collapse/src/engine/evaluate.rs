@@ -1,7 +1,7 @@
 //! What an edge costs, found out in steps.
 //!
-//! A bound from the ends of the edge alone comes first, then a bound from what the faces round it add up to,
-//! then the cost itself, then the surcharges; as soon as one of them is above the ceiling, that is enough.
+//! A bound from the ends of the edge alone comes first, then a bound from what the faces around it add up to,
+//! then the cost itself, then the cost modifiers; as soon as one of them is above the threshold, that is enough.
 //! The faces are collected as late as the policies let them.
 
 use glam::DVec3;
@@ -17,7 +17,7 @@ use crate::rejection::Rejection;
 
 /// What is known of the cost of an edge.
 pub(super) enum Assessment {
-    /// It is more than the ceiling, and no less than this.
+    /// It is more than the threshold, and no less than this.
     Above(f64),
     /// It is exactly this when the vertex that remains goes to this place.
     Exact(Place, f64),
@@ -36,7 +36,7 @@ pub(super) fn early_bound<C: Cost, P>(
     policies.cost.early_bound(&patch).filter(|bound| !bound.is_nan())
 }
 
-/// The place and the cost of an edge, or a bound of the cost when that is above the ceiling.
+/// The place and the cost of an edge, or a bound of the cost when that is above the threshold.
 #[inline]
 pub(super) fn assess<C: Cost, P: Placement>(
     Policies { cost, modifiers, placement, .. }: &Policies<C, P>,

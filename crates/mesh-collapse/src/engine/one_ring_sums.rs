@@ -1,4 +1,4 @@
-//! Sums over the faces round each vertex.
+//! Sums over the faces around each vertex.
 //!
 //! The planes of these faces all go through the vertex: about its position their quadric is a matrix and
 //! nothing else, and so is the plane that keeps the volume a normal. What the faces round an edge add up to
@@ -58,7 +58,7 @@ impl SubAssign for FaceSum {
     }
 }
 
-/// The faces round a vertex.
+/// The faces around a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 struct OneRingSum {
     sum: FaceSum,
@@ -72,7 +72,7 @@ impl OneRingSum {
     }
 }
 
-/// Where the faces round a vertex have come to so small a part of their area by subtraction, they are added up
+/// Where the faces around a vertex have come to so small a part of their area by subtraction, they are added up
 /// anew: the digits of the large ones are in the way of theirs.
 const LEAST_PART: f64 = 1e-2;
 
@@ -94,7 +94,7 @@ impl OneRingSums {
         Self(sums)
     }
 
-    /// What the faces round both ends of an edge add up to.
+    /// What the faces around both ends of an edge add up to.
     #[inline]
     pub(super) fn of_edge(&self, patch: &EdgePatch<'_>) -> PatchSum {
         let removed = self.0[patch.removed().index()].sum;

@@ -21,7 +21,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// With guards that follow the mesh already.
+    /// With constraints that follow the mesh already.
     pub fn followed_by(followers: Constraints) -> Self {
         Self { followers, ..Self::default() }
     }

@@ -1,4 +1,4 @@
-//! One edge's turn: its cost, the guards, the collapse, and who is told of it.
+//! One edge's turn: its cost, the constraints, the collapse, and who is told of it.
 
 use glam::DVec3;
 use mesh_core::{EdgeId, TriMesh, VertexId, parallel};
@@ -31,9 +31,9 @@ pub(super) struct Stepper<'a, C, P> {
     /// By vertex: whether edges at it may collapse; all may when there is none.
     is_free: Option<Vec<bool>>,
     first: Option<Vec<EdgeId>>,
-    /// The edges that were refused, and wait for nothing but a change round them.
+    /// The edges that were rejected, and wait for nothing but a change around them.
     is_refused: Vec<bool>,
-    /// The number of refused edges at each vertex, or more.
+    /// The number of rejected edges at each vertex, or more.
     refused_at: Vec<u32>,
     valences: ValenceTable,
     used_vertices: usize,
@@ -66,7 +66,7 @@ struct Evaluator<'m, 's, C, P> {
 /// How an edge is collapsed, if it is.
 #[expect(clippy::large_enum_variant, reason = "there is one at a time")]
 enum Choice<'p> {
-    /// It costs more than the ceiling, and no less than this.
+    /// It costs more than the threshold, and no less than this.
     Above(f64),
     Collapse {
         /// Its first vertex goes.
@@ -94,7 +94,7 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
         }
     }
 
-    /// Where an edge goes that costs no more than `ceiling`, if policies and guards allow it.
+    /// Where an edge goes that costs no more than `ceiling`, if policies and constraints allow it.
     fn choose<'p>(
         &self,
         edge: EdgeId,
@@ -144,7 +144,7 @@ impl<'m, C: Cost, P: Placement> Evaluator<'m, '_, C, P> {
 /// What has become of an edge whose turn it was.
 pub(super) enum Turn {
     Collapsed,
-    /// It costs more than the ceiling, and no less than this.
+    /// It costs more than the threshold, and no less than this.
     Above(f64),
     Refused,
 }
@@ -226,7 +226,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         })
     }
 
-    /// The edges that may collapse and are not refused, with their costs or the quickest bounds of these: those that
+    /// The edges that may collapse and are not rejected, with their costs or the quickest bounds of these: those that
     /// are to be looked at first, until [`Stepper::others`] are, and then all.
     pub(super) fn entries(&mut self) -> Vec<Entry> {
         let topology = self.mesh.topology();
@@ -267,7 +267,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         bound.flatten().unwrap_or(f64::NEG_INFINITY)
     }
 
-    /// The cost of an edge, or the quickest bound of it; `None` when the edge is refused.
+    /// The cost of an edge, or the quickest bound of it; `None` when the edge is rejected.
     pub(super) fn key(&mut self, edge: EdgeId) -> Option<f64> {
         let mut memory = core::mem::take(&mut self.memory);
         let key = self.evaluator().key(edge, &mut memory);
@@ -386,7 +386,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         }
     }
 
-    /// Lists the vertices round a collapse.
+    /// Lists the vertices around a collapse.
     fn touch(&mut self, collapse: &Collapse) {
         let Collapse { removed, kept, .. } = *collapse;
         self.refused_at[kept.index()] += self.refused_at[removed.index()];
@@ -395,11 +395,11 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
         self.touched.extend(self.mesh.topology().one_ring(kept));
     }
 
-    /// Gives the refused edges round the last collapse another chance.
+    /// Gives the rejected edges around the last collapse another chance.
     fn readmit(&mut self, schedule: &mut dyn EdgeQueue) {
         let topology = self.mesh.topology();
         for &v in &self.touched {
-            // Its edges would be refused again.
+            // Its edges would be rejected again.
             if self.valences.is_crowded(v) {
                 continue;
             }
@@ -415,7 +415,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     }
 
     /// Lists the edges whose cost the last collapse may have changed, by index; not those that are
-    /// refused.
+    /// rejected.
     pub(super) fn list_stale(&mut self, stale: &mut Vec<EdgeId>) {
         self.widen_touched();
         let topology = self.mesh.topology();
@@ -450,7 +450,7 @@ impl<'a, C: Cost, P: Placement> Stepper<'a, C, P> {
     }
 }
 
-/// Whether guards, surcharges and the placement let a collapse pass.
+/// Whether constraints, cost modifiers and the placement let a collapse pass.
 fn check<C: Cost, P: Placement>(
     policies: &Policies<C, P>,
     fixed: &VertexFreedom,

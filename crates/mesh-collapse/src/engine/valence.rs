@@ -1,6 +1,6 @@
 //! How many edges each vertex has, and where these are too many.
 //!
-//! Whoever looks at the patch of an edge goes round both of its ends. At the tip of a cone with n
+//! Whoever looks at the patch of an edge goes around both of its ends. At the tip of a cone with n
 //! sides that takes n steps for each of n edges, again and again as the rim is collapsed. The edges of
 //! such a vertex therefore wait until collapses of the rim have left it fewer of them. Where the rim cannot
 //! be collapsed, they stay.

@@ -18,7 +18,7 @@ pub(crate) struct VertexFreedom {
 }
 
 impl VertexFreedom {
-    /// The guards follow the mesh already. The quadrics of border edges are those of the mesh as it is unless
+    /// The constraints follow the mesh already. The quadrics of border edges are those of the mesh as it is unless
     /// others are given.
     pub(crate) fn new(
         mesh: &TriMesh,
@@ -39,12 +39,12 @@ impl VertexFreedom {
         &self.borders
     }
 
-    /// The guards that followed the mesh before the run.
+    /// The constraints that followed the mesh before the run.
     pub(crate) fn constraints(&self) -> &Constraints {
         &self.protected.constraints
     }
 
-    /// The locked vertices, the feature edges and the guards, as they are by now.
+    /// The locked vertices, the feature edges and the constraints, as they are by now.
     pub(crate) fn into_marks(self) -> Protected {
         self.protected
     }

@@ -1,4 +1,4 @@
-//! What a collapse changes: the faces round the two ends of an edge.
+//! What a collapse changes: the faces around the two ends of an edge.
 //!
 //! ```text
 //!        o-----c-----o
@@ -16,9 +16,9 @@ use mesh_core::{HalfEdgeId, TriMesh, VertexId};
 
 use crate::geometry::quadric::Quadric;
 
-/// The faces round both ends of an edge, each once, measured from the midpoint of the edge.
+/// The faces around both ends of an edge, each once, measured from the midpoint of the edge.
 ///
-/// Costs, placements and guards see a collapse through this.
+/// Costs, placements and constraints see a collapse through this.
 #[derive(Clone, Copy, Debug)]
 pub struct EdgePatch<'a> {
     mesh: &'a TriMesh,
@@ -430,7 +430,7 @@ mod tests {
         }
     }
 
-    /// Two pyramids on one square: round a side of it the doubled areas add up to (2h, 2h, 0), and their squares
+    /// Two pyramids on one square: around a side of it the doubled areas add up to (2h, 2h, 0), and their squares
     /// to 6 (1 + 2h²).
     #[test]
     fn a_patch_whose_areas_cancel_has_no_volume_plane() {

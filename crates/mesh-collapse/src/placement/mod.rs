@@ -29,7 +29,7 @@ pub trait Placement: Policy {
     ) -> Place;
 
     /// Whether the place that was chosen, relative to the midpoint, will do. Asked last, after the
-    /// guards, so that it may take its time.
+    /// constraints, so that it may take its time.
     ///
     /// # Errors
     /// The reason why not.
@@ -43,8 +43,8 @@ pub trait Placement: Policy {
         Ok(())
     }
 
-    /// Another place to be tried, after so many were refused by [`Placement::check`] or a guard; with
-    /// the first one refused it is asked for with 0. `None` when there is none, which then is the end
+    /// Another place to be tried, after so many were rejected by [`Placement::check`] or a constraint; with
+    /// the first one rejected it is asked for with 0. `None` when there is none, which then is the end
     /// of it.
     fn instead(&self, refused: usize) -> Option<Place> {
         let _ = refused;

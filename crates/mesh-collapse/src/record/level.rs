@@ -106,7 +106,7 @@ mod tests {
     use crate::record::target::Target;
     use mesh_shapes::{Irregular, Wave};
 
-    /// What is left of a run when it is cut off is the run that was allowed no more, refusals and
+    /// What is left of a run when it is cut off is the run that was allowed no more, rejections and
     /// marks included.
     #[test]
     fn a_run_cut_off_is_the_run_with_fewer_collapses() {

@@ -70,7 +70,7 @@ pub struct Run {
     pub collapses: usize,
     /// Every collapse, if they are recorded.
     pub log: CollapseLog,
-    /// How often edges were refused, by reason.
+    /// How often edges were rejected, by reason.
     pub rejections: Rejections,
     /// The largest cost of a collapse.
     pub max_cost: f64,
@@ -78,9 +78,9 @@ pub struct Run {
     pub locked: Option<VertexMap<bool>>,
     /// The feature edges of the mesh as it is now, if they were given.
     pub features: Option<EdgeMap<bool>>,
-    /// The guards that followed the mesh before the run, and still do.
+    /// The constraints that followed the mesh before the run, and still do.
     pub followers: Constraints,
-    /// Every refusal, in order, with the number of collapses that a run must be allowed to come to
+    /// Every rejection, in order, with the number of collapses that a run must be allowed to come to
     /// it.
     pub refused: Vec<(u32, Rejection)>,
     /// Meshes on the way, if they were to be kept.
@@ -111,7 +111,7 @@ impl Run {
         self.max_cost = self.max_cost.max(entry.cost);
     }
 
-    /// Counts a refusal that takes a run of so many `collapses`.
+    /// Counts a rejection that takes a run of so many `collapses`.
     pub fn refuse(&mut self, rejection: Rejection, collapses: usize) {
         self.rejections.count(rejection);
         self.refused.push((collapses as u32, rejection));
@@ -119,7 +119,7 @@ impl Run {
 
     /// Forgets all but the first collapses, as though no more had been allowed. Why it stopped is
     /// then for the caller to say, and `locked` and `features` are still those of the end. Rejections in
-    /// regions stay, of which it is not known when they came.
+    /// blocks stay, of which it is not known when they came.
     pub fn truncate(&mut self, collapses: usize) {
         self.log.truncate(collapses);
         self.collapses = self.log.len();

@@ -40,7 +40,7 @@ pub enum StopReason {
     Time,
     /// The observer said so.
     Cancelled,
-    /// Every edge that is left was refused.
+    /// Every edge that is left was rejected.
     NothingLeft,
 }
 

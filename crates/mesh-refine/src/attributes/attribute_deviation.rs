@@ -1,4 +1,4 @@
-//! A surcharge for texture coordinates, normals and colours that would shift.
+//! A cost modifier for texture coordinates, normals and colours that would shift.
 
 use glam::DVec3;
 use mesh_collapse::{CostModifier, EdgePatch, Policy, Reach, Rejection, Scratch};
@@ -13,7 +13,7 @@ use crate::attributes::wedges::CornerAttributes;
 /// With attributes scaled to model units, this has the unit of a quadric: area times squared length.
 ///
 /// Collapses after which a face would lie the other way round in the texture, or have no area there,
-/// are refused.
+/// are rejected.
 #[derive(Clone, Debug)]
 pub struct AttributeDeviation {
     weight: f64,

@@ -1,7 +1,7 @@
 //! Texture coordinates, normals and colours at the corners of faces.
 //!
 //! **In:** values at the corners of the original, and the seams where they jump.
-//! **Out:** a surcharge by which a run respects them, and for each corner of a result the point of the
+//! **Out:** a cost modifier by which a run respects them, and for each corner of a result the point of the
 //! original whose values it takes.
 //!
 //! Invariants:

@@ -83,7 +83,7 @@ impl CornerAttributes {
         }
     }
 
-    /// Makes the first and the last wedge round a vertex one if they have the same value.
+    /// Makes the first and the last wedge around a vertex one if they have the same value.
     fn join_ends(&mut self, corners: &[HalfEdgeId], ends: [HalfEdgeId; 2]) {
         let [first, last] = ends.map(|h| self.wedge[h]);
         if self.values[first as usize] == self.values[last as usize] {
@@ -135,7 +135,7 @@ impl CornerAttributes {
     ) -> f64 {
         let topology = patch.mesh().topology();
         let mut sum = 0.0;
-        // The faces of a patch are grouped by end and go round it, so that each wedge comes once
+        // The faces of a patch are grouped by end and go around it, so that each wedge comes once
         // or, where the walk starts inside it, twice.
         let mut known: Option<(u32, f64)> = None;
         for face in patch.faces().iter().filter(|face| topology.origin(face.side) == v) {
@@ -269,7 +269,7 @@ impl Merge {
         let left = (!topology.is_exterior(h)).then(|| [h, topology.next(h)]);
         let right = (!topology.is_exterior(twin)).then(|| [topology.next(twin), twin]);
         let mut pairs = [left, right].map(|pair| pair.map(|corners| corners.map(|c| all.wedge[c])));
-        // A wedge that goes all round one end joins those that it meets at the other.
+        // A wedge that goes all around one end joins those that it meets at the other.
         if let [Some(left), Some(right)] = &mut pairs
             && left[0] == right[0]
             && left[1] != right[1]

@@ -21,7 +21,7 @@ pub struct FitConstraints {
     /// way.
     pub feature_curve: Option<Arc<Curve>>,
     /// Constraints that follow the mesh; they are asked about the collapses that annealing and cutting of
-    /// peaks make.
+    /// largest errors make.
     pub constraints: Constraints,
 }
 

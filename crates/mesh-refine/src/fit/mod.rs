@@ -74,7 +74,7 @@ pub struct FitOptions {
     pub norm: FitNorm,
     /// How strongly samples are drawn to their partners along the surface, relative to across it. It
     /// holds vertices where nothing else does. What draws others along the surface are the normals,
-    /// which differ the less round a vertex the finer the mesh is: so on a mesh whose faces bend little
+    /// which differ the less around a vertex the finer the mesh is: so on a mesh whose faces bend little
     /// from one to the next, the pull is less in the same measure.
     pub pull: f64,
     /// How much more than the others the farthest pairs count, and the vertices of the original
@@ -302,7 +302,7 @@ impl<'a> LocalFit<'a> {
 
 /// Steps of the whole mesh are cut short and rounds follow: more digits make no difference.
 const ROUGHLY: f64 = 1e-2;
-/// Those round the peaks are few, and count to the end.
+/// Those around the largest errors are few, and count to the end.
 const CLOSELY: f64 = 1e-4;
 
 /// How much the normals of the faces differ at the edges: the mean of sin²(θ / 2) over the angles θ

@@ -1,7 +1,7 @@
 //! Points spread over triangles by area, each with the share of the area that it stands for.
 //!
 //! Triangles that are given so that neighbours in order are neighbours in space receive points at
-//! even steps of the area along the order: so every region receives its share of the points, rounded
+//! even steps of the area along the order: so every block receives its share of the points, rounded
 //! up or down, and eight consecutive points are close to each other.
 
 use core::ops::Range;

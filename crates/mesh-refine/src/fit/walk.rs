@@ -5,7 +5,7 @@ use mesh_core::{FaceId, TriMesh};
 use mesh_metric::{NoFoot, foot_inside};
 
 /// A foot counts when the square of its distance is at most this part of twice the area of the face: farther away,
-/// the face of another sheet or component of the mesh may well be the closest one.
+/// the face of another flat mesh or component of the mesh may well be the closest one.
 const NEAR: f64 = 1e-3;
 
 /// After so many steps a search in a tree is quicker.
@@ -18,12 +18,12 @@ pub(super) enum End {
     Foot(FaceId, f64),
     /// On a face beyond which it could not go on, or was not worth it.
     Face(FaceId),
-    /// Far from the point, or on the far side of a thin sheet.
+    /// Far from the point, or on the far side of a thin flat mesh.
     Elsewhere,
 }
 
 /// Walks from a face towards a point near the mesh, always across the side beyond which the foot of the point falls
-/// farthest, until it is inside; not over a boundary, nor round a ridge that the point is over. Where the mesh looks
+/// farthest, until it is inside; not over a boundary, nor around a ridge that the point is over. Where the mesh looks
 /// another way than `normal`, the walk has gone astray.
 #[inline]
 pub(super) fn walk_to(mesh: &TriMesh, start: FaceId, point: DVec3, normal: DVec3) -> End {

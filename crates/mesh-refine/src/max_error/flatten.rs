@@ -1,4 +1,4 @@
-//! Fits in which the farthest pairs count most, round the peaks alone.
+//! Fits in which the farthest pairs count most, around the largest errors alone.
 
 use glam::DVec3;
 use mesh_collapse::Phase;
@@ -33,7 +33,7 @@ fn keeps_faces(before: &TriMesh, after: &TriMesh) -> bool {
 }
 
 impl Peaks<'_> {
-    /// Moves the vertices round the peaks so that these become lower, as long as that works.
+    /// Moves the vertices around the largest errors so that these become lower, as long as that works.
     pub(super) fn flatten(
         &mut self,
         mesh: &mut TriMesh,
@@ -178,7 +178,7 @@ impl Peaks<'_> {
     }
 }
 
-/// Whether the peaks are enough lower than before, and the mean is not too high.
+/// Whether the largest errors are enough lower than before, and the mean is not too high.
 fn is_worth_it(found: Heights, before: Heights, most: Most) -> bool {
     found.largest < ENOUGH * before.largest && found.mean <= most.mean
 }
@@ -220,7 +220,7 @@ mod tests {
         given[corners[0]] = true;
         let all = FitConstraints { fixed: Some(given), ..all };
         assert!(max_error.all_but_peaks_fixed(&mesh, &all).fixed.unwrap()[corners[0]]);
-        // Vertices of the mesh that are far away are peaks as well.
+        // Vertices of the mesh that are far away are largest errors as well.
         max_error.elements.of_face.fill(0.0);
         max_error.elements.of_vertex.fill(2.0 * 0.849);
         let peak = VertexId::from_index(80);

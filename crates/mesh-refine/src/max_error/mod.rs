@@ -1,7 +1,7 @@
 //! Taking down the largest errors.
 //!
 //! A metric that adds up squared distances over areas lets a small part go far from its place. Where
-//! that is asked for, the vertices round the largest distances first move to a place where these are
+//! that is asked for, the vertices around the largest distances first move to a place where these are
 //! smaller: a fit in which the farthest pairs count most. Then each round looks for the vertices of
 //! the original that are farthest from the mesh, puts vertices there, and collapses the cheapest
 //! edges elsewhere until there are as many faces as before.
@@ -27,7 +27,7 @@ use crate::max_error::change::Became;
 use crate::max_error::points::{Heights, Most, Peaks, Points};
 use crate::observer::Observer;
 
-/// How to take down peaks; see [`reduce_max_error`].
+/// How to take down largest errors; see [`reduce_max_error`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MaxErrorOptions {
@@ -42,11 +42,11 @@ pub struct MaxErrorOptions {
     pub spacing: f64,
     /// How much the mean or the root mean square of the distances may rise in all, as a ratio.
     pub max_rise: f64,
-    /// How many faces must be left. A round that ends on the boundary may take one more than it
+    /// How many faces must be left. A around that ends on the boundary may take one more than it
     /// has made.
     pub min_faces: usize,
-    /// How the vertices round the peaks are fitted before the rounds and after each that was kept,
-    /// with [`FitOptions::tail`], for as many rounds as that lowers the peaks; edges are not
+    /// How the vertices around the largest errors are fitted before the rounds and after each that was kept,
+    /// with [`FitOptions::tail`], for as many rounds as that lowers the largest errors; edges are not
     /// flipped. Not at all with 0 rounds.
     pub fit: FitOptions,
     /// Whether faces must not come to cross that did not before.
@@ -216,7 +216,7 @@ pub(crate) fn reduce_max_error_observed(
     Ok(MaxErrorReport { rounds, kept, largest_before, largest_after, vertex_map: map })
 }
 
-/// Of so many cheap edges for each vertex that is put in place, enough are neither near the peaks nor have become
+/// Of so many cheap edges for each vertex that is put in place, enough are neither near the largest errors nor have become
 /// dear since they were found.
 const CHEAPEST: usize = 16;
 /// That few are found at least, so that they last for some rounds.

@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(level.vertex_map, other.vertex_map);
     }
 
-    /// Found by going on from levels without gaps, from those that passes over regions have left where there are
+    /// Found by going on from levels without gaps, from those that passes over blocks have left where there are
     /// any; looked at by replays of the original.
     #[test]
     fn the_level_is_within_the_limit_and_much_coarser_ones_are_not() {

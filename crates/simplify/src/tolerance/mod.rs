@@ -11,7 +11,7 @@
 //! - Every level that is looked at is a replay of the log of one run.
 //!
 //! Uses the rooms `collapse` and `finish`, and `mesh-metric` for distances. It knows no options: what
-//! is finished, measured and squeezed, and how, is handed in.
+//! is finished, measured and decimated to the tolerance, and how, is handed in.
 //!
 //! From the bottom: `measure`, `levels`, `covers`, `prepared`, `proofs`, `reach` and `spokes`; `guess`, `within` and `tether`;
 //! `squeeze`; `search`.

@@ -19,7 +19,7 @@ pub(super) enum Proofs<'a> {
     All,
 }
 
-/// A ball round a face that is not proved.
+/// A ball around a face that is not proved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ball {
     center: DVec3,
@@ -33,7 +33,7 @@ const MAX_PIECES: usize = 3000;
 const TOGETHER: usize = 16;
 
 impl Proofs<'_> {
-    /// Whether the faces round a vertex need proofs, whose other corners are given.
+    /// Whether the faces around a vertex need proofs, whose other corners are given.
     pub(super) fn are_needed(&self, hub: DVec3, rim: &[DVec3]) -> bool {
         match self {
             Self::None => false,

@@ -1,6 +1,6 @@
 //! The star of the vertex that remains after a collapse, its spokes side by side.
 //!
-//! Every step of a turn round a vertex waits for the one before, which leaves a processor little to
+//! Every step of a turn around a vertex waits for the one before, which leaves a processor little to
 //! do at once. Here the spokes stand in rows: first the neighbours and what is known of them is
 //! looked up, then faces, edges and vertices are evaluated in blocks of rows by loops that compilers
 //! turn into vector instructions, of the widest kind that the processor has. The terms of a vertex

@@ -1,4 +1,4 @@
-//! How much a collapse changes the curvature of the vertices round it.
+//! How much a collapse changes the curvature of the vertices around it.
 //!
 //! What is integrated over a vertex is a sum over the corners and edges at it, so that a collapse
 //! changes only the terms of the faces of its patch. The integrals of the mesh as it is are kept in

@@ -9,12 +9,12 @@ pub(crate) mod rounds;
 
 use mesh_core::{EdgeId, Topology};
 
-/// What the schedules have in common: what a collapse and a refusal tell them.
+/// What the schedules have in common: what a collapse and a rejection tell them.
 pub(crate) trait EdgeQueue {
     /// Adds an edge of which nothing is known.
     fn push_unknown(&mut self, topology: &Topology, edge: EdgeId);
 
-    /// An edge was refused and waits no more.
+    /// An edge was rejected and waits no more.
     fn refused(&mut self, edge: EdgeId) {
         let _ = edge;
     }

@@ -38,7 +38,7 @@ impl Entry {
 
 const CHILDREN: usize = 4;
 
-/// One in so many of the waiting entries goes into an empty heap, but no fewer than the minimum.
+/// One in this many of the waiting entries goes into an empty heap, but no fewer than the minimum.
 const SHARE: usize = 8;
 const MIN_SHARE: usize = 4096;
 

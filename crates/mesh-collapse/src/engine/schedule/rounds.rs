@@ -26,7 +26,7 @@ pub(crate) struct Rounds {
     buckets: Vec<Vec<Visit>>,
     /// No bucket before this one has entries.
     first: usize,
-    /// The bucket of the round that was taken last.
+    /// The bucket of the around that was taken last.
     open: usize,
     /// One over the largest cost at the start, so that the buckets of a mesh and of its enlarged
     /// copy hold the same edges.
@@ -92,9 +92,9 @@ impl Rounds {
         }
     }
 
-    /// Adds an edge that costs more than the ceiling of the round that was taken last.
+    /// Adds an edge that costs more than the threshold of the around that was taken last.
     pub(crate) fn push_above(&mut self, visit: Visit) {
-        // One bucket too far when the cost is at the ceiling but for rounding.
+        // One bucket too far when the cost is at the threshold but for rounding.
         let bucket = self.bucket(visit.cost).max(self.open + 1);
         self.first = self.first.min(bucket);
         self.buckets[bucket].push(visit);
@@ -185,7 +185,7 @@ mod tests {
             seen += round.visits.len();
             before = round.ceiling;
             if most < 1e10 {
-                // At the ceiling, and nevertheless later.
+                // At the threshold, and nevertheless later.
                 rounds.push_above(Visit { cost: round.ceiling, ..round.visits[0] });
                 again += 1;
             }

@@ -36,7 +36,7 @@ pub struct CornerSource {
 /// `seams` are edges of the original whose two sides must not be mixed; they have to have been
 /// feature edges of the simplification, and their [`seam_nodes`](crate::seam_nodes) locked. `became`
 /// maps vertices of the original to those of the result
-/// ([`Simplified::vertex_map`](crate::Simplified)).
+/// (`Simplified::vertex_map` of the crate `simplify`).
 ///
 /// Half-edges without a face, and the corners of faces none of whose vertices come from the
 /// original, have none.
