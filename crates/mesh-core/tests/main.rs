@@ -7,5 +7,6 @@ mod downstream;
 mod edits;
 mod extents;
 mod faces;
+mod facing;
 mod serde;
 mod topology;

@@ -4,9 +4,12 @@ use glam::DVec3;
 
 use crate::build::edges::{EdgeTable, proper_pair};
 use crate::build::soup::PolygonSoup;
-use crate::build::{BuildError, Draft, Repair, find_duplicates, has_zero_area, repeated_vertex};
+use crate::build::{
+    BuildError, Draft, Repair, build_and_compare, find_duplicates, has_zero_area, repeated_vertex,
+};
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::edge_connectivity::EdgeConnectivity;
+use crate::topology::handle::Handle;
 
 /// Counts of the parts and defects of a polygon soup, as it is: nothing welded, nothing repaired.
 ///
@@ -59,6 +62,9 @@ pub struct Diagnosis {
     pub non_manifold_vertices: usize,
     /// Edges of two triangles that run along it in the same direction.
     pub inconsistent_edges: usize,
+    /// Components with more than half of their area facing the wrong way, by the [rules](crate::measure::facing) of
+    /// [`Repair::reorient`], after an exact weld. `None` where a coordinate is not finite.
+    pub inside_out: Option<usize>,
     /// Parts that are connected through common vertices.
     pub components: usize,
     /// Parts that are connected through common edges.
@@ -119,7 +125,25 @@ pub fn diagnose(soup: &PolygonSoup) -> Result<Diagnosis, BuildError> {
     diagnosis.repeated_vertex_faces = diagnosis.faces - triangles.len();
     diagnosis.measure(soup.positions(), &triangles);
     diagnosis.connect(soup.vertex_count(), &triangles);
+    diagnosis.inside_out = count_inside_out(soup);
     Ok(diagnosis)
+}
+
+/// Components that a repair would turn over for the most part.
+fn count_inside_out(soup: &PolygonSoup) -> Option<usize> {
+    let (built, reversed) = build_and_compare(soup, &Repair::lenient()).ok()?;
+    let (mesh, topology) = (&built.mesh, built.mesh.topology());
+    let components = topology.components();
+    let mut turned_area = vec![0.0; components.count];
+    for face in topology.faces() {
+        let [vertex, ..] = topology.face_vertices(face);
+        if let Some(component) = components.of_vertex[vertex] {
+            let is_reversed = reversed.get(face.index()) == Some(&true);
+            let area = mesh.face_area(face);
+            turned_area[component as usize] += if is_reversed { area } else { -area };
+        }
+    }
+    Some(turned_area.into_iter().filter(|&area| area > 0.0).count())
 }
 
 impl Diagnosis {

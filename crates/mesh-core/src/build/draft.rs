@@ -11,9 +11,10 @@ use crate::build::report::BuildReport;
 use crate::build::screen;
 use crate::build::soup::PolygonSoup;
 use crate::build::triangulate::{Triangulation, Triangulator};
-use crate::mesh::TriMesh;
+use crate::measure::facing::Facing;
+use crate::mesh::{MeshError, TriMesh};
 use crate::topology::Topology;
-use crate::topology::handle::{FaceId, HalfEdgeId};
+use crate::topology::handle::{FaceId, HalfEdgeId, Handle};
 
 /// A mesh built from a polygon soup.
 #[derive(Clone, Debug)]
@@ -51,6 +52,8 @@ pub(crate) struct Draft<'a> {
     corners: Cow<'a, [u32]>,
     pub(crate) triangles: Cow<'a, [[u32; 3]]>,
     pub(super) provenance: Provenance,
+    /// Per triangle, whether it was reversed; empty when none was.
+    reversed: Vec<bool>,
 }
 
 impl<'a> Draft<'a> {
@@ -80,6 +83,7 @@ impl<'a> Draft<'a> {
                 vertex_source: (0..soup.vertex_count() as u32).collect(),
                 ..Provenance::default()
             },
+            reversed: Vec::new(),
         })
     }
 
@@ -242,13 +246,47 @@ impl<'a> Draft<'a> {
         (!has_pillow).then_some(topology)
     }
 
-    pub(super) fn finish(mut self, topology: Topology) -> Result<Built, BuildError> {
+    /// Reverses marked triangles; their first corner stays the first.
+    pub(super) fn reverse_faces(&mut self, faces: impl Iterator<Item = usize>) {
+        self.reversed.resize(self.triangles.len(), false);
+        let triangles = self.triangles.to_mut();
+        for face in faces {
+            triangles[face].swap(1, 2);
+            self.provenance.corner_source[face].swap(1, 2);
+            self.reversed[face] ^= true;
+        }
+    }
+
+    /// Reverses the components of a mesh that are inside out. Its faces are the triangles.
+    fn turn_outward(&mut self, mesh: TriMesh) -> Result<TriMesh, BuildError> {
+        let facings = mesh.facings();
+        self.report.undecided_components = facings.count(Facing::Undecided);
+        let source = |face: &FaceId| self.provenance.face_source[face.index()];
+        let firsts = facings.inside_out().filter_map(|faces| faces.first());
+        self.report.turned_components = firsts.map(source).collect();
+        if self.report.turned_components.is_empty() {
+            return Ok(mesh);
+        }
+        self.reverse_faces(facings.inside_out().flatten().map(|face| face.index()));
+        let topology = Topology::from_triangles(self.vertex_count(), &self.triangles);
+        Ok(TriMesh::new(topology.map_err(MeshError::from)?, mesh.positions().to_vec())?)
+    }
+
+    pub(super) fn finish(mut self, topology: Topology) -> Result<(Built, Vec<bool>), BuildError> {
         let positions: Vec<DVec3> = self
             .provenance
             .vertex_source
             .iter()
             .map(|&v| self.soup.positions()[v as usize])
             .collect();
+        let mut mesh = TriMesh::new(topology, positions)?;
+        if self.repair.reorient {
+            mesh = self.turn_outward(mesh)?;
+        }
+        let positions = mesh.positions();
+        let reversed = self.reversed.iter().zip(&self.provenance.face_source);
+        self.report.flipped_faces =
+            reversed.filter_map(|(&is_reversed, &source)| is_reversed.then_some(source)).collect();
         self.report.vertices_out = positions.len();
         self.report.faces_out = self.triangles.len();
         let sources = self.triangles.iter().zip(&self.provenance.face_source);
@@ -256,8 +294,8 @@ impl<'a> Draft<'a> {
             .filter(|(triangle, _)| has_zero_area(triangle.map(|v| positions[v as usize])))
             .map(|(_, &source)| source)
             .collect();
-        let mesh = TriMesh::new(topology, positions)?;
-        Ok(Built { mesh, report: self.report, provenance: self.provenance })
+        let built = Built { mesh, report: self.report, provenance: self.provenance };
+        Ok((built, self.reversed))
     }
 }
 

@@ -97,20 +97,8 @@ impl Draft<'_> {
                 edges: disagreeing.iter().map(|sides| self.edge_source(sides[0])).collect(),
             });
         }
-        self.flip_faces(&flipped);
+        self.reverse_faces((0..flipped.len()).filter(|&face| flipped[face]));
         Ok(())
-    }
-
-    /// Reverses marked triangles; their first corner stays the first.
-    fn flip_faces(&mut self, flipped: &[bool]) {
-        let marked = || (0..flipped.len()).filter(|&face| flipped[face]);
-        let triangles = self.triangles.to_mut();
-        for face in marked() {
-            triangles[face].swap(1, 2);
-            self.provenance.corner_source[face].swap(1, 2);
-        }
-        let face_source = &self.provenance.face_source;
-        self.report.flipped_faces = marked().map(|face| face_source[face]).collect();
     }
 
     fn cut_non_manifold(&mut self) -> Result<(), BuildError> {

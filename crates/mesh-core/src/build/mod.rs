@@ -84,6 +84,14 @@ use crate::topology::Topology;
 /// does not allow to repair. With [`Repair::lenient`] only coordinates that are not finite and
 /// meshes beyond 32-bit indices remain.
 pub fn build(soup: &PolygonSoup, repair: &Repair) -> Result<Built, BuildError> {
+    build_and_compare(soup, repair).map(|(built, _)| built)
+}
+
+/// As [`build()`]; also tells of each triangle whether it was reversed, as far as there is one that was.
+pub(crate) fn build_and_compare(
+    soup: &PolygonSoup,
+    repair: &Repair,
+) -> Result<(Built, Vec<bool>), BuildError> {
     let mut draft = Draft::new(soup, repair)?;
     draft.weld()?;
     draft.triangulate();

@@ -34,9 +34,14 @@ pub struct Repair {
     /// Of all triangles with the same three vertices, in whichever order, keep only the first. A
     /// sheet given once for each of its sides keeps one side.
     pub drop_duplicates: bool,
-    /// Reverse faces until neighbours agree. Each part that hangs together through edges of two
-    /// faces keeps the orientation of the majority of its faces, or that of its first face if both
-    /// are as many. Nothing decides between inside and outside.
+    /// Reverse faces until neighbours agree and components face outward.
+    ///
+    /// Neighbours first: each part that is connected through edges of two faces keeps the orientation of the
+    /// majority of its faces, or that of its first face in a tie. Then each connected component of the result is
+    /// turned as a whole if it is inside out: a closed one by its volume, where nested shells alternate between
+    /// solid and cavity, an open one if its back is the side that is seen from outside. A component for which
+    /// neither decides, such as a flat sheet, keeps the majority. [`measure::facing`](crate::measure::facing) has the
+    /// rules.
     pub reorient: bool,
     /// Cut the surface along edges of more than two faces and along those where no orientation
     /// makes two faces agree, and take pinched vertices apart, by duplicating vertices.

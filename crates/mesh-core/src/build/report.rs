@@ -34,6 +34,11 @@ pub struct BuildReport {
     pub dropped_duplicates: Sample<u32>,
     /// Faces reversed to agree with their neighbours, once for each triangle.
     pub flipped_faces: Sample<u32>,
+    /// Connected components that were inside out and were turned as a whole, each by its first face. See
+    /// [`Repair::reorient`](crate::build::Repair::reorient).
+    pub turned_components: Sample<u32>,
+    /// Connected components whose outside cannot be told, such as flat sheets; counted when faces may be reversed.
+    pub undecided_components: usize,
     /// Edges along which the surface was cut.
     pub cut_edges: Sample<VertexPair>,
     /// Vertices that were duplicated, once for each copy.
@@ -61,7 +66,7 @@ impl BuildReport {
 
     /// What was done, as pairs of a description and the elements, leaving out what did not happen.
     fn lines(&self) -> impl Iterator<Item = (&'static str, &dyn fmt::Display)> {
-        let lines: [(_, usize, &dyn fmt::Display); 11] = [
+        let lines: [(_, usize, &dyn fmt::Display); 12] = [
             ("merged vertices", self.welded_vertices.count(), &self.welded_vertices),
             (
                 "dropped faces with indices out of range",
@@ -85,6 +90,11 @@ impl BuildReport {
                 &self.dropped_duplicates,
             ),
             ("reversed triangles of faces", self.flipped_faces.count(), &self.flipped_faces),
+            (
+                "inside-out components turned outward, by their first face",
+                self.turned_components.count(),
+                &self.turned_components,
+            ),
             ("cut along edges", self.cut_edges.count(), &self.cut_edges),
             ("duplicated vertices", self.split_vertices.count(), &self.split_vertices),
             ("dropped unused vertices", self.dropped_vertices.count(), &self.dropped_vertices),

@@ -199,6 +199,16 @@ impl FaceTree {
         self.search(mesh, |node| node.may_cross(mesh, triangle), has)
     }
 
+    /// The first face with a property among those in leaves whose boxes, and all boxes above, satisfy `may_have`.
+    pub fn find_where(
+        &self,
+        mesh: &TriMesh,
+        may_have: impl Fn(&BoundingBox) -> bool,
+        has: impl FnMut(FaceId) -> bool,
+    ) -> Option<FaceId> {
+        self.search(mesh, |node| may_have(&node.bounds), has)
+    }
+
     fn search(
         &self,
         mesh: &TriMesh,

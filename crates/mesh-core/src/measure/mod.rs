@@ -2,16 +2,21 @@
 
 pub mod bounding_box;
 pub mod closest_point;
+mod containment;
 pub mod crossing;
 mod direction_box;
+pub mod facing;
 pub mod face_tree;
 mod fan;
 pub mod laplacian;
 pub mod normals;
 pub mod size;
 pub mod triangle_bounds;
+mod visibility;
 
 #[doc(inline)]
 pub use bounding_box::BoundingBox;
+#[doc(inline)]
+pub use facing::{Facing, Facings};
 #[doc(inline)]
 pub use size::SoupMeasures;

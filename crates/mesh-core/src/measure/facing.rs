@@ -1,0 +1,280 @@
+//! Which components of a mesh are inside out.
+//!
+//! A component is decided by the first of these rules that applies:
+//!
+//! 1. **Closed components** by their signed volume and by containment. The volume is positive for a component
+//!    that is in no other closed component and for one at an even depth of nesting; it is negative at an odd depth,
+//!    where the component is the surface of a cavity. A component is in another one when all its vertices are inside
+//!    it or on it and at least one is inside. Containment is exact ([`containment`](crate::measure::containment)).
+//! 2. **Nearly closed components**, whose volume has the same sign for every apex in the bounding box over which their
+//!    holes are closed: as closed ones, but they contain nothing.
+//! 3. **Open components** by visibility from far outside: the side whose visible area is larger by a tenth is
+//!    the front ([`visibility`](crate::measure::visibility)).
+//! 4. **Undecided** are components without volume, flat sheets, and what is hidden inside others.
+//!
+//! Time: O(n log n) with one ray per component and one location per vertex of a nested component. Components whose
+//! boxes lie in no other box cost one ray only.
+
+use glam::DVec3;
+
+use crate::measure::bounding_box::BoundingBox;
+use crate::measure::containment::{Containment, Location};
+use crate::measure::face_tree::FaceTree;
+use crate::measure::visibility::{VisibleArea, Visibility};
+use crate::mesh::TriMesh;
+use crate::parallel;
+use crate::topology::handle::FaceId;
+
+/// Which way the faces of a component look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Facing {
+    /// Towards the outside; into the cavity for the surface of a cavity.
+    Outward,
+    /// The wrong way.
+    InsideOut,
+    /// Neither volume nor visibility tells.
+    Undecided,
+}
+
+/// The facing of each component of a mesh; made by [`TriMesh::facings`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Facings {
+    /// Per component, in the order of [`Topology::components`](crate::Topology::components).
+    pub of_component: Vec<Facing>,
+    /// Per component its faces, ascending.
+    pub faces: Vec<Vec<FaceId>>,
+}
+
+impl Facings {
+    /// The number of components that face one way.
+    #[must_use]
+    pub fn count(&self, facing: Facing) -> usize {
+        self.of_component.iter().filter(|&&other| other == facing).count()
+    }
+
+    /// The faces of each component that is inside out.
+    pub fn inside_out(&self) -> impl Iterator<Item = &[FaceId]> {
+        let wrong = |(&facing, faces)| (facing == Facing::InsideOut).then_some(faces);
+        self.of_component.iter().zip(&self.faces).filter_map(wrong).map(Vec::as_slice)
+    }
+}
+
+/// A visible area that is larger by this factor decides.
+const CLEARLY: f64 = 1.1;
+
+/// Most sample points on one open component.
+const MOST_SAMPLES: usize = 512;
+
+/// Sample points on all open components together. Largest components come first; what is left stays undecided.
+const ALL_SAMPLES: usize = 1 << 16;
+
+impl TriMesh {
+    /// Which components are inside out, and which of them cannot be told. The [rules](crate::measure::facing) are those
+    /// of [`Repair::reorient`](crate::Repair::reorient).
+    ///
+    /// ```
+    /// use mesh_core::{TriMesh, measure::Facing};
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]];
+    /// let inward = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]];
+    /// let facings = TriMesh::from_triangles(&corners, &inward)?.facings();
+    /// assert_eq!(facings.of_component, [Facing::InsideOut]);
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn facings(&self) -> Facings {
+        let parts = Parts::new(self);
+        let of_component = parts.decide(self);
+        Facings { of_component, faces: parts.faces }
+    }
+}
+
+/// The components and what is measured of each.
+struct Parts {
+    component_of_face: Vec<u32>,
+    faces: Vec<Vec<FaceId>>,
+    sizes: Vec<Size>,
+}
+
+/// Sizes of a component; area and volume relative to the longest extent of the mesh.
+#[derive(Clone, Copy)]
+struct Size {
+    bounds: BoundingBox,
+    is_closed: bool,
+    area: f64,
+    /// Signed volume of the cone over the centre of the bounding box; 0 where rounding or holes hide its sign.
+    volume: f64,
+}
+
+impl Parts {
+    fn new(mesh: &TriMesh) -> Self {
+        let topology = mesh.topology();
+        let components = topology.components();
+        let mut faces = vec![Vec::new(); components.count];
+        let mut component_of_face = vec![u32::MAX; topology.face_capacity()];
+        for face in topology.faces() {
+            let [vertex, ..] = topology.face_vertices(face);
+            if let Some(component) = components.of_vertex[vertex] {
+                faces[component as usize].push(face);
+                component_of_face[face.index()] = component;
+            }
+        }
+        let unit = mesh.bounding_box().map_or(1.0, |b| b.extent().max_element());
+        let sizes = faces.iter().map(|faces| Size::new(mesh, faces, unit)).collect();
+        Self { component_of_face, faces, sizes }
+    }
+
+    fn component(&self, face: FaceId) -> u32 {
+        self.component_of_face[face.index()]
+    }
+
+    fn decide(&self, mesh: &TriMesh) -> Vec<Facing> {
+        let by_volume = |is_inverted: bool| match is_inverted {
+            true => Facing::InsideOut,
+            false => Facing::Outward,
+        };
+        let sizes = &self.sizes;
+        if sizes.len() == 1 && sizes[0].volume != 0.0 {
+            return vec![by_volume(sizes[0].volume < 0.0)];
+        }
+        let Some(bounds) = mesh.bounding_box() else { return Vec::new() };
+        let tree = FaceTree::new(mesh);
+        let depths = self.depths(mesh, &Containment::new(mesh, &tree, bounds));
+        let visible = self.visible_areas(&Visibility::new(mesh, &tree, bounds));
+        let facing = |i: usize| {
+            if sizes[i].volume != 0.0 {
+                let is_cavity = depths[i] % 2 == 1;
+                return by_volume((sizes[i].volume < 0.0) != is_cavity);
+            }
+            let VisibleArea { front, back } = visible[i];
+            if back > CLEARLY * front {
+                Facing::InsideOut
+            } else if front > CLEARLY * back {
+                Facing::Outward
+            } else {
+                Facing::Undecided
+            }
+        };
+        (0..sizes.len()).map(facing).collect()
+    }
+
+    /// How many closed components each component with a volume is in.
+    fn depths(&self, mesh: &TriMesh, containment: &Containment<'_>) -> Vec<u32> {
+        let candidates = parallel::collect_each(self.sizes.len(), |i| {
+            self.candidates(mesh, containment, i as u32)
+        });
+        let mut depths = vec![0; self.sizes.len()];
+        // What contains another one has a larger volume, so its depth is known first.
+        for i in self.by_volume() {
+            let is_in = |&container: &u32| self.is_in(mesh, containment, i, container);
+            if let Some(container) = candidates[i].iter().copied().find(is_in) {
+                depths[i] = depths[container as usize] + 1;
+            }
+        }
+        depths
+    }
+
+    /// Components in order of decreasing volume.
+    fn by_volume(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.sizes.len()).collect();
+        order.sort_by(|&i, &j| self.size(j).total_cmp(&self.size(i)).then(i.cmp(&j)));
+        order
+    }
+
+    fn size(&self, i: usize) -> f64 {
+        self.sizes[i].volume.abs()
+    }
+
+    /// Whether a component may contain another one, to judge by their sizes.
+    fn may_contain(&self, container: u32, i: u32) -> bool {
+        let [outer, inner] = [container, i].map(|c| self.sizes[c as usize]);
+        container != i
+            && outer.is_closed
+            && outer.volume.abs() > inner.volume.abs()
+            && outer.bounds.min.cmple(inner.bounds.min).all()
+            && inner.bounds.max.cmple(outer.bounds.max).all()
+    }
+
+    /// The closed components that contain the first vertex of a component, or touch it; the smallest first.
+    fn candidates(&self, mesh: &TriMesh, containment: &Containment<'_>, i: u32) -> Vec<u32> {
+        if self.sizes[i as usize].volume == 0.0 {
+            return Vec::new();
+        }
+        let point = mesh.triangle(self.faces[i as usize][0])[0];
+        let other = |face| Some(self.component(face)).filter(|&c| self.may_contain(c, i));
+        let mut found = containment.containers(point, other);
+        let order = |&a: &u32, &b: &u32| {
+            self.size(a as usize).total_cmp(&self.size(b as usize)).then(a.cmp(&b))
+        };
+        found.sort_by(order);
+        found
+    }
+
+    /// Whether all vertices of a component are inside another one or on it, and one is inside.
+    fn is_in(
+        &self,
+        mesh: &TriMesh,
+        containment: &Containment<'_>,
+        i: usize,
+        container: u32,
+    ) -> bool {
+        let faces = &self.faces[i];
+        let is_part = |face| self.component(face) == container;
+        let place = |index: usize| {
+            let corner = mesh.triangle(faces[index / 3])[index % 3];
+            containment.locate(corner, is_part)
+        };
+        let count = 3 * faces.len();
+        let some_inside = || (0..count).any(|index| place(index) == Location::Inside);
+        let none_outside = |mut range: core::ops::Range<usize>| {
+            range.all(|index| place(index) != Location::Outside)
+        };
+        some_inside() && parallel::holds_in_blocks(count, none_outside)
+    }
+
+    /// Visible areas of the components without a volume, the largest first as long as samples last.
+    fn visible_areas(&self, visibility: &Visibility<'_>) -> Vec<VisibleArea> {
+        let mut order: Vec<usize> =
+            (0..self.sizes.len()).filter(|&i| self.sizes[i].volume == 0.0).collect();
+        order.sort_by(|&i, &j| self.sizes[j].area.total_cmp(&self.sizes[i].area).then(i.cmp(&j)));
+        let samples = MOST_SAMPLES.min(ALL_SAMPLES / order.len().max(1)).max(16);
+        order.truncate(ALL_SAMPLES / samples);
+        let areas = parallel::collect_each(order.len(), |place| {
+            visibility.of_faces(&self.faces[order[place]], samples)
+        });
+        let mut all = vec![VisibleArea::default(); self.sizes.len()];
+        order.into_iter().zip(areas).for_each(|(i, area)| all[i] = area);
+        all
+    }
+}
+
+impl Size {
+    /// Sizes in units of `unit`, so that no product overflows.
+    fn new(mesh: &TriMesh, faces: &[FaceId], unit: f64) -> Self {
+        let topology = mesh.topology();
+        let corners = faces.iter().flat_map(|&f| mesh.triangle(f));
+        let nowhere = BoundingBox { min: DVec3::ZERO, max: DVec3::ZERO };
+        let bounds = BoundingBox::of_points(corners).unwrap_or(nowhere);
+        let is_closed =
+            faces.iter().all(|&f| topology.face_neighbours(f).iter().all(Option::is_some));
+        let center = bounds.center();
+        let (mut volume, mut terms, mut area, mut vector_area) = (0.0, 0.0, 0.0, DVec3::ZERO);
+        for &face in faces {
+            let [a, b, c] = mesh.triangle(face).map(|p| (p - center) / unit);
+            let term = a.dot(b.cross(c)) / 6.0;
+            let cross = 0.5 * (b - a).cross(c - a);
+            (volume, terms) = (volume + term, terms + term.abs());
+            (area, vector_area) = (area + cross.length(), vector_area + cross);
+        }
+        let largest = bounds.min.abs().max(bounds.max.abs()).max_element() / unit;
+        let rounding = f64::EPSILON * ((faces.len() as f64 + 16.0) * terms + largest * area);
+        // Another apex in the box changes the volume of an open component by no more than this.
+        let diagonal = bounds.diagonal() / unit;
+        let by_apex = if is_closed { 0.0 } else { vector_area.length() * diagonal / 6.0 };
+        let is_certain = volume.abs() > rounding + by_apex;
+        Self { bounds, is_closed, area, volume: if is_certain { volume } else { 0.0 } }
+    }
+}

@@ -1,0 +1,113 @@
+//! How much of each side of a component is visible from far outside the mesh.
+//!
+//! For a sample of points on the component and a fixed set of directions, the half-line from the point along the
+//! direction leaves on the front or on the back of the face. Where it meets no other face, that side is visible
+//! from the direction. The visible area of a side is the sum over points and directions of the cosine to the
+//! normal: the mean area of the side in pictures taken from all directions.
+
+use glam::DVec3;
+
+use crate::measure::bounding_box::BoundingBox;
+use crate::measure::face_tree::FaceTree;
+use crate::mesh::TriMesh;
+use crate::random::SplitMix64;
+use crate::topology::handle::FaceId;
+
+/// Directions per half-space; each has its opposite, so that both sides of a plane are seen alike.
+const DIRECTIONS: usize = 12;
+
+/// Visible area of both sides, up to a common factor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct VisibleArea {
+    pub(crate) front: f64,
+    pub(crate) back: f64,
+}
+
+/// Visible areas of faces of a mesh.
+pub(crate) struct Visibility<'m> {
+    mesh: &'m TriMesh,
+    tree: &'m FaceTree,
+    directions: [DVec3; DIRECTIONS],
+    /// Hits nearer than this are of the face itself and of its neighbours.
+    least: f64,
+}
+
+impl<'m> Visibility<'m> {
+    pub(crate) fn new(mesh: &'m TriMesh, tree: &'m FaceTree, bounds: BoundingBox) -> Self {
+        // Points of a spiral on the half sphere (Saff, Kuijlaars 1997), turned out of the coordinate planes.
+        let golden_angle = core::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+        let directions = core::array::from_fn(|i| {
+            let z = (i as f64 + 0.5) / DIRECTIONS as f64;
+            let (sin, cos) = (0.7 + golden_angle * i as f64).sin_cos();
+            let radius = (1.0 - z * z).sqrt();
+            DVec3::new(radius * cos, radius * sin, z)
+        });
+        let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let least = 1e-9 * bounds.diagonal() + 1e-15 * largest;
+        Self { mesh, tree, directions, least }
+    }
+
+    /// The visible area of some faces, from `samples` points spread by area.
+    pub(crate) fn of_faces(&self, faces: &[FaceId], samples: usize) -> VisibleArea {
+        let areas = faces.iter().map(|&f| self.mesh.face_area(f));
+        let total: f64 = areas.clone().sum();
+        let mut visible = VisibleArea::default();
+        if !(total > 0.0 && total.is_finite()) {
+            return visible;
+        }
+        let mut random = SplitMix64::new(1);
+        let (mut covered, mut next) = (0.0, 0);
+        for (&face, area) in faces.iter().zip(areas) {
+            covered += area;
+            while next < samples && (next as f64 + 0.5) * total <= covered * samples as f64 {
+                self.add(face, point_of(self.mesh.triangle(face), &mut random), &mut visible);
+                next += 1;
+            }
+        }
+        visible
+    }
+
+    fn add(&self, face: FaceId, point: DVec3, visible: &mut VisibleArea) {
+        let normal = self.mesh.face_normal(face);
+        for direction in self.directions.into_iter().flat_map(|d| [d, -d]) {
+            let cosine = normal.dot(direction);
+            if cosine.abs() > 0.05 && self.escapes(face, point, direction) {
+                let side = if cosine > 0.0 { &mut visible.front } else { &mut visible.back };
+                *side += cosine.abs();
+            }
+        }
+    }
+
+    /// Whether no other face is met.
+    fn escapes(&self, from: FaceId, point: DVec3, direction: DVec3) -> bool {
+        let inverse = direction.recip();
+        let may_hit = |b: &BoundingBox| {
+            let (low, high) = ((b.min - point) * inverse, (b.max - point) * inverse);
+            let enter = low.min(high).max_element();
+            let leave = low.max(high).min_element();
+            leave >= 0.0 && enter <= leave + self.least
+        };
+        let is_hit =
+            |f: FaceId| f != from && self.is_hit(self.mesh.triangle(f), point, direction);
+        self.tree.find_where(self.mesh, may_hit, is_hit).is_none()
+    }
+
+    /// Whether a half-line meets a triangle (Moeller, Trumbore 1997).
+    fn is_hit(&self, [a, b, c]: [DVec3; 3], point: DVec3, direction: DVec3) -> bool {
+        let (ab, ac, from_a) = (b - a, c - a, point - a);
+        let across = direction.cross(ac);
+        let determinant = ab.dot(across);
+        let around = from_a.cross(ab);
+        let (u, v) = (from_a.dot(across) / determinant, direction.dot(around) / determinant);
+        let distance = ac.dot(around) / determinant;
+        u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance > self.least
+    }
+}
+
+/// A random point of a triangle, not close to its sides.
+fn point_of([a, b, c]: [DVec3; 3], random: &mut SplitMix64) -> DVec3 {
+    let [u, v] = [random.uniform(), random.uniform()];
+    let [u, v] = if u + v > 1.0 { [1.0 - u, 1.0 - v] } else { [u, v] };
+    let inner = |share: f64| 0.05 + 0.85 * share;
+    a + (b - a) * inner(u) + (c - a) * inner(v)
+}
