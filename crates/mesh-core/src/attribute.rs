@@ -54,7 +54,7 @@ impl<H: Handle, T> AttributeMap<H, T> {
         self.values.get(handle.index())
     }
 
-    /// The value of an element to be changed, or `None` when the map is too short to have one.
+    /// Mutable access to the value of an element; `None` when the map is too short.
     #[must_use]
     pub fn get_mut(&mut self, handle: H) -> Option<&mut T> {
         self.values.get_mut(handle.index())
@@ -78,7 +78,7 @@ impl<H: Handle, T> AttributeMap<H, T> {
         &self.values
     }
 
-    /// The values in order of index, to be changed.
+    /// Mutable access to the values in order of index.
     #[must_use]
     pub fn as_mut_slice(&mut self) -> &mut [T] {
         &mut self.values
@@ -95,14 +95,14 @@ impl<H: Handle, T> AttributeMap<H, T> {
         self.values.iter().enumerate().map(|(index, value)| (H::from_index(index), value))
     }
 
-    /// All elements that have a value, removed ones included, with the value to be changed.
+    /// All elements that have a value, removed ones included, with mutable access to the value.
     pub fn iter_mut(
         &mut self,
     ) -> impl ExactSizeIterator<Item = (H, &mut T)> + DoubleEndedIterator + '_ {
         self.values.iter_mut().enumerate().map(|(index, value)| (H::from_index(index), value))
     }
 
-    /// The map of a function of the values.
+    /// Applies a function to all values.
     #[must_use]
     pub fn map<U>(&self, value: impl FnMut(&T) -> U) -> AttributeMap<H, U> {
         self.values.iter().map(value).collect()
@@ -175,7 +175,7 @@ impl<H: Handle, T: fmt::Debug> fmt::Debug for AttributeMap<H, T> {
     }
 }
 
-/// A kind of element of a mesh: what one can have attributes of.
+/// A kind of mesh element that can have attributes.
 pub trait Element: Handle {
     /// One more than the largest index of such an element in a mesh.
     fn capacity(topology: &Topology) -> usize;
@@ -204,7 +204,7 @@ element!(HalfEdgeId, half_edge_capacity, contains_half_edge);
 element!(FaceId, face_capacity, contains_face);
 
 impl<H: Element, T> AttributeMap<H, T> {
-    /// The map of a function of the elements of a mesh. Removed elements are elements, too.
+    /// A map from a function of the elements of a mesh, removed elements included.
     #[must_use]
     pub fn from_fn(topology: &Topology, value: impl FnMut(H) -> T) -> Self {
         (0..H::capacity(topology)).map(H::from_index).map(value).collect()

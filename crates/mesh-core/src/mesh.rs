@@ -40,7 +40,7 @@ pub enum MeshError {
     #[error(transparent)]
     Topology(#[from] TopologyError),
     /// A coordinate is infinite or not a number.
-    #[error("vertex {vertex} is at {position}, which is not finite; remove it or give it a place")]
+    #[error("vertex {vertex} is at {position}, which is not finite; remove or correct it")]
     NotFinite {
         /// The vertex.
         vertex: usize,
@@ -78,7 +78,7 @@ impl TriMesh {
     ///
     /// [Positions](Position) may be of `f32` or `f64`, indices of any [integer type](VertexIndex).
     /// Use [`crate::build()`] for polygons, for input that may need repairs, and for errors that
-    /// list every offence.
+    /// list all defects.
     ///
     /// # Errors
     /// A coordinate is not finite, or the triangles do not form an oriented 2-manifold.
@@ -201,8 +201,7 @@ impl TriMesh {
         &self.positions
     }
 
-    /// The position of each vertex, to be changed in place. Keep them finite: every computation
-    /// on the mesh relies on it.
+    /// Mutable access to the positions, indexed by vertex. Keep them finite: all computations rely on it.
     #[must_use]
     pub fn positions_mut(&mut self) -> &mut [DVec3] {
         &mut self.positions
@@ -219,7 +218,7 @@ impl TriMesh {
     #[inline]
     #[must_use]
     pub fn triangle(&self, face: FaceId) -> [DVec3; 3] {
-        // Where `map` is not inlined, it takes longer than the three positions.
+        // `map` is not always inlined here, and a call costs more than three loads.
         let [a, b, c] = self.topology.face_vertices(face);
         [self.position(a), self.position(b), self.position(c)]
     }

@@ -1,7 +1,7 @@
-//! Loops whose order does not matter, on all cores when the `rayon` feature is on.
+//! Parallel loops over independent elements; sequential without the `rayon` feature.
 //!
-//! Results are bitwise the same for any number of threads and without rayon: values are computed
-//! one by one, and sums are added in blocks whose size does not depend on the number of threads.
+//! Results are bit-identical for any number of threads and without `rayon`: each value is computed by itself,
+//! and sums are added in blocks of fixed size.
 
 use core::ops::Range;
 
@@ -10,11 +10,11 @@ use rayon::prelude::*;
 #[cfg(feature = "rayon")]
 use std::sync::{Mutex, PoisonError};
 
-/// Elements per block. A block is the unit of work of a thread, and the unit of summation.
+/// Elements per block: the unit of work of a thread and the unit of summation.
 const BLOCK: usize = 2048;
 
-/// Whether so many portions of work are done by the thread that asks, one after the other. To hand work to
-/// another takes as long as some thousands of elements do.
+/// Whether the calling thread does all portions of work itself. Handing work to another thread costs as much as
+/// some thousands of elements.
 #[cfg(feature = "rayon")]
 fn stays_here(portions: usize) -> bool {
     portions <= 1 || rayon::current_num_threads() == 1
@@ -57,10 +57,9 @@ pub fn collect<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<
     (0..count).map(value).collect()
 }
 
-/// The values of blocks of `N` consecutive indices, from 0 to `count`, for values that are computed
-/// best side by side. The function gets scratch memory and the indices of its block; what it
-/// returns for those beyond `count` is dropped. The values must not depend on what earlier calls
-/// left in the scratch memory.
+/// The values for the indices from 0 to `count`, computed in blocks of `N` consecutive indices. The function
+/// gets scratch memory and the indices of its block; values beyond `count` are dropped. Values must not depend
+/// on the content of the scratch memory.
 pub fn collect_blocks<S, T: Send, const N: usize>(
     count: usize,
     scratch: impl Fn() -> S + Sync + Send,
@@ -101,20 +100,20 @@ pub fn collect_block_pairs<S, T: Send, U: Send, const N: usize>(
     (flat(first, count), flat(second, count))
 }
 
-/// The first so many elements of blocks.
+/// The first `count` elements of blocks.
 fn flat<T, const N: usize>(blocks: Vec<[T; N]>, count: usize) -> Vec<T> {
     let mut all = blocks.into_flattened();
     all.truncate(count);
     all
 }
 
-/// Elements in a portion of work that takes long.
+/// Elements per portion of expensive work.
 #[cfg(feature = "rayon")]
 const PORTION: usize = 16;
 
-/// The values of a function of the index and of scratch memory that is costly to make, from 0 to
-/// `count`. No more scratch is made than there are threads; the values must not depend on what
-/// earlier calls left in it. Work is handed out in small portions, for values that take long.
+/// The values of a function of the index, from 0 to `count`, where the function needs scratch memory that is
+/// expensive to make and each value takes long. At most one scratch is made per thread. Values must not depend
+/// on the content of the scratch memory.
 pub fn collect_with<S: Send, T: Send>(
     count: usize,
     scratch: impl Fn() -> S + Sync,
@@ -140,8 +139,8 @@ pub fn collect_with<S: Send, T: Send>(
     (0..count).map(|i| value(&mut memory, i)).collect()
 }
 
-/// The values of a function of the index, from 0 to `count`, each of which takes long enough to be
-/// handed out by itself.
+/// The values of a function of the index, from 0 to `count`, where each value takes so long that it is a task
+/// of its own.
 pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     #[cfg(feature = "rayon")]
     if !stays_here(count) {
@@ -150,8 +149,8 @@ pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) ->
     (0..count).map(value).collect()
 }
 
-/// [`collect_each`] of values that there may be none of: then any of the errors, and after the first one nothing else is
-/// begun.
+/// As [`collect_each`] for functions that can fail. After the first error no further value is started; which
+/// error is returned is not specified.
 ///
 /// # Errors
 /// One of the values is an error.
@@ -189,8 +188,8 @@ pub fn concat_blocks<T: Send>(
     all
 }
 
-/// Whether something holds for all blocks of consecutive indices, from 0 to `count`; once it does not for one, no
-/// other is begun.
+/// Whether a condition holds for all blocks of consecutive indices from 0 to `count`. After the first failure
+/// no further block is started.
 pub fn holds_in_blocks(count: usize, holds: impl Fn(Range<usize>) -> bool + Sync) -> bool {
     let blocks = count.div_ceil(FEW);
     let block = |b: usize| holds(b * FEW..count.min((b + 1) * FEW));
@@ -201,8 +200,8 @@ pub fn holds_in_blocks(count: usize, holds: impl Fn(Range<usize>) -> bool + Sync
     (0..blocks).all(block)
 }
 
-/// Changes every element of a slice by a function of its index that takes long enough for each element to be
-/// handed out by itself.
+/// Changes every element of a slice by a function of its index, where each element takes so long that it is a
+/// task of its own.
 pub fn update_each<T: Send>(out: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
     #[cfg(feature = "rayon")]
     if !stays_here(out.len()) {
@@ -212,7 +211,7 @@ pub fn update_each<T: Send>(out: &mut [T], change: impl Fn(usize, &mut T) + Sync
     out.iter_mut().enumerate().for_each(|(i, element)| change(i, element));
 }
 
-/// The results of two things that do not wait for each other.
+/// Runs two independent functions in parallel and returns both results.
 pub fn both<A: Send, B: Send>(
     first: impl FnOnce() -> A + Send,
     second: impl FnOnce() -> B + Send,
@@ -224,7 +223,7 @@ pub fn both<A: Send, B: Send>(
     (first(), second())
 }
 
-/// Sorts, those that are equal in the order in which they are. Quick where much is in order already.
+/// Stable sort; fast on partly sorted input.
 pub fn sort_by<T: Send>(items: &mut [T], compare: impl Fn(&T, &T) -> core::cmp::Ordering + Sync) {
     #[cfg(feature = "rayon")]
     if !stays_here(items.len().div_ceil(BLOCK)) {
@@ -233,7 +232,7 @@ pub fn sort_by<T: Send>(items: &mut [T], compare: impl Fn(&T, &T) -> core::cmp::
     items.sort_by(compare);
 }
 
-/// How many threads there are to share the work.
+/// The number of threads that share the work.
 #[must_use]
 pub fn threads() -> usize {
     #[cfg(feature = "rayon")]
@@ -242,8 +241,7 @@ pub fn threads() -> usize {
     return 1;
 }
 
-/// Does one thing on this thread, for which it need not be fit to be sent to another; and, where there
-/// are other threads, something with each of the elements meanwhile.
+/// Runs `here` on this thread, so that it need not be `Send`, while other threads run `there` for each element.
 pub fn beside<T: Send, H, R: Send>(
     here: impl FnOnce() -> H,
     elements: &mut [T],

@@ -1,4 +1,4 @@
-//! What is accepted as a position and as an index of a vertex.
+//! Types that are accepted as positions and as vertex indices.
 
 use std::borrow::Cow;
 
@@ -7,12 +7,12 @@ use glam::{DVec3, Vec3, Vec3A};
 /// A point in space, of any type that holds three coordinates: arrays, tuples and `glam` vectors of
 /// `f32` or `f64`, and with the `mint` feature `mint` points and vectors.
 pub trait Position: Copy {
-    /// The point in double precision, in which everything is computed.
+    /// The point in double precision.
     fn to_dvec3(self) -> DVec3;
 }
 
-/// An index of a vertex, of any integer type. What is negative or does not fit into 32 bits is
-/// [`u32::MAX`], which is out of range in every mesh.
+/// An index of a vertex, of any integer type. Negative numbers and numbers beyond 32 bits become [`u32::MAX`],
+/// which is out of range in every mesh.
 pub trait VertexIndex: Copy {
     /// The index as meshes and soups store it.
     fn to_u32(self) -> u32;

@@ -1,7 +1,7 @@
-//! Serde for what keeps invariants: meshes, soups, handles, maps and samples.
+//! Serde implementations for types with invariants: meshes, soups, handles, maps and samples.
 //!
-//! What is read is checked before it becomes a value: data of any origin gives a value that is as
-//! sound as one that was built, or an error. Whatever has no invariants derives its implementations.
+//! Deserialised data is validated: it gives a valid value or an error, whatever its origin. Types without
+//! invariants derive their implementations.
 
 use std::borrow::Cow;
 
@@ -17,10 +17,10 @@ use crate::topology::half_edges::{HalfEdge, Topology};
 use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::topology::revision::Revision;
 
-/// An index that stands for no element: no face beside a half-edge, no half-edge at a vertex.
+/// The index for "no element": a half-edge without a face, a vertex without a half-edge.
 const NONE: u32 = u32::MAX;
 
-/// An index that stands for a removed element.
+/// The index of a removed element.
 const REMOVED: u32 = u32::MAX - 1;
 
 macro_rules! handle {
@@ -71,11 +71,11 @@ struct TopologyArrays {
     vertices: Vec<u32>,
     /// The first half-edge of each face.
     faces: Vec<u32>,
-    /// Of each half-edge the next one, the vertex that it points to, and its face.
+    /// Per half-edge its `next`, its target vertex and its face.
     half_edges: Vec<[u32; 3]>,
 }
 
-/// All handles keep their meaning, also where elements were removed.
+/// All handles stay valid, even if elements were removed.
 impl Serialize for Topology {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let half_edge = |h: &HalfEdge| {
@@ -85,7 +85,7 @@ impl Serialize for Topology {
                 [h.next.get(), h.target.get(), h.face.map_or(NONE, FaceId::get)]
             }
         };
-        // The handle that marks removed elements has the index that does so here.
+        // The handle of removed elements has exactly this index.
         let of_vertex = |h: &Option<HalfEdgeId>| h.map_or(NONE, HalfEdgeId::get);
         TopologyArrays {
             vertices: self.vertex_half_edge.iter().map(of_vertex).collect(),
@@ -170,7 +170,7 @@ struct MeshParts<'a> {
     positions: Cow<'a, [DVec3]>,
 }
 
-/// All handles keep their meaning.
+/// All handles stay valid.
 impl Serialize for TriMesh {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         MeshParts {
@@ -198,7 +198,7 @@ struct SoupParts<'a> {
     face_ends: Cow<'a, [u32]>,
 }
 
-/// Coordinates that are not finite need a format that has them, which JSON is not.
+/// Formats without infinities and NaN, such as JSON, cannot hold all soups.
 impl Serialize for PolygonSoup {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         SoupParts {
@@ -210,7 +210,7 @@ impl Serialize for PolygonSoup {
     }
 }
 
-/// Checks that the faces share out the corners; everything else is as free as in a soup.
+/// Checks that the face ends ascend to the number of corners. Nothing else is an invariant of a soup.
 impl<'de> Deserialize<'de> for PolygonSoup {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let SoupParts { positions, corners, face_ends } = SoupParts::deserialize(deserializer)?;
@@ -233,7 +233,7 @@ impl<T: Serialize> Serialize for Sample<T> {
     }
 }
 
-/// Checks that as many elements are given as a sample of so many has.
+/// Checks that the number of kept elements fits the count.
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Sample<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let SampleParts { count, first } = SampleParts::deserialize(deserializer)?;

@@ -1,10 +1,9 @@
-//! A bounding volume hierarchy: a tree of boxes over triangles, eight by eight.
+//! A bounding volume hierarchy over triangles with eight children per node.
 //!
-//! The triangles are ordered so that those of a leaf, of eight leaves, of sixty-four leaves and so
-//! on are close together: at multiples of these numbers they are parted at the median of their
-//! centres along the longest extent. What belongs together is then known from the place alone, and
-//! there is nothing to point to. The eight boxes of a node, and the eight triangles of a leaf, are
-//! measured side by side, with the widest vector instructions that the processor has.
+//! The triangles are ordered by median splits of their centres along the longest extent, at multiples of 8, 64,
+//! 512 and so on. Children follow from the index alone, so there are no pointers. The eight boxes of a node,
+//! and the eight triangles of a leaf, are measured side by side with the widest vector instructions of the
+//! processor.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch, f64x8};
@@ -18,10 +17,10 @@ use crate::early_split::{Section, bounds_of, split_long_triangles};
 use crate::simd_distance::{closest_on_triangles, squared_gaps};
 use crate::slab::{Slab, Slabs};
 
-/// Below this many triangles a part is ordered by one thread.
+/// Parts with fewer triangles are ordered by one thread.
 const SEQUENTIAL: usize = 4096;
 
-/// More than there can be in the tree over `u32` many triangles at any one time.
+/// More entries than the stack can hold in a tree over 2^32 triangles.
 const MAX_ENTRIES: usize = 96;
 
 /// The tree and its triangles.
@@ -31,21 +30,21 @@ pub(crate) struct Bvh {
     boxes: BvhStorage,
     /// The index that each triangle had when the tree was built.
     original: Vec<u32>,
-    /// What of the triangle in each place the boxes are round; nothing where that is all of it.
+    /// Per slot, the section of the triangle that is in the box; empty if all triangles are whole.
     pieces: Vec<Section>,
-    /// What the triangles of eight leaves each are between, where some have several pieces.
+    /// Slabs around the triangles of eight leaves each; empty if all triangles are whole.
     slabs: Vec<Slabs>,
-    /// Every triangle once, in the order of the leaves, where some have several pieces.
+    /// Every triangle once, in the order of the leaves; empty if all triangles are whole.
     in_space: Vec<u32>,
 }
 
-/// The answer of a closest-point query.
+/// The result of a closest-point query.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Nearest {
-    /// From the query to the closest point.
+    /// The vector from the query to the closest point.
     pub(crate) offset: DVec3,
     pub(crate) squared: f64,
-    /// Place of the triangle in the tree; a good first guess for a query nearby.
+    /// Slot of the triangle in the tree; a good first guess for the next query nearby.
     pub(crate) slot: u32,
 }
 
@@ -71,7 +70,7 @@ impl Bvh {
         Self { simd: Level::new(), boxes, original, pieces: pieces_in_order, slabs, in_space }
     }
 
-    /// Takes up the triangles from where they are now, in the order as it is.
+    /// Refits the boxes to moved triangles; the order stays.
     pub(crate) fn follow(&mut self, corners: impl Fn(usize) -> [DVec3; 3] + Sync) {
         (self.boxes, self.slabs) = enclose(&self.original, &self.pieces, corners);
     }
@@ -90,7 +89,7 @@ impl Bvh {
         self.boxes.triangle(slot)
     }
 
-    /// The bounds of a triangle in the tree, or of the piece of it that is in this place.
+    /// The bounds of the triangle, or of the section of it, in a slot.
     pub(crate) fn bounds(&self, slot: u32) -> [DVec3; 2] {
         let triangle = self.triangle(slot);
         match self.pieces.get(slot as usize) {
@@ -99,7 +98,7 @@ impl Bvh {
         }
     }
 
-    /// The closest point of all triangles, `guess` being any triangle that is hoped to be near.
+    /// The closest point of all triangles. `guess` is the slot of any triangle, if possible a near one.
     pub(crate) fn nearest(&self, point: DVec3, guess: u32) -> Nearest {
         dispatch!(self.simd, simd => self.nearest_with(simd, point, guess))
     }
@@ -110,7 +109,7 @@ impl Bvh {
         let first = guess / LANES as u32;
         let mut best = self.nearest_in_leaf(simd, point, first);
         let mut stack = TraversalStack::new(self.root_height());
-        // A point that is not finite has no distance.
+        // The distance of a non-finite point is NaN.
         while let Some(task) = stack.pop().filter(|_| !best.squared.is_nan()) {
             if task.squared >= best.squared {
                 continue;
@@ -128,12 +127,12 @@ impl Bvh {
         best
     }
 
-    /// For each point the closest one of all triangles, if that is closer than a distance. Where most are
-    /// not, it takes little time for points of which eight that follow each other are close together.
+    /// For each point the closest point of all triangles, if that is closer than a distance. Fast if most are
+    /// not and if each eight consecutive points are close together.
     pub(crate) fn nearer_than_each(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<Nearest>> {
         let count = points.len().min(than.len());
         let mut found = vec![None; count];
-        // Loops, for what is in a closure is compiled for the plainest processor.
+        // Loops, because closures are compiled for the baseline instruction set.
         dispatch!(self.simd, simd => {
             let mut stack = TraversalStack::new(self.root_height());
             for start in (0..count).step_by(LANES) {
@@ -202,8 +201,8 @@ impl Bvh {
         best
     }
 
-    /// A number that the distance from a point to all triangles is not below, up to
-    /// [`Rounding`](crate::distance_bounds::Rounding), and that is not above `distance`.
+    /// A lower bound of the distance from a point to all triangles, up to
+    /// [`Rounding`](crate::distance_bounds::Rounding), but at most `distance`.
     pub(crate) fn lower_bound(&self, point: DVec3, distance: f64) -> f64 {
         dispatch!(self.simd, simd => self.lower_bound_with(simd, point, distance))
     }
@@ -231,8 +230,8 @@ impl Bvh {
         nearest
     }
 
-    /// Numbers that the squared distances from a point to the children of a node are not below. The box of
-    /// a leaf may be near where its needles are not.
+    /// Lower bounds of the squared distances from a point to the children of a node. Slabs are tighter than the
+    /// boxes of leaves with long thin triangles.
     #[inline(always)]
     fn squared_gaps<S: Simd>(&self, simd: S, point: Vec3x8<S>, node: StackEntry) -> f64x8<S> {
         let squares = squared_gaps([point, point], self.node(simd, node));
@@ -242,7 +241,7 @@ impl Bvh {
         }
     }
 
-    /// Whether there are needles in pieces, which queries are quicker for one by one.
+    /// Whether some triangles are split into sections; then single queries are faster than packets.
     #[inline(always)]
     pub(crate) fn has_sections(&self) -> bool {
         !self.pieces.is_empty()
@@ -279,7 +278,7 @@ impl Bvh {
     }
 }
 
-/// The parts of the tree that wait to be searched.
+/// The stack of a traversal: subtrees that are still to be searched.
 pub(crate) struct TraversalStack {
     stack: [StackEntry; MAX_ENTRIES],
     count: usize,
@@ -293,7 +292,7 @@ impl TraversalStack {
         Self { stack, count: 1 }
     }
 
-    /// Only the root.
+    /// Clears the stack and pushes the root.
     #[inline(always)]
     pub(crate) fn restart(&mut self, height: usize) {
         self.stack[0] = StackEntry { height: height as u32, ..StackEntry::default() };
@@ -306,7 +305,7 @@ impl TraversalStack {
         Some(self.stack[self.count])
     }
 
-    /// Adds the children of a node that are nearer than `enough`, the nearest last.
+    /// Pushes the children that are nearer than `enough`, the nearest last.
     #[inline(always)]
     pub(crate) fn push_children<S: Simd>(
         &mut self,
@@ -332,17 +331,17 @@ impl TraversalStack {
     }
 }
 
-/// A part of the tree that may hold the closest triangle.
+/// A subtree that may contain the closest triangle.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct StackEntry {
     /// The squared distance to its box.
     pub(crate) squared: f64,
     pub(crate) index: u32,
-    /// Of a leaf, 0.
+    /// 0 for a leaf.
     pub(crate) height: u32,
 }
 
-/// The boxes round triangles, or round their pieces where there are some, which then have slabs, too.
+/// The boxes of triangles or of their sections; slabs if there are sections.
 fn enclose(
     original: &[u32],
     pieces: &[Section],
@@ -370,7 +369,7 @@ fn enclose(
     (BvhStorage::new(original.len(), triangle, Some(&bounds_of_leaf)), slabs)
 }
 
-/// The numbers of these boxes in the order of the leaves, which is by their centres.
+/// The indices of boxes in the order of the leaves.
 fn in_leaves(count: usize, bounds: impl Fn(usize) -> [DVec3; 2] + Sync) -> Vec<u32> {
     let mut places = places(&parallel::collect(count, |i| {
         let [min, max] = bounds(i);
@@ -381,7 +380,7 @@ fn in_leaves(count: usize, bounds: impl Fn(usize) -> [DVec3; 2] + Sync) -> Vec<u
     parallel::collect(count, |slot| places[slot].triangle)
 }
 
-/// A triangle, or piece of one, and where its centre is, in steps of a 2^32th of the longest extent of all centres.
+/// A box and its centre, in units of 2^-32 of the longest extent of all centres.
 #[derive(Clone, Copy)]
 struct Place {
     center: [u32; 3],
@@ -399,7 +398,7 @@ fn places(centers: &[DVec3]) -> Vec<Place> {
     })
 }
 
-/// The most centres to find the longest extent from.
+/// Largest number of centres that the longest extent is computed from.
 const SAMPLES: usize = 1000;
 
 /// Brings triangles into the order of the leaves.

@@ -1,7 +1,7 @@
-//! Triangles, and the boxes round them, at rest: eight side by side, in as few bytes as keep every digit.
+//! Storage of triangles and boxes, eight side by side, in single precision where that is exact.
 //!
-//! Scanners, STL, glTF and most PLY files give positions in single precision. Such a surface is kept in
-//! half the memory, and every query takes it up in double precision again, with the same bits.
+//! Scanners, STL, glTF and most PLY files have positions in single precision. Such a surface takes half the
+//! memory; queries convert it back to double precision without loss.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f64x8};
@@ -9,15 +9,15 @@ use glam::DVec3;
 use mesh_core::parallel;
 use mesh_core::simd::{LANES, Vec3x8};
 
-/// Eight numbers at rest, so aligned that no register is filled from two cache lines.
+/// Eight numbers in memory, aligned to a cache line or half of one.
 pub(crate) trait Column: Copy + Send + Sync {
-    /// All the same.
+    /// Eight zeros.
     const ZERO: Self;
 
-    /// Sets the largest number that can be kept and is not above `value`: that itself where it can be kept.
+    /// Stores `value`, rounded down.
     fn set_below(&mut self, lane: usize, value: f64);
 
-    /// Sets the smallest number that can be kept and is not below `value`.
+    /// Stores `value`, rounded up.
     fn set_above(&mut self, lane: usize, value: f64);
 
     fn get(&self, lane: usize) -> f64;
@@ -25,12 +25,12 @@ pub(crate) trait Column: Copy + Send + Sync {
     fn load<S: Simd>(&self, simd: S) -> f64x8<S>;
 }
 
-/// In single precision.
+/// Eight numbers in single precision.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub(crate) struct Single([f32; LANES]);
 
-/// In double precision.
+/// Eight numbers in double precision.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Double([f64; LANES]);
@@ -89,7 +89,7 @@ struct Leaf<C> {
     corners: [[C; 3]; 3],
 }
 
-/// The boxes of eight leaves or nodes; those that are missing are infinitely far.
+/// The boxes of eight children; missing children are infinitely far away.
 #[derive(Clone, Copy, Debug)]
 struct Node<C> {
     min: [C; 3],
@@ -175,11 +175,11 @@ fn bounds<C: Column>(low: &[[C; 3]], high: &[[C; 3]]) -> [DVec3; 2] {
     [min, max]
 }
 
-/// All of them, from the leaves to the root.
+/// All levels from the leaves to the root.
 #[derive(Clone, Debug)]
 struct Levels<C> {
     leaves: Vec<Leaf<C>>,
-    /// The nodes of each height, those over leaves first, the root last.
+    /// The nodes of each height, from the parents of leaves to the root.
     heights: Vec<Vec<Node<C>>>,
 }
 
@@ -219,7 +219,7 @@ fn nodes<C: Column>(children: usize, bounds: impl Fn(usize) -> [DVec3; 2] + Sync
     parallel::collect(children.div_ceil(LANES), node)
 }
 
-/// The triangles of a tree by their places, and its boxes.
+/// The triangles of a tree by slot, and its boxes.
 #[derive(Clone, Debug)]
 pub(crate) struct BvhStorage(Precision);
 
@@ -230,7 +230,8 @@ enum Precision {
 }
 
 impl BvhStorage {
-    /// Over at least one triangle. The box of a leaf is round its triangles, unless other bounds are given.
+    /// Storage for at least one triangle. The box of a leaf contains its triangles, unless other bounds are
+    /// given.
     pub(crate) fn new(
         triangles: usize,
         triangle: impl Fn(usize) -> [DVec3; 3] + Sync,
@@ -243,7 +244,7 @@ impl BvhStorage {
         })
     }
 
-    /// The height of the root over the leaves, which is at least one.
+    /// The height of the root above the leaves, at least one.
     #[inline(always)]
     pub(crate) fn root_height(&self) -> usize {
         match &self.0 {
@@ -252,7 +253,7 @@ impl BvhStorage {
         }
     }
 
-    /// The triangle in a place: of eight times a leaf, and a lane.
+    /// The triangle in a slot: eight times the leaf plus the lane.
     #[inline(always)]
     pub(crate) fn triangle(&self, slot: u32) -> [DVec3; 3] {
         let (leaf, lane) = (slot as usize / LANES, slot as usize % LANES);
@@ -271,7 +272,7 @@ impl BvhStorage {
         }
     }
 
-    /// The boxes of the children of a node at a height over the leaves.
+    /// The boxes of the children of a node at a height above the leaves.
     #[inline(always)]
     pub(crate) fn node<S: Simd>(&self, simd: S, height: u32, index: u32) -> [Vec3x8<S>; 2] {
         match &self.0 {
@@ -281,7 +282,7 @@ impl BvhStorage {
     }
 }
 
-/// Whether no coordinate loses a digit in single precision.
+/// Whether all coordinates are exact in single precision.
 fn are_single(triangles: usize, triangle: impl Fn(usize) -> [DVec3; 3] + Sync) -> bool {
     let is_single = |slot| triangle(slot).into_iter().all(|p| p.as_vec3().as_dvec3() == p);
     parallel::holds_in_blocks(triangles, |mut range| range.all(is_single))

@@ -1,5 +1,5 @@
-//! Distances between two surfaces from samples, both ways, as Metro measures them (Cignoni,
-//! Rocchini, Scopigno 1998).
+//! Distances between two surfaces from samples in both directions, as in Metro (Cignoni, Rocchini, Scopigno
+//! 1998).
 
 use core::ops::Range;
 
@@ -14,14 +14,14 @@ use crate::surface::Surface;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CompareOptions {
-    /// Samples per direction, uniform by area. They alone make mean and root mean square.
+    /// Samples per direction, uniform by area. Mean and root mean square use these alone.
     pub samples: usize,
-    /// Whether the vertices are measured too. They count for the maximum only.
+    /// Whether vertices are measured as well, for the maximum only.
     pub vertices: bool,
-    /// Whether the edges are sampled too, as densely as the faces, but with no more than four times as many
-    /// points: needles have long edges and no area. They count for the maximum only.
+    /// Whether edges are sampled as well, for the maximum only: long thin triangles have long edges and little
+    /// area. Same density as on faces, but at most four times as many points.
     pub edges: bool,
-    /// Where the random numbers start.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
@@ -31,17 +31,16 @@ impl Default for CompareOptions {
     }
 }
 
-/// Edges have no more points than so many for each sample of the faces. Edges that are not much longer than
-/// others, and long enough to be sampled, need 3.5 at most.
+/// Largest number of points on edges per sample on faces. Edges of similar lengths need at most 3.5.
 const MOST_ON_EDGES: usize = 4;
 
 /// The distances between two surfaces; made by [`compare`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Comparison {
-    /// From points of the first surface to the second.
+    /// Distances from the first surface to the second.
     pub forward: OneSided,
-    /// From points of the second surface to the first.
+    /// Distances from the second surface to the first.
     pub backward: OneSided,
 }
 
@@ -53,15 +52,15 @@ pub struct OneSided {
     pub mean: f64,
     /// The root of the mean square over the area.
     pub rms: f64,
-    /// The largest distance that was met: a lower bound of the one-sided Hausdorff distance.
+    /// The largest distance of a sample: a lower bound of the one-sided Hausdorff distance.
     pub max: f64,
-    /// Where that was.
+    /// The location of the largest distance.
     pub worst: Worst,
-    /// How many points were measured, those on edges and at vertices included.
+    /// Number of measured points, including points on edges and vertices.
     pub samples: usize,
 }
 
-/// The two ends of a largest distance.
+/// The two ends of the largest distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Worst {
@@ -72,7 +71,7 @@ pub struct Worst {
 }
 
 impl Comparison {
-    /// The larger of the two maxima: the Hausdorff distance, seen from the samples.
+    /// The larger of the two maxima: a lower bound of the Hausdorff distance.
     #[must_use]
     pub fn hausdorff(&self) -> f64 {
         self.forward.max.max(self.backward.max)
@@ -93,8 +92,7 @@ impl Comparison {
 
 /// Measures the distances between two surfaces from samples on both.
 ///
-/// Without area there is nothing to average over, and the mean of a surface that consists of
-/// degenerate triangles is that of its vertices and edges.
+/// For a surface without area, the mean is taken over its vertices and edge points.
 #[must_use]
 pub fn compare(a: &Surface, b: &Surface, options: &CompareOptions) -> Comparison {
     Comparison {
@@ -103,8 +101,8 @@ pub fn compare(a: &Surface, b: &Surface, options: &CompareOptions) -> Comparison
     }
 }
 
-/// As [`compare`], until `stops` says so, which is asked every thousand points by any thread and stays
-/// with its answer; `None` then.
+/// As [`compare`], but `None` as soon as `stops` returns true. Any thread calls it about every thousand points;
+/// once true, it must stay true.
 #[must_use]
 pub fn compare_until(
     a: &Surface,
@@ -120,13 +118,13 @@ pub fn compare_until(
     (!stops()).then_some(Comparison { forward, backward })
 }
 
-/// The distance of every vertex of a mesh to a surface, for a picture of where two differ.
+/// The distance of every vertex of a mesh to a surface, for example to colour a mesh by its error.
 #[must_use]
 pub fn vertex_distances(mesh: &TriMesh, to: &Surface) -> VertexMap<f64> {
     VertexMap::from_vec(to.distances(mesh.positions()))
 }
 
-/// What it gives once it was stopped means nothing.
+/// The result is meaningless if it was stopped.
 fn one_sided(
     from: &Surface,
     to: &Surface,
@@ -180,12 +178,12 @@ impl<'a> Points<'a> {
     }
 }
 
-/// [`Comparison::hausdorff`] of what [`compare`] gives: where only that counts, it takes half the time.
+/// [`Comparison::hausdorff`] of [`compare`], in about half the time.
 #[must_use]
 pub fn sampled_hausdorff(a: &Surface, b: &Surface, options: &CompareOptions) -> f64 {
     let largest = |from: &Surface, to: &Surface, known: f64| {
         let points = Points::new(from, options);
-        // Vertices first: what is farther away than they are is rare.
+        // Vertices first: they usually have the largest distances, which speeds up the rest.
         let known = farthest(to, points.vertices.len(), known, |range| points.at_vertices(range));
         let known = farthest(to, points.sampler.count(), known, |range| points.on_faces(range));
         match &points.on_edges {
@@ -196,7 +194,7 @@ pub fn sampled_hausdorff(a: &Surface, b: &Surface, options: &CompareOptions) -> 
     largest(b, a, largest(a, b, 0.0)).sqrt()
 }
 
-/// The largest of `known` and the squared distances of points.
+/// The maximum of `known` and the squared distances of points.
 fn farthest(
     to: &Surface,
     count: usize,
@@ -207,7 +205,7 @@ fn farthest(
     blocks.into_iter().fold(known, f64::max)
 }
 
-/// What a set of samples adds up to.
+/// Statistics of a set of samples.
 #[derive(Clone, Copy)]
 struct Tally {
     count: usize,
@@ -267,9 +265,9 @@ fn measure(
     blocks.into_iter().fold(Tally::NONE, Tally::join)
 }
 
-/// Points inside the edges of a surface, equally spaced on each and at most `spacing` apart, so that
-/// shorter edges have none; on no edge more than `limit`. Where these would be more than `most` in all,
-/// they are so many times farther apart, and fewer on the longest edges, that they are not.
+/// Points inside the edges of a surface, equally spaced on each edge and at most `spacing` apart; shorter edges
+/// have none. At most `limit` points per edge. If there are more than `most` points in all, the spacing is
+/// multiplied and the limit divided by an integer until there are not.
 #[must_use]
 pub fn edge_points(surface: &Surface, spacing: f64, limit: usize, most: usize) -> Vec<DVec3> {
     let points = EdgePoints::new(surface, spacing, limit, most);
@@ -290,17 +288,17 @@ fn ends_of(surface: &Surface, [a, b]: [u32; 2]) -> [DVec3; 2] {
     [surface.positions()[a as usize], surface.positions()[b as usize]]
 }
 
-/// How many points lie inside an edge.
+/// The number of points inside an edge.
 fn points_within([p, q]: [DVec3; 2], spacing: f64, limit: usize) -> usize {
     let squared = p.distance_squared(q);
-    // Most edges are short, and a root and a quotient take longer than all else here.
+    // Most edges are short; this saves the root and the quotient.
     if squared < SHORT * spacing * spacing {
         return 0;
     }
     ((squared.sqrt() / spacing) as usize).min(limit)
 }
 
-/// The square of what is surely less than 1, however it is rounded.
+/// Slightly below 1, to be safe against rounding.
 const SHORT: f64 = 0.999;
 
 fn point_within([p, q]: [DVec3; 2], index: usize, count: usize) -> DVec3 {
@@ -316,8 +314,7 @@ struct EdgePoints<'a> {
 }
 
 impl<'a> EdgePoints<'a> {
-    /// Points at most `spacing` apart, but not more than `limit` on one edge; farther apart where these would
-    /// be more than `most` in all.
+    /// See [`edge_points`].
     fn new(surface: &'a Surface, spacing: f64, limit: usize, most: usize) -> Self {
         let count = |&edge: &[u32; 2]| points_within(ends_of(surface, edge), spacing, limit);
         let sides = |t: usize| {
@@ -326,7 +323,7 @@ impl<'a> EdgePoints<'a> {
         };
         let mut edges: Vec<[u32; 2]> = parallel::concat_blocks(surface.triangle_count(), |range| {
             let mut edges: Vec<_> = range.flat_map(sides).filter(|side| count(side) > 0).collect();
-            // Both faces at an edge are mostly close to each other in the list.
+            // The two faces at an edge are usually close together in the list.
             edges.sort_unstable();
             edges.dedup();
             edges.shrink_to_fit();
@@ -343,7 +340,7 @@ impl<'a> EdgePoints<'a> {
         points
     }
 
-    /// Puts the points so far apart; short edges may have none left.
+    /// Sets the number of points on each edge.
     fn space(&mut self, spacing: f64, limit: usize) {
         let Self { surface, edges, .. } = self;
         let count = |i: usize| points_within(ends_of(surface, edges[i]), spacing, limit);

@@ -1,27 +1,23 @@
-//! Distances that are proved: numbers that the distance from a point to a triangle is not above, and
-//! not below, whatever was rounded on the way.
+//! Certified upper and lower bounds of the distance from a point to a triangle, rounding errors included.
 //!
-//! The closest point of a triangle, as [`closest_on_triangle`] computes it, is not enough for a
-//! proof. Over the inside of a needle whose smallest angle has the sine `s`, the normal is off by
-//! `ε / s`, and with it the distance by `ε / s` times the length of the needle, to either side.
-//! What is proved here needs no accurate normal.
+//! The closest point that [`closest_on_triangle`] computes is not enough for a proof. Over the interior of a
+//! triangle whose smallest angle has the sine `s`, the error of the normal is `ε / s`, and the error of the
+//! distance `ε / s` times the longest side, in either direction. The bounds here need no accurate normal.
 //!
-//! - **Not above.** Any convex combination of the corners is a point of the triangle, whatever its
-//!   weights were meant to be, so that the distance to it is an upper bound. Weights that come from
-//!   rounded cross products are as good as others as long as none is negative.
-//! - **Not below.** For any unit vector `w`, the triangle lies in the half-space
-//!   `w · x >= min w · corner`, so that a point is not closer to it than
-//!   `min w · (corner - point)`. With `w` towards the closest point this is the distance itself;
-//!   with another one it is less, but a lower bound.
+//! - **Upper bound.** Any convex combination of the corners is a point of the triangle, so the distance to it
+//!   is an upper bound. Weights from rounded cross products are valid as long as none is negative.
+//! - **Lower bound.** For any unit vector `w`, the triangle lies in the half-space `w · x >= min w · corner`,
+//!   so that a point is not closer to it than `min w · (corner - point)`. With `w` towards the closest point
+//!   this is the distance itself; with another one it is less, but a lower bound.
 //!
-//! What remains is the rounding of sums of a few products, which grows with the distances from the
-//! point to the corners but not with the shape of the triangle. [`Rounding`] bounds it.
+//! The remaining error is the rounding of short sums of products. It grows with the distances from the point to
+//! the corners, but does not depend on the shape of the triangle. [`Rounding`] bounds it.
 
 use glam::DVec3;
 use mesh_core::BoundingBox;
 use mesh_core::closest_point::{closest_on_segment, closest_on_triangle};
 
-/// Bounds for what is lost to rounding between surfaces of some size.
+/// Bounds of the rounding errors for two surfaces.
 ///
 /// With u = ε/2, `A` the largest distance from the point to a corner, and weights that are not
 /// negative and add up to one but for 3u: the differences to the point are off by u each, products
@@ -36,16 +32,16 @@ use mesh_core::closest_point::{closest_on_segment, closest_on_triangle};
 /// the piece only up to that distance. In a round, corners are made from corners up to three times.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rounding {
-    /// Of one distance.
+    /// Error of one distance.
     distance: f64,
-    /// Of the places of the pieces, in each round.
+    /// Error of the positions of pieces, per round.
     places: f64,
 }
 
 impl Rounding {
     pub(crate) fn between(a: BoundingBox, b: BoundingBox) -> Self {
         let (min, max) = (a.min.min(b.min), a.max.max(b.max));
-        // Not shorter than the diagonal.
+        // An upper bound of the diagonal.
         let size = 2.0 * (max - min).max_element();
         let largest = min.abs().max(max.abs()).max_element();
         Self {
@@ -54,31 +50,30 @@ impl Rounding {
         }
     }
 
-    /// What a bound may be off by for a piece that has been divided in so many rounds, or for its
-    /// centre.
+    /// The error of a bound for a piece after a number of divisions, or for its centre.
     pub(crate) fn after(self, rounds: usize) -> f64 {
         self.distance + (rounds + 1) as f64 * self.places
     }
 }
 
-/// Lengths below this have squares that have lost digits or are 0.
+/// The squares of shorter lengths underflow.
 const SMALLEST: f64 = 1e-140;
 
-/// Weights whose sum is below this have lost digits or are 0.
+/// Weights with a smaller sum underflow.
 const SMALLEST_SUM: f64 = 1e-280;
 
-/// Below this sine at its first corner, the weights over the inside of a triangle say so little that
-/// its sides are looked at as well.
+/// With a smaller sine at the first corner, the weights over the interior are so inaccurate that the sides are
+/// tested as well.
 const SLIM: f64 = 1e-6;
 
-/// A number that the distance from a point to a triangle is not above, up to [`Rounding`].
+/// An upper bound of the distance from a point to a triangle, up to [`Rounding`].
 #[inline]
 pub(crate) fn upper_bound(point: DVec3, triangle: &[DVec3; 3]) -> f64 {
     let squared = to_some_point(point, triangle).length_squared();
     if squared.is_nan() { f64::INFINITY } else { squared.sqrt() }
 }
 
-/// A number that the distance from a point to a triangle is not below, up to [`Rounding`].
+/// A lower bound of the distance from a point to a triangle, up to [`Rounding`].
 pub(crate) fn lower_bound(point: DVec3, triangle: &[DVec3; 3]) -> f64 {
     let corners = triangle.map(|corner| corner - point);
     let beyond = |towards: DVec3| {

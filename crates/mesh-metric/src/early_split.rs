@@ -1,35 +1,34 @@
-//! Needles in pieces, so that their boxes do not cover everything.
+//! Early split clipping: long thin triangles get several small boxes (Ernst, Greiner 2007).
 //!
-//! The box round a long thin triangle that lies across the axes is as wide as the needle is long.
-//! Where very many of them lie side by side, as round the apex of a finely divided cone, each point is
-//! in a large share of all boxes, and a query comes close to looking at every triangle. There the tree
-//! has each needle several times, every time with the box round one piece of it only. The pieces
-//! together cover the needle, so the closest point is found in one of them; and as the needle as a
-//! whole is measured, it is the same point.
+//! The box of a long thin triangle across the axes is as wide as the triangle is long. Around the apex of a
+//! finely divided cone, each point is in a large share of all boxes, and a query visits nearly all triangles.
+//! There the tree contains each long triangle several times, each time with the box of one section. The
+//! sections cover the triangle, so the closest point is found through one of them. Distances are measured to
+//! the whole triangle, so the result is the same.
 
 use glam::DVec3;
 use mesh_core::parallel;
 
-/// Fewer triangles are looked at quickly however their boxes lie.
+/// Fewer triangles are never split.
 const FEW: usize = 256;
 
-/// The most that all boxes together may be larger than all triangles: needles are left whole below.
+/// Largest ratio of box surfaces to triangle areas without splitting.
 const OVERLAP: f64 = 64.0;
 
-/// The most pieces per triangle in the mean.
+/// Largest mean number of sections per triangle.
 const PIECES: usize = 16;
 
-/// The most pieces beyond one per triangle, which bounds the memory.
+/// Largest number of additional sections, which bounds the memory.
 const MOST: usize = 1 << 20;
 
-/// One of so many pieces of a triangle.
+/// Section `number` of `of` sections of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Section {
     number: u16,
     of: u16,
 }
 
-/// Every piece with its triangle, triangle by triangle; `None` where all triangles are best left whole.
+/// All sections with their triangles, triangle by triangle; `None` where splitting does not pay.
 pub(crate) fn split_long_triangles(
     corners: impl Fn(usize) -> [DVec3; 3] + Sync,
     count: usize,
@@ -40,11 +39,11 @@ pub(crate) fn split_long_triangles(
     let sizes = |t: usize| [size_of_box(&corners(t)), doubled_area(&corners(t))];
     let add = |[b, a]: [f64; 2], [box_size, area]: [f64; 2]| [b + box_size, a + area];
     let [boxes, areas] = parallel::fold(count, [0.0; 2], sizes, add);
-    // Also where a size is beyond what numbers hold.
+    // Also on overflow.
     if !(boxes > OVERLAP * areas && boxes.is_finite()) {
         return None;
     }
-    // The sum of box / pieces is least when the pieces go with the root of the box.
+    // The sum of box surface / sections is minimal if sections are proportional to the root of the box surface.
     let root = |t: usize| {
         let [box_size, area] = sizes(t);
         (box_size - area).max(0.0).sqrt()
@@ -63,13 +62,12 @@ pub(crate) fn split_long_triangles(
 }
 
 impl Section {
-    /// The bounds of the piece: what lies between two chords from the longest side to the other two,
-    /// and rounding.
+    /// The bounds of the section between two chords from the longest side to the other two, widened for
+    /// rounding.
     pub(crate) fn bounds(self, corners: &[DVec3; 3]) -> [DVec3; 2] {
         let [p, q, r] = along_longest(corners);
         let side = q - p;
-        // Where the third corner is along the longest side; any place will do, 0 for one that is not a
-        // number.
+        // Position of the third corner along the longest side; any position is valid, 0 stands for NaN.
         let along = (r - p).dot(side) / side.length_squared();
         let apex = if along > 0.0 { along.min(1.0) } else { 0.0 };
         let [from, to] = [self.number, self.number + 1].map(|n| f64::from(n) / f64::from(self.of));
@@ -93,9 +91,9 @@ impl Section {
     }
 }
 
-/// The corners, with the longest side from the first to the second, and from the tip where there is one.
-/// Two sides of a needle are about as long as each other, and which of them is longer changes with the
-/// slightest move; its pieces have to stay where they are.
+/// The corners, so that the longest side runs from the first to the second, starting at the apex of a long thin
+/// triangle. The two long sides have nearly the same length, and tiny moves change which is longer; the
+/// sections must not jump then.
 fn along_longest(&[a, b, c]: &[DVec3; 3]) -> [DVec3; 3] {
     let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| p.distance_squared(q));
     let ([p, q, r], [qr, rp]) = if ab >= bc && ab >= ca {
@@ -108,20 +106,20 @@ fn along_longest(&[a, b, c]: &[DVec3; 3]) -> [DVec3; 3] {
     if qr > 4.0 * rp { [q, p, r] } else { [p, q, r] }
 }
 
-/// The smallest and the largest coordinates.
+/// The smallest and the largest coordinates of points.
 #[inline(always)]
 pub(crate) fn bounds_of(points: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
     points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
 }
 
-/// Half the surface of the bounding box, which is about how large the box looks.
+/// Half the surface area of the bounding box.
 fn size_of_box(corners: &[DVec3; 3]) -> f64 {
     let [low, high] = bounds_of(corners.iter().copied());
     let extent = high - low;
     extent.dot(DVec3::new(extent.y, extent.z, extent.x))
 }
 
-/// How large the box of the triangle is at least, whichever way it lies.
+/// Twice the area of a triangle: a lower bound of half the surface of its box in any position.
 fn doubled_area([a, b, c]: &[DVec3; 3]) -> f64 {
     (*b - *a).cross(*c - *a).length()
 }

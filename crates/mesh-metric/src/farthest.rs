@@ -1,7 +1,7 @@
-//! The largest distance of many points from all triangles.
+//! The largest distance from many points to all triangles.
 //!
-//! Of a point, or of eight of them, that are closer than another one is known to be, it does not
-//! matter how close they are: the search ends with the first triangle that tells.
+//! The exact distance of a point matters only if it exceeds the largest distance so far. The search for a
+//! point, or for eight points, ends with the first triangle that is closer than that.
 
 use fearless_simd::dispatch;
 use fearless_simd::prelude::*;
@@ -13,18 +13,17 @@ use crate::packet_traversal::{Packet, along_a_curve};
 use crate::simd_distance::squared_gaps;
 
 impl Bvh {
-    /// The largest of `known` and the squared distances of points from all triangles. Points that are
-    /// not finite have none.
+    /// The maximum of `known` and the squared distances of points. Non-finite points are ignored.
     pub(crate) fn farthest(&self, points: &[DVec3], known: f64) -> f64 {
         self.farthest_until(f64::INFINITY, points, known)
     }
 
-    /// Whether all squared distances of points, which are finite, are at most `most`.
+    /// Whether all squared distances of finite points are at most `most`.
     pub(crate) fn are_within(&self, points: &[DVec3], most: f64) -> bool {
         self.farthest_until(most, points, most) <= most
     }
 
-    /// [`Bvh::farthest`], or anything beyond `enough` when that is less.
+    /// [`Bvh::farthest`], or any value above `enough` if the result is above it.
     fn farthest_until(&self, enough: f64, points: &[DVec3], known: f64) -> f64 {
         let order = along_a_curve(points);
         let mut largest = known;
@@ -46,7 +45,7 @@ impl Bvh {
         largest
     }
 
-    /// Goes on to the distances of up to eight points. Returns the slot of a triangle near one of them.
+    /// Includes the distances of up to eight points. Returns the slot of a triangle near one of them.
     #[inline(always)]
     fn farthest_of_eight<S: Simd>(
         &self,
@@ -64,7 +63,7 @@ impl Bvh {
         packet.slot(eight.len() - 1)
     }
 
-    /// The same for one point.
+    /// As [`Bvh::farthest_of_eight`], for one point.
     #[inline(always)]
     fn farthest_of_one<S: Simd>(
         &self,

@@ -1,4 +1,4 @@
-//! Numbers that the Hausdorff distance is proved to lie between.
+//! Certified bounds of the Hausdorff distance.
 //!
 //! The one-sided distance h(A, B) is the largest distance to B of any point of A. A point of A
 //! gives a lower bound. A piece T of a triangle of A gives upper bounds:
@@ -7,24 +7,21 @@
 //!   corner: no point of T is farther from B than the farthest corner of T is from t;
 //! - no point of T is farther from B than its centre is, plus the radius of T about that centre.
 //!
-//! Pieces whose upper bound exceeds the lower bound of the whole by more than the tolerance are
-//! divided, until there are none (compare Tang, Lee, Kim 2009 and Kang, Kyung, Yoon,
-//! Kim 2018). Those that are much larger than the triangle below their centre are cut into four. Of
-//! the others, what lies over that triangle is cut out and done with. Without that, where two
-//! surfaces nearly coincide, pieces along every edge would have to become as small as the distance
-//! that is to be proved.
+//! Pieces whose upper bound exceeds the lower bound of the whole by more than the tolerance are divided until
+//! there are none (compare Tang, Lee, Kim 2009 and Kang, Kyung, Yoon, Kim 2018). Pieces much larger than the
+//! triangle closest to their centre are cut into four. From other pieces, the part over that triangle is cut
+//! out and finished. Otherwise, where two surfaces nearly coincide, pieces along every edge would have to
+//! become as small as the distance between the surfaces.
 //!
-//! Distances to single triangles are those of [`distance_bounds`](crate::distance_bounds), which hold whatever the
-//! shape of the triangle. Below their slack, which is relative to the size of the surfaces and to
-//! their coordinates, the bounds do not go:
+//! Distances to single triangles come from [`distance_bounds`](crate::distance_bounds) and hold for any shape
+//! of the triangle. Two further errors are included:
 //!
-//! - The corners of parts are rounded to coordinates. Moving each point of a piece with the corners
-//!   of its part takes it no farther than its corners move, so that parts cover their piece up to
-//!   that distance, and after some rounds up to the sum of these distances. It is added to each upper
-//!   bound, and taken off each lower one.
-//! - The search for the closest triangle orders triangles by distances that are not proved. For an
-//!   upper bound that is no matter: any triangle gives one. A point that is to give a lower bound is
-//!   compared once more with every triangle that may be that close.
+//! - The corners of parts are rounded. A point of a piece moves no farther than the corners of its part, so
+//!   parts cover their piece up to that distance, and after several rounds up to the sum of these distances.
+//!   The sum is added to upper bounds and subtracted from lower bounds.
+//! - The search for the closest triangle uses uncertified distances. That does not affect an upper bound, since
+//!   any triangle gives one. A point used for a lower bound is compared again with every triangle that may be
+//!   that close.
 
 use core::ops::Range;
 
@@ -36,19 +33,19 @@ use crate::distance_bounds::{Rounding, upper_bound};
 use crate::polygon_clipping::{Polygon, Prism, doubled_area};
 use crate::surface::Surface;
 
-/// When to stop; see [`hausdorff_bounds`].
+/// Tolerance and limits of [`hausdorff_bounds`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CertifyOptions {
-    /// How far apart the bounds may be, in model units.
+    /// Largest difference between the bounds, in model units.
     pub tolerance: f64,
-    /// How many pieces of triangles may be looked at, for each direction, whole triangles included.
-    /// At the limit the bounds hold, but are farther apart than the tolerance.
+    /// Largest number of pieces of triangles per direction, whole triangles included. At the limit the bounds
+    /// hold, but differ by more than the tolerance.
     pub max_pieces: usize,
-    /// How many may be looked at for each triangle of the surface, where that is more.
+    /// Largest number of pieces per triangle of the surface; the larger of both limits applies.
     pub max_pieces_per_face: usize,
-    /// When only it matters whether the distance is at most this: the search ends as soon as one
-    /// of the bounds tells.
+    /// Set this if only the question matters whether the distance is at most `limit`: the search ends as soon
+    /// as a bound decides it.
     pub limit: Option<f64>,
 }
 
@@ -59,13 +56,13 @@ impl Default for CertifyOptions {
 }
 
 impl CertifyOptions {
-    /// Pieces that are not farther away than this need no cutting.
+    /// Pieces with an upper bound up to this need not be divided.
     fn bar(&self, lower: f64, slack: f64) -> f64 {
-        // Once more the slack, so that adding it does not round to more than the limit.
+        // Twice the slack, so that adding it cannot round above the limit.
         (lower + self.tolerance).max(self.limit.map_or(0.0, |limit| limit - 2.0 * slack))
     }
 
-    /// How many pieces of a surface may be looked at.
+    /// Largest number of pieces of a surface to process.
     fn budget(&self, triangles: usize) -> usize {
         self.max_pieces.max(self.max_pieces_per_face.saturating_mul(triangles))
     }
@@ -81,14 +78,14 @@ pub struct CertifiedBounds {
     pub upper: f64,
     /// The point that is `lower` away from the other surface.
     pub at: DVec3,
-    /// Whether the bounds met the tolerance, or tell on which side of the limit the distance is.
+    /// Whether the bounds meet the tolerance or decide on which side of the limit the distance is.
     pub converged: bool,
-    /// How many pieces of triangles were looked at.
+    /// Number of pieces of triangles processed.
     pub pieces: usize,
 }
 
 impl CertifiedBounds {
-    /// Bounds that hold for any two surfaces.
+    /// Trivial bounds.
     fn unknown(from: &Surface) -> Self {
         let at = Lower::nothing(from).at;
         Self { lower: 0.0, upper: f64::INFINITY, at, converged: false, pieces: 0 }
@@ -97,18 +94,18 @@ impl CertifiedBounds {
 
 /// Bounds of the Hausdorff distance of two surfaces: the larger of the two one-sided distances.
 ///
-/// The bounds hold whatever is rounded on the way and whatever the shapes of the triangles. They allow
-/// for it by 32 units in the last place of the largest extent, and 4 of this and the largest
-/// coordinate for every time that a piece was divided, which adds up to some 1e-14 of these lengths;
-/// only between needles, whose own directions are uncertain, the lower one may stay farther below.
+/// The bounds include all rounding errors, for triangles of any shape. The allowance is 32 units in the last
+/// place of the largest extent, plus 4 of the extent and the largest coordinate per division of a piece: about
+/// 1e-14 of these lengths. Between long thin triangles, whose directions are uncertain, the lower bound may be
+/// less tight.
 #[must_use]
 pub fn hausdorff_bounds(a: &Surface, b: &Surface, options: &CertifyOptions) -> CertifiedBounds {
     let unstopped = hausdorff_bounds_until(a, b, options, &mut || false);
     unstopped.unwrap_or(CertifiedBounds::unknown(a))
 }
 
-/// As [`hausdorff_bounds`], until `stops` says so, which is asked every some ten thousand pieces;
-/// `None` then.
+/// As [`hausdorff_bounds`], but `None` as soon as `stops` returns true. It is called about every ten thousand
+/// pieces.
 #[must_use]
 pub fn hausdorff_bounds_until(
     a: &Surface,
@@ -117,7 +114,7 @@ pub fn hausdorff_bounds_until(
     stops: &mut dyn FnMut() -> bool,
 ) -> Option<CertifiedBounds> {
     let of_b = corners(b, a, stops)?;
-    // A lower bound of one direction serves the other, where pieces below it need no cutting.
+    // A lower bound of one direction serves the other: pieces below it need not be divided.
     let mut from_b = Lower::nothing(b);
     from_b.raise_by_vertices(b, a, &of_b);
     let forward = refine(a, b, &corners(a, b, stops)?, options, from_b, stops)?;
@@ -134,7 +131,7 @@ pub fn hausdorff_bounds_until(
 /// Bounds of the one-sided Hausdorff distance: the largest distance to `to` of any point of
 /// `from`.
 ///
-/// The bounds allow for rounding, as those of [`hausdorff_bounds`] do.
+/// The bounds include rounding errors, see [`hausdorff_bounds`].
 #[must_use]
 pub fn one_sided_bounds(from: &Surface, to: &Surface, options: &CertifyOptions) -> CertifiedBounds {
     let stops = &mut || false;
@@ -153,11 +150,11 @@ pub fn one_sided_bounds(from: &Surface, to: &Surface, options: &CertifyOptions) 
     }
 }
 
-/// A point, and how far it is from the other surface at least.
+/// A point with a lower bound of its distance to the other surface.
 #[derive(Clone, Copy)]
 struct Lower {
     distance: f64,
-    /// What the distance may be off by.
+    /// Error of the distance.
     slack: f64,
     at: DVec3,
 }
@@ -171,8 +168,7 @@ impl Lower {
         (self.distance - self.slack).max(0.0)
     }
 
-    /// Takes the farthest of some points if it can be proved to be farther away, or else, a few times,
-    /// the next one.
+    /// Raises the bound to the distance of the farthest corner that can be certified, trying a few.
     fn raise<'a>(
         &mut self,
         corners: &(impl Iterator<Item = &'a Corner> + Clone),
@@ -201,7 +197,7 @@ impl Lower {
         }
     }
 
-    /// Takes the farthest of the vertices that belong to triangles.
+    /// Raises the bound by the vertices of triangles.
     fn raise_by_vertices(&mut self, from: &Surface, to: &Surface, corners: &[Corner]) {
         let slack = Rounding::between(from.bounding_box(), to.bounding_box()).after(0);
         let used = from.triangles().as_flattened().iter().map(|&v| &corners[v as usize]);
@@ -209,16 +205,16 @@ impl Lower {
     }
 }
 
-/// How many points are tried for a lower bound.
+/// Number of points tried for a lower bound.
 const TRIES: usize = 4;
 
-/// A corner of a piece, and what is closest to it.
+/// A corner of a piece and its closest triangle.
 #[derive(Clone, Copy)]
 struct Corner {
     at: DVec3,
     distance: f64,
     slot: u32,
-    /// How far it is at most from that triangle.
+    /// Certified upper bound of the distance to that triangle.
     upper_bound: f64,
 }
 
@@ -232,10 +228,10 @@ impl Corner {
 
 type Piece = [Corner; 3];
 
-/// Pieces between which it is asked whether to stop.
+/// Number of pieces between calls of `stops`.
 const AT_ONCE: usize = 1 << 16;
 
-/// What `make` gives for ranges of consecutive indices, until it is said to stop.
+/// The results of `make` for ranges of consecutive indices; `None` if stopped.
 fn in_turns<T: Send>(
     count: usize,
     stops: &mut dyn FnMut() -> bool,
@@ -252,7 +248,7 @@ fn in_turns<T: Send>(
     Some(all)
 }
 
-/// The vertices of a surface, those that belong to no triangle included.
+/// All vertices of a surface, used or not.
 fn corners(from: &Surface, to: &Surface, stops: &mut dyn FnMut() -> bool) -> Option<Vec<Corner>> {
     let blocks = in_turns(from.positions().len(), stops, |vertices| {
         let mut guess = 0;
@@ -274,7 +270,7 @@ struct Refined {
     pieces: usize,
 }
 
-/// Bounds of the direction from a surface whose vertices these are, with a lower bound to start with.
+/// Bounds of one direction, starting with a lower bound.
 fn refine(
     from: &Surface,
     to: &Surface,
@@ -312,43 +308,43 @@ fn refine(
     Some(Refined { lower, upper: settled.max(lower.proved()), converged, pieces: looked_at })
 }
 
-/// How many pieces are divided together: they are done with before others are, so that there are never many.
+/// Number of pieces divided together, depth first, which bounds the memory.
 const TOGETHER: usize = 1 << 13;
 
-/// What is known of one direction.
+/// The state of the search in one direction.
 struct Search<'a> {
     to: &'a Surface,
     options: &'a CertifyOptions,
     rounding: Rounding,
     lower: Lower,
-    /// No point of what is done with is farther away than this.
+    /// Upper bound for all finished pieces.
     settled: f64,
-    /// What has yet to be divided, the smallest last.
+    /// Pieces still to be divided, the smallest last.
     open: Vec<Open>,
 }
 
-/// Pieces, each with its centre.
+/// Pieces with their centres.
 struct Open {
     pieces: Vec<(Piece, Corner)>,
-    /// No point of them is farther away than this.
+    /// Upper bound for these pieces.
     upper: f64,
-    /// How often there was a division until they were there.
+    /// Number of divisions that led to them.
     rounds: usize,
 }
 
 impl Search<'_> {
-    /// Whether the distance is beyond the limit that alone matters.
+    /// Whether the distance certainly exceeds the limit.
     fn is_beyond(&self) -> bool {
         self.options.limit.is_some_and(|limit| self.lower.proved() > limit)
     }
 
-    /// Bounds pieces, and keeps those that are not done with.
+    /// Bounds pieces and keeps the unfinished ones.
     fn look_at(&mut self, pieces: &[Piece], rounds: usize) {
         let Self { to, options, .. } = *self;
         let slack = self.rounding.after(rounds);
         self.lower.raise(&pieces.as_flattened().iter(), to, slack);
         let bar = options.bar(self.lower.distance, slack);
-        // With what is added for rounding, this does not raise the upper bound of the whole.
+        // Even with the rounding allowance, this does not raise the upper bound of the whole.
         let least = (self.lower.proved() - slack).min(bar);
         let bounds = parallel::concat_blocks(pieces.len(), |range| {
             bound_pieces(&pieces[range], to, bar, least)
@@ -382,7 +378,7 @@ impl Search<'_> {
     }
 }
 
-/// An upper bound for each piece, and its centre where that had to be asked for.
+/// An upper bound for each piece, and its centre if it was needed.
 ///
 /// Bounds below `least` need not be the best ones.
 fn bound_pieces(
@@ -412,7 +408,7 @@ fn bound_pieces(
     pieces.iter().map(bound).collect()
 }
 
-/// How far the farthest corner of the piece is at most from one triangle of the other surface.
+/// Upper bound of the distance from the corners of a piece to one triangle of the other surface.
 fn farthest_corner(piece: &Piece, to: &Surface, slot: u32) -> f64 {
     let triangle = to.bvh().triangle(slot);
     let most = |corner: &Corner| match corner.slot == slot {
@@ -426,24 +422,23 @@ fn farthest(points: &[DVec3], triangle: &[DVec3; 3]) -> f64 {
     points.iter().map(|&p| upper_bound(p, triangle)).fold(0.0, f64::max)
 }
 
-/// What pieces were divided into.
+/// The parts of divided pieces.
 #[derive(Default)]
 struct Parts {
     pieces: Vec<Piece>,
-    /// No point of what is left out is farther away than this.
+    /// Upper bound for the regions that were cut out.
     settled: f64,
 }
 
 impl Parts {
-    /// Adds the four halves-by-halves of a piece.
+    /// Adds the four quarters of a piece.
     fn quarter(&mut self, [a, b, c]: Piece, to: &Surface) {
         let middle = |p: Corner, q: Corner| Corner::new(p.at + 0.5 * (q.at - p.at), to, p.slot);
         let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
         self.pieces.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
     }
 
-    /// Adds what lies outside the prism over a triangle, if all that lies inside is close enough to
-    /// the triangle.
+    /// Adds the parts outside the prism over a triangle, if the part inside is close enough to the triangle.
     fn cut_out(&mut self, piece: &Piece, to: &Surface, slot: u32, bar: f64) -> bool {
         let triangle = to.bvh().triangle(slot);
         let corners = piece.map(|corner| corner.at);
@@ -465,7 +460,7 @@ impl Parts {
         true
     }
 
-    /// Adds the triangles of a fan.
+    /// Adds a polygon as a fan of triangles.
     fn add(&mut self, polygon: &Polygon, of: &Piece, to: &Surface, guess: u32) {
         let corner = |&at: &DVec3| {
             let known = of.iter().find(|corner| corner.at == at);
@@ -480,21 +475,20 @@ impl Parts {
     }
 }
 
-/// Pieces that are larger by this factor than the triangle below them are cut into four.
+/// Pieces larger than their closest triangle by this factor are cut into four.
 const LARGER: f64 = 8.0;
-/// Nothing is cut out of pieces whose corners are all closer to the centre than this multiple of the
-/// distance that is to be proved.
+/// Pieces whose corners are all nearer to the centre than this multiple of the threshold are cut into four.
 const WIDE: f64 = 2.0;
-/// The least part of a piece that is worth cutting out.
+/// Smallest part of a piece that is worth cutting out.
 const LEAST: f64 = 0.1;
 
-/// Divides pieces that were given with their centres.
+/// Divides pieces, given with their centres.
 fn divide(pieces: &[(Piece, Corner)], to: &Surface, bar: f64) -> Parts {
     let mut parts = Parts::default();
     for (piece, center) in pieces {
         let below = to.bvh().triangle(center.slot);
         let is_small = doubled_area(&piece.map(|p| p.at)) <= LARGER * doubled_area(&below);
-        // Pieces as small as the bar are settled soon.
+        // Pieces as small as the threshold finish soon.
         let is_wide = piece.iter().any(|corner| corner.at.distance(center.at) > WIDE * bar);
         if !(is_small && is_wide && parts.cut_out(piece, to, center.slot, bar)) {
             parts.quarter(*piece, to);

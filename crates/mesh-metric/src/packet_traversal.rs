@@ -1,8 +1,8 @@
-//! Closest points of many queries, eight at a time.
+//! Packet traversal: closest points of eight queries in one walk through the tree.
 //!
-//! Queries that are close to each other, compared with the triangles near them, walk through much
-//! the same part of the tree. Together they need only one walk: a node is entered when the box
-//! round all of them is near enough, and a triangle is measured from all eight side by side.
+//! Queries that are close together, compared with the size of the triangles, visit nearly the same nodes. One
+//! walk serves all: a node is entered if the box of all queries is near enough, and a triangle is measured from
+//! all eight side by side.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{dispatch, f64x8};
@@ -14,13 +14,12 @@ use crate::early_split::bounds_of;
 use crate::simd_distance::{closest_on_triangles, squared_gaps};
 
 impl Bvh {
-    /// The closest points of all triangles to many points, all the quicker the closer these are
-    /// to each other. What is closest to a point that is not finite is not a number.
+    /// The closest points of many points; faster if the points are close together. NaN for non-finite points.
     pub(crate) fn nearest_to_each(&self, points: &[DVec3]) -> Vec<Nearest> {
         self.nearest_in_order(points, &along_a_curve(points))
     }
 
-    /// The same for points that are in such an order that neighbours are close.
+    /// As [`Bvh::nearest_to_each`], for points in spatial order.
     pub(crate) fn nearest_to_neighbours(&self, points: &[DVec3]) -> Vec<Nearest> {
         let finite = (0..points.len() as u32).filter(|&index| points[index as usize].is_finite());
         self.nearest_in_order(points, &finite.collect::<Vec<_>>())
@@ -70,8 +69,8 @@ impl Bvh {
         packet.slot(eight.len() - 1)
     }
 
-    /// Whether up to eight points are close enough to each other, compared with a triangle near them, to be
-    /// asked for together.
+    /// Whether up to eight points are so close together, compared with a triangle near them, that a packet
+    /// pays.
     #[inline(always)]
     pub(crate) fn is_one_packet(&self, points: &[DVec3], eight: &[u32], guess: u32) -> bool {
         let [min, max] = bounds_of(eight.iter().map(|&index| points[index as usize]));
@@ -80,8 +79,7 @@ impl Bvh {
         !is_wide && !self.has_sections()
     }
 
-    /// Finds what is closest to the points of a packet, unless they turn out to be all closer than
-    /// the root of `enough`.
+    /// Finds the closest points of a packet; ends early if all squared distances are at most `enough`.
     #[inline(always)]
     pub(crate) fn search_packet<S: Simd>(
         &self,
@@ -104,14 +102,14 @@ impl Bvh {
     }
 }
 
-/// Eight queries and the best answers so far.
+/// Eight queries and the best results so far.
 pub(crate) struct Packet<S: Simd> {
     points: Vec3x8<S>,
-    /// The box round them, eight times.
+    /// Their bounding box, eight times.
     bounds: [Vec3x8<S>; 2],
     offsets: Vec3x8<S>,
     squares: f64x8<S>,
-    /// As numbers, which are exact.
+    /// Slots as numbers, exactly.
     slots: f64x8<S>,
     /// The largest of the squares.
     farthest: f64,
@@ -145,7 +143,7 @@ impl<S: Simd> Packet<S> {
         self.farthest
     }
 
-    /// Where the triangle is that is closest to one of the points.
+    /// The slot of the triangle that is closest to one of the points.
     #[inline(always)]
     pub(crate) fn slot(&self, lane: usize) -> u32 {
         self.slots[lane] as u32
@@ -179,8 +177,7 @@ impl<S: Simd> Packet<S> {
     }
 }
 
-/// The indices of the points that are finite, in an order in which neighbours are close to each
-/// other: along a Morton curve through their bounds, in steps of a thousandth of these.
+/// The indices of the finite points along a Morton curve with 1024 steps per axis.
 pub(crate) fn along_a_curve(points: &[DVec3]) -> Vec<u32> {
     let finite = || points.iter().enumerate().filter(|(_, p)| p.is_finite());
     let [min, max] = bounds_of(finite().map(|(_, p)| *p));

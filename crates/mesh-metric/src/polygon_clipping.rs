@@ -1,4 +1,4 @@
-//! What lies over and under a triangle, and what is left of a piece without it.
+//! Clipping of triangles by the prism over another triangle.
 
 use glam::DVec3;
 
@@ -14,18 +14,18 @@ impl HalfSpace {
         Self { normal: -self.normal, offset: -self.offset }
     }
 
-    /// How far inside a point is.
+    /// Signed distance of a point to the boundary, positive inside.
     fn height(self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
     }
 }
 
-/// What lies over and under a triangle, and a little beside it.
+/// The infinite prism over and under a triangle, widened a little.
 pub(crate) struct Prism(pub(crate) [HalfSpace; 3]);
 
 impl Prism {
-    /// As wide as the height of the piece over the triangle allows, but for the corners. `None` where
-    /// the piece is too high.
+    /// The prism is widened as far as the height of the piece over the triangle allows. `None` if the piece is
+    /// too high.
     pub(crate) fn new(triangle: &[DVec3; 3], piece: &[DVec3; 3], bar: f64) -> Option<Self> {
         let [a, b, c] = *triangle;
         let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -42,11 +42,11 @@ impl Prism {
     }
 }
 
-/// More corners than a triangle can have that three planes have cut. A plane leaves at most half as
-/// many more corners than there were, even where rounding has it cross the outline more than twice.
+/// Capacity for a triangle clipped by three planes. A plane adds at most half as many corners as there were,
+/// even if rounding makes it cross the outline more than twice.
 const MOST_CORNERS: usize = 9;
 
-/// A convex polygon: a triangle cut by up to three planes. Places beyond `count` mean nothing.
+/// A convex polygon: a triangle clipped by up to three planes. Entries beyond `count` are unused.
 #[derive(Clone, Copy)]
 pub(crate) struct Polygon {
     places: [DVec3; MOST_CORNERS],
@@ -69,9 +69,8 @@ impl Polygon {
         fan.map(|triangle| doubled_area(&triangle)).sum()
     }
 
-    /// The part in a half-space. What this and the flipped half-space leave has the same corners
-    /// where the outline is crossed, to the last bit, and covers the polygon: what the one cuts off
-    /// between two crossings is in the other.
+    /// The part inside a half-space. The parts for a half-space and its flipped one have bit-identical corners
+    /// on the outline and cover the polygon.
     pub(crate) fn beyond(&self, plane: HalfSpace) -> Self {
         let mut part = Self { places: self.places, count: 0 };
         let mut push = |at: DVec3| {
@@ -83,7 +82,7 @@ impl Polygon {
         for (i, &p) in self.corners().iter().enumerate() {
             let q = self.places[(i + 1) % self.count];
             let [from, to] = [p, q].map(|at| plane.height(at));
-            // What cannot be told stays on both sides.
+            // NaN stays on both sides.
             if from >= 0.0 || from.is_nan() {
                 push(p);
             }

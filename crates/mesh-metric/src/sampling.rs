@@ -1,4 +1,4 @@
-//! Points spread evenly over a surface.
+//! Stratified samples of a surface, uniform by area.
 
 use core::ops::{AddAssign, Range};
 
@@ -22,20 +22,19 @@ pub struct SurfaceSample {
 
 /// `count` points, uniformly distributed by area, the same for the same seed.
 ///
-/// The samples are stratified: the faces are laid out one after another along a line, each as long
-/// as its area, the line is cut into `count` equal pieces, and each piece receives one sample. So
-/// every face, and every group of consecutive faces, receives its share of the samples rounded up
-/// or down. A surface without area has no samples.
+/// Stratification: the faces lie one after another on a line, each as long as its area. The line is cut into
+/// `count` equal intervals, and each interval gets one sample. So every face, and every group of consecutive
+/// faces, gets its share of the samples, rounded up or down. A surface without area has no samples.
 #[must_use]
 pub fn sample_surface(surface: &Surface, count: usize, seed: u64) -> Vec<SurfaceSample> {
     let sampler = AreaSampler::new(surface, count, seed);
     parallel::concat_blocks(sampler.count(), |indices| sampler.samples(indices).collect())
 }
 
-/// The fractional part of the golden section.
+/// The fractional part of the golden ratio.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// Makes the samples of [`sample_surface`], any consecutive ones at a time.
+/// Makes any range of the samples of [`sample_surface`].
 pub(crate) struct AreaSampler<'a> {
     surface: &'a Surface,
     /// The area up to and including each triangle.
@@ -74,7 +73,7 @@ impl<'a> AreaSampler<'a> {
     }
 }
 
-/// The sum of the numbers up to and including each.
+/// Running totals.
 pub(crate) fn running_totals<T: Default + Copy + AddAssign>(mut numbers: Vec<T>) -> Vec<T> {
     let mut total = T::default();
     for number in &mut numbers {
@@ -84,8 +83,8 @@ pub(crate) fn running_totals<T: Default + Copy + AddAssign>(mut numbers: Vec<T>)
     numbers
 }
 
-/// How many of the numbers, which never fall, are at most `at`, where `known` of them are: quick when
-/// that is nearly all.
+/// The number of ascending numbers that are at most `at`, given that the first `known` are. Fast if the result
+/// is near `known`.
 pub(crate) fn first_beyond<T: PartialOrd + Copy>(numbers: &[T], at: T, known: usize) -> usize {
     let (mut known, mut step) = (known, 1);
     while numbers.get(known + step - 1).is_some_and(|&number| number <= at) {
@@ -96,26 +95,26 @@ pub(crate) fn first_beyond<T: PartialOrd + Copy>(numbers: &[T], at: T, known: us
     known + few.partition_point(|&number| number <= at)
 }
 
-/// The samples of [`sample_surface`], for triangles that pass by one after another.
+/// The samples of [`sample_surface`], for a stream of triangles.
 pub struct SampleStream {
     rule: Rule,
-    /// The area up to the triangle that comes next.
+    /// The area of all triangles so far.
     covered: f64,
-    /// The sample that comes next, and where on the line it is.
+    /// The index of the next sample and its position on the line.
     next: usize,
     at: f64,
 }
 
 impl SampleStream {
-    /// `count` samples of a surface with so much area: the sum of [`area_of`] over its triangles, one
-    /// after another.
+    /// `count` samples of a surface of a given area, which is the sum of [`area_of`] over its triangles in
+    /// order.
     #[must_use]
     pub fn new(area: f64, count: usize, seed: u64) -> Self {
         let rule = Rule::new(area, count, seed);
         Self { at: rule.place(0), rule, covered: 0.0, next: 0 }
     }
 
-    /// Gives the samples on the next triangle to `take`; on the last one, all that are left.
+    /// Calls `take` with the samples on the next triangle; on the last triangle with all remaining samples.
     pub fn pass(&mut self, corners: [DVec3; 3], is_last: bool, take: &mut dyn FnMut(DVec3)) {
         let start = self.covered;
         self.covered += area_of(corners);
@@ -133,12 +132,12 @@ pub fn area_of([a, b, c]: [DVec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
-/// Where on the line of faces the samples lie, and where in their faces.
+/// The positions of samples on the line of faces and within their faces.
 struct Rule {
     area: f64,
     count: usize,
     seed: u64,
-    /// Where the sequence across the faces starts, in [0, 1).
+    /// Start of the sequence across the faces, in [0, 1).
     shift: f64,
 }
 
@@ -148,14 +147,14 @@ impl Rule {
         Self { area, count, seed, shift: SplitMix64::new(!seed).uniform() }
     }
 
-    /// How far along the line a sample is.
+    /// The position of a sample on the line.
     fn place(&self, index: usize) -> f64 {
         let mut random =
             SplitMix64::new(self.seed ^ (index as u64).wrapping_mul(0xD605_1C7B_B5E2_37A5));
         (index as f64 + random.uniform()) / self.count as f64 * self.area
     }
 
-    /// A sample on the face that covers a part of the line, and the weights of its corners.
+    /// A sample on the face that covers an interval of the line, and the weights of its corners.
     fn point(
         &self,
         index: usize,
@@ -164,10 +163,10 @@ impl Rule {
         [a, b, c]: [DVec3; 3],
     ) -> (DVec3, [f64; 3]) {
         let area = end - start;
-        // Where the line crosses the face is itself uniform, and stratified within large faces.
+        // The relative position in the face's interval is uniform, and stratified within large faces.
         let along = if area > 0.0 { ((at - start) / area).clamp(0.0, 1.0) } else { 0.5 };
         let root = along.sqrt();
-        // Steps of the golden section spread consecutive samples evenly in the other direction.
+        // Steps of the golden ratio distribute consecutive samples evenly in the other direction.
         let across = (self.shift + index as f64 * GOLDEN).fract();
         let weights = [1.0 - root, root * (1.0 - across), root * across];
         (a + (b - a) * weights[1] + (c - a) * weights[2], weights)

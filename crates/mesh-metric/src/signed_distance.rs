@@ -1,4 +1,4 @@
-//! Distances with a sign: which side of the surface a point is on.
+//! Signed distances.
 
 use glam::DVec3;
 use mesh_core::closest_point::closest_on_triangle;
@@ -9,10 +9,10 @@ use crate::surface::{ClosestPoint, Surface, SurfaceError};
 /// Signed distances to a mesh: positive on the side that the normals point to, which is outside
 /// when the mesh is closed and its faces look outwards.
 ///
-/// The sign is that of the offset against the *angle-weighted pseudonormal* of the closest point:
-/// the normal of the face, the sum of two face normals on an edge, the angle-weighted vertex
-/// normal at a vertex. Of all weightings only this one is always right (Bærentzen and Aanæs 2005).
-/// Near the boundary of an open mesh there is no inside, and the sign is that of the nearest sheet.
+/// The sign compares the offset with the *angle-weighted pseudonormal* at the closest point: the normal of the
+/// face, the sum of the two face normals on an edge, the angle-weighted normal at a vertex. Only this weighting
+/// is always right (Bærentzen and Aanæs 2005). Near the boundary of an open mesh there is no inside, and the
+/// sign is the side of the nearest face.
 #[derive(Clone, Debug)]
 pub struct SignedDistance<'a> {
     mesh: &'a TriMesh,
@@ -20,9 +20,8 @@ pub struct SignedDistance<'a> {
     vertex_normals: VertexMap<DVec3>,
 }
 
-/// A barycentric coordinate below this counts as zero: the closest point lies on an edge or at a
-/// vertex. On smooth spots the choice does not matter; on sharp ones, closest points are on the
-/// feature up to rounding.
+/// A smaller barycentric coordinate counts as zero: the closest point lies on an edge or at a vertex. On smooth
+/// regions the choice does not matter; at sharp features, closest points are on the feature up to rounding.
 const ON_FEATURE: f64 = 1e-9;
 
 impl<'a> SignedDistance<'a> {
@@ -50,7 +49,7 @@ impl<'a> SignedDistance<'a> {
     #[must_use]
     pub fn closest(&self, point: DVec3) -> ClosestPoint {
         let mut closest = self.surface.closest(point);
-        // The offset leads from the query to the surface: along the normal from inside.
+        // From inside, the offset points along the normal.
         if closest.offset.dot(self.pseudonormal(point, closest.face)) > 0.0 {
             closest.distance = -closest.distance;
         }

@@ -1,14 +1,14 @@
-//! What needles that lie side by side are between, across their length.
+//! Slabs along bundles of long thin triangles: bounds that are tighter than boxes.
 //!
-//! The boxes round pieces of a needle are as wide as the pieces are long, and a point close to one
-//! needle is in the boxes of many beside it. How far it is from these is told by two planes along them.
+//! The box of a section of a long thin triangle is as wide as the section is long, so a point near one such
+//! triangle is in the boxes of many others. Two parallel planes along the triangles bound the distance better.
 
 use fearless_simd::f64x8;
 use fearless_simd::prelude::*;
 use glam::DVec3;
 use mesh_core::simd::{Columns, LANES, Vec3x8};
 
-/// What is between two parallel planes.
+/// The region between two parallel planes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Slab {
     normal: DVec3,
@@ -16,17 +16,17 @@ pub(crate) struct Slab {
     high: f64,
 }
 
-/// More than the rounding of a product with a unit vector, for each unit of the coordinates.
+/// Bound of the rounding error of a dot product with a unit vector, relative to the sum of coordinates.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 impl Slab {
-    /// A slab round all triangles, along the longest side of the first one.
+    /// A slab that contains all triangles, along the longest side of the first one.
     pub(crate) fn new<const N: usize>(triangles: [[DVec3; 3]; N]) -> Self {
         let [a, b, c] = triangles.first().copied().unwrap_or_default();
         let longer =
             |p: DVec3, q: DVec3| if q.length_squared() > p.length_squared() { q } else { p };
         let side = longer(longer(b - a, c - b), a - c);
-        // Zero where there is no such direction: then nothing is beside the slab.
+        // Zero without such a direction; then the slab is all of space.
         let normal = (b - a).cross(c - a).normalize_or_zero().cross(side).normalize_or_zero();
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
         for corner in triangles.into_iter().flatten() {
@@ -38,7 +38,7 @@ impl Slab {
     }
 }
 
-/// Eight of them, side by side.
+/// Eight slabs side by side.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Slabs {
@@ -48,7 +48,7 @@ pub(crate) struct Slabs {
 }
 
 impl Slabs {
-    /// Those that are missing are everywhere.
+    /// Missing slabs are all of space.
     pub(crate) fn new(slabs: impl Iterator<Item = Slab>) -> Self {
         let mut all = Self { normals: [[0.0; LANES]; 3], low: [0.0; LANES], high: [0.0; LANES] };
         for (lane, slab) in slabs.take(LANES).enumerate() {
@@ -60,7 +60,7 @@ impl Slabs {
         all
     }
 
-    /// Numbers that the squared distances of a point from the triangles are not below.
+    /// Lower bounds of the squared distances from a point to the triangles.
     #[inline(always)]
     pub(crate) fn squared_gaps<S: Simd>(&self, simd: S, point: Vec3x8<S>) -> f64x8<S> {
         let heights = Vec3x8::load(simd, &self.normals).dot(point);

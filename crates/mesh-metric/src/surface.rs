@@ -1,4 +1,4 @@
-//! A surface to be asked for closest points.
+//! Surfaces for closest-point queries.
 
 use core::ops::Range;
 
@@ -7,25 +7,25 @@ use mesh_core::{BoundingBox, FaceId, Handle, Topology, TriMesh, parallel};
 
 use crate::bvh::{Bvh, Nearest};
 
-/// Triangles, in any arrangement, with a bounding volume hierarchy for closest-point queries.
+/// Triangles, not necessarily a manifold, with a bounding volume hierarchy for closest-point queries.
 ///
-/// Takes O(n log n) to build; a query costs O(log n) where the surface is near.
+/// Time: O(n log n) to build; O(log n) per query near the surface.
 #[derive(Clone, Debug)]
 pub struct Surface {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    /// The face that each triangle is; nothing where they have the same indices.
+    /// The face of each triangle; empty if indices are the same.
     faces: Vec<FaceId>,
     bounding_box: BoundingBox,
     bvh: Bvh,
 }
 
-/// Why there is no surface.
+/// Why a surface cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SurfaceError {
     /// There are no triangles.
-    #[error("there are no triangles to measure a distance to")]
+    #[error("the surface has no triangles, so there is no distance to it")]
     Empty,
     /// More triangles than 32-bit indices can address.
     #[error("there are {0} triangles, more than 32-bit indices can address; split the surface")]
@@ -40,16 +40,16 @@ pub enum SurfaceError {
         /// The number of vertices.
         vertex_count: usize,
     },
-    /// The mesh that a surface is to follow has another number of faces.
-    #[error("the mesh has {found} faces, but the surface {count}; make a new surface of it")]
+    /// The mesh that a surface should follow has a different number of faces.
+    #[error("the mesh has {found} faces but the surface has {count}; make a new surface")]
     OtherFaces {
         /// The number of faces of the surface.
         count: usize,
-        /// That of the mesh.
+        /// The number of faces of the mesh.
         found: usize,
     },
     /// A coordinate of a triangle is infinite or not a number.
-    #[error("vertex {vertex} is at {position}, which is not finite; remove it or give it a place")]
+    #[error("vertex {vertex} is at {position}, which is not finite; remove or correct it")]
     NotFinite {
         /// The vertex.
         vertex: u32,
@@ -64,7 +64,7 @@ pub enum SurfaceError {
 pub struct ClosestPoint {
     /// The point on the surface.
     pub point: DVec3,
-    /// From the query to the point, with full precision also far from the origin.
+    /// The vector from the query to the point, with full precision also far from the origin.
     pub offset: DVec3,
     /// The length of the offset.
     pub distance: f64,
@@ -81,7 +81,7 @@ impl Surface {
     /// The mesh has no faces, or a position is not finite.
     pub fn new(mesh: &TriMesh) -> Result<Self, SurfaceError> {
         let topology = mesh.topology();
-        // No more room than they need: there may be gaps among the faces, so that iterators do not tell.
+        // Exact capacity: with gaps among the faces, iterators do not know their length.
         let mut triangles = Vec::with_capacity(topology.face_count());
         let (positions, faces) = parallel::both(
             || mesh.positions().to_vec(),
@@ -150,7 +150,7 @@ impl Surface {
     /// When `triangle` is not below [`Surface::triangle_count`].
     #[must_use]
     pub fn triangle(&self, triangle: usize) -> [DVec3; 3] {
-        // Where `map` is not inlined, as in long loops, it takes longer than the three positions.
+        // `map` is not always inlined here, and a call costs more than three loads.
         let [a, b, c] = self.triangles[triangle];
         [self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]]
     }
@@ -175,8 +175,8 @@ impl Surface {
 
     /// The point of the surface that is closest to `point`.
     ///
-    /// Where several faces are equally close, which of them is named depends on the order of the
-    /// faces only. The distance from a point that is not finite is not a number.
+    /// If several faces are equally close, the order of the faces alone decides which one is named. The
+    /// distance from a non-finite point is NaN.
     #[must_use]
     pub fn closest(&self, point: DVec3) -> ClosestPoint {
         self.answer(point, self.nearest(point, 0))
@@ -188,15 +188,14 @@ impl Surface {
         self.nearest(point, 0).squared.sqrt()
     }
 
-    /// The distances of many points, each as [`Surface::distance`] gives it. Quicker than one by
-    /// one when consecutive points are close to each other.
+    /// The distances of many points. Faster than single queries if consecutive points are close together.
     #[must_use]
     pub fn distances(&self, points: &[DVec3]) -> Vec<f64> {
         self.of_each(points, |_, nearest| nearest.squared.sqrt())
     }
 
-    /// As [`Surface::distances`], until `stops` says so, which is asked every thousand points by any
-    /// thread and stays with its answer; `None` then.
+    /// As [`Surface::distances`], but `None` as soon as `stops` returns true. Any thread calls it about every
+    /// thousand points; once true, it must stay true.
     #[must_use]
     pub fn distances_until(
         &self,
@@ -213,12 +212,12 @@ impl Surface {
         (!stops()).then_some(distances)
     }
 
-    /// Whether no point is farther from the surface than `distance`. Takes a part of the time of
-    /// [`Surface::distances`]: of a point that is closer it does not matter by how much, and with the
-    /// first ones that are not the search ends. A point that is not finite counts as farther.
+    /// Whether no point is farther from the surface than `distance`. Faster than [`Surface::distances`],
+    /// because exact distances do not matter and the search ends at the first failure. A non-finite point
+    /// counts as farther.
     #[must_use]
     pub fn are_within(&self, points: &[DVec3], distance: f64) -> bool {
-        // With its sign, and nothing is within what is not a number.
+        // Keeps the sign; nothing is within NaN.
         let distance = distance.max(-1.0);
         let squared = distance * distance.abs();
         parallel::holds_in_blocks(points.len(), |range| {
@@ -228,15 +227,15 @@ impl Surface {
         })
     }
 
-    /// The closest points of many points; where several are equally close, any of them. Quicker
-    /// than one by one when consecutive points are close to each other.
+    /// The closest points of many points; any of them if several are equally close. Faster than single queries
+    /// if consecutive points are close together.
     #[must_use]
     pub fn closest_points(&self, points: &[DVec3]) -> Vec<ClosestPoint> {
         self.of_each(points, |point, nearest| self.answer(point, nearest))
     }
 
-    /// As [`Surface::closest_points`], without looking for an order: for points of which eight that
-    /// follow each other are close together.
+    /// As [`Surface::closest_points`], for points that are already in spatial order: each eight consecutive
+    /// ones are close together.
     #[must_use]
     pub fn closest_to_neighbours(&self, points: &[DVec3]) -> Vec<ClosestPoint> {
         parallel::concat_blocks(points.len(), |range| {
@@ -246,9 +245,8 @@ impl Surface {
         })
     }
 
-    /// For each point the closest one of the surface, if that is closer than the distance given with it;
-    /// all the quicker the smaller these are and the closer points are to those before them. There must
-    /// be as many distances as points.
+    /// For each point its closest point, if that is closer than the distance given for it. Faster for small
+    /// distances and for consecutive points that are close together. Give one distance per point.
     #[must_use]
     pub fn closer_points(&self, points: &[DVec3], than: &[f64]) -> Vec<Option<ClosestPoint>> {
         parallel::concat_blocks(points.len().min(than.len()), |range| {
@@ -258,17 +256,17 @@ impl Surface {
         })
     }
 
-    /// The indices of the triangles, in an order in which neighbours are close to each other.
+    /// The indices of the triangles in spatial order.
     #[must_use]
     pub fn in_space(&self) -> &[u32] {
         self.bvh.in_space()
     }
 
-    /// Makes this the surface of a mesh with the same faces, whose vertices have moved and whose edges
-    /// were flipped. That takes O(n), but queries take longer the farther the faces have gone.
+    /// Refits the surface to a mesh with the same number of faces after vertices moved and edges were flipped.
+    /// Time: O(n). Queries get slower the farther faces have moved.
     ///
     /// # Errors
-    /// The mesh has another number of faces, or a position is not finite; the surface is as before.
+    /// The mesh has a different number of faces, or a position is not finite. The surface is then unchanged.
     pub fn follow(&mut self, mesh: &TriMesh) -> Result<(), SurfaceError> {
         let topology = mesh.topology();
         let (count, found) = (self.triangles.len(), topology.face_count());
@@ -324,7 +322,7 @@ impl Surface {
     }
 }
 
-/// The faces of a mesh that has gaps among them.
+/// The faces of a mesh with gaps; empty without gaps.
 fn faces_of(topology: &Topology) -> Vec<FaceId> {
     let count = topology.face_count();
     let mut faces = Vec::new();
@@ -335,7 +333,7 @@ fn faces_of(topology: &Topology) -> Vec<FaceId> {
     faces
 }
 
-/// Whether all corners are there and finite.
+/// Checks that all corners exist and are finite.
 fn check(positions: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), SurfaceError> {
     let check_block = |range: Range<usize>| {
         for triangle in range {

@@ -1,4 +1,4 @@
-//! Taking a surface apart where it is not a 2-manifold.
+//! Cuts a surface at non-manifold edges and vertices.
 //!
 //! The corners at a vertex are linked through the edges along which exactly two faces meet, in
 //! opposite directions; a maximal chain of linked corners is a *fan*. Every fan beyond the first at

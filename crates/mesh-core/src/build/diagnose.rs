@@ -1,4 +1,4 @@
-//! What a polygon soup is made of and what is wrong with it, also where no mesh can be built.
+//! Counts of the parts and defects of a polygon soup, even if no mesh can be built from it.
 
 use glam::DVec3;
 
@@ -52,22 +52,21 @@ pub struct Diagnosis {
     pub edges: usize,
     /// Edges of one triangle.
     pub boundary_edges: usize,
-    /// Connected parts of the graph of boundary edges. On a 2-manifold these are the boundary
-    /// loops; loops that touch in a vertex count as one.
+    /// Connected components of the graph of boundary edges. On a 2-manifold these are the boundary loops; loops
+    /// that touch at a vertex count as one.
     pub boundary_loops: usize,
     /// Edges of more than two triangles.
     pub non_manifold_edges: usize,
-    /// Pinched vertices: those whose triangles are not all connected through edges at the vertex,
-    /// of however many triangles.
+    /// Non-manifold vertices: not all their triangles are connected through edges at the vertex.
     pub non_manifold_vertices: usize,
     /// Edges of two triangles that run along it in the same direction.
     pub inconsistent_edges: usize,
     /// Components with more than half of their area facing the wrong way, by the [rules](crate::measure::facing) of
     /// [`Repair::reorient`], after an exact weld. `None` where a coordinate is not finite.
     pub inside_out: Option<usize>,
-    /// Parts that are connected through common vertices.
+    /// Connected components, where triangles are connected through common vertices.
     pub components: usize,
-    /// Parts that are connected through common edges.
+    /// Connected components, where triangles are connected through common edges.
     pub edge_components: usize,
     /// Vertices in use minus edges plus proper triangles.
     pub euler_characteristic: i64,
@@ -129,7 +128,7 @@ pub fn diagnose(soup: &PolygonSoup) -> Result<Diagnosis, BuildError> {
     Ok(diagnosis)
 }
 
-/// Components that a repair would turn over for the most part.
+/// Components of which the repair would reverse more than half of the area.
 fn count_inside_out(soup: &PolygonSoup) -> Option<usize> {
     let (built, reversed) = build_and_compare(soup, &Repair::lenient()).ok()?;
     let (mesh, topology) = (&built.mesh, built.mesh.topology());

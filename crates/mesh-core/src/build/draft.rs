@@ -1,4 +1,4 @@
-//! A mesh on its way from a soup: triangles, where they came from, and what was done so far.
+//! The working state of a build: triangles, their provenance, and the report so far.
 
 use std::borrow::Cow;
 
@@ -22,13 +22,13 @@ use crate::topology::handle::{FaceId, HalfEdgeId, Handle};
 pub struct Built {
     /// The mesh.
     pub mesh: TriMesh,
-    /// What was done to make it one.
+    /// The repairs that were made.
     pub report: BuildReport,
-    /// Where its vertices and faces come from.
+    /// The origin of its vertices and faces.
     pub provenance: Provenance,
 }
 
-/// Where the elements of a built mesh come from, so that data of the soup can follow.
+/// The origin of the elements of a built mesh, to carry data of the soup over to it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Provenance {
@@ -41,7 +41,7 @@ pub struct Provenance {
     pub corner_source: Vec<[u32; 3]>,
 }
 
-/// A mesh on its way: triangles, and where they came from so far.
+/// The working state of a build.
 pub(crate) struct Draft<'a> {
     soup: &'a PolygonSoup,
     pub(super) repair: &'a Repair,

@@ -1,9 +1,11 @@
 //! Why a polygon soup cannot become a mesh.
 
+use core::fmt;
+
 use crate::build::sample::{Sample, VertexPair};
 use crate::mesh::MeshError;
 
-/// Why [`crate::build()`] refused a polygon soup: what is wrong, where, and what would cure it.
+/// Why [`crate::build()`] refused a polygon soup: what is wrong, where, and which repair helps.
 ///
 /// Faces and vertices are those of the soup, counted from zero.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -11,7 +13,7 @@ use crate::mesh::MeshError;
 pub enum BuildError {
     /// More elements than 32-bit indices can address.
     #[error(
-        "the mesh has {count} {what}, more than the {limit} that 32-bit indices allow; split it into parts"
+        "the mesh has {count} {what}, but 32-bit indices allow only {limit}; split it into parts"
     )]
     TooManyElements {
         /// What there are too many of.
@@ -22,13 +24,13 @@ pub enum BuildError {
         limit: usize,
     },
     /// A weld distance that is negative, infinite or not a number.
-    #[error("the weld distance is {distance}; it must be a finite number that is not negative")]
+    #[error("the weld distance is {distance}; it must be finite and not negative")]
     InvalidWeldDistance {
         /// The distance asked for.
         distance: f64,
     },
     /// A coordinate is infinite or not a number.
-    #[error("vertex {vertex} has the position ({}, {}, {}), which is not finite; vertices like this: {vertices}; correct the input, no repair invents coordinates", position[0], position[1], position[2])]
+    #[error("vertex {vertex} is at ({}, {}, {}), which is not finite ({}); correct the input: no repair invents coordinates", position[0], position[1], position[2], such(vertices, "vertex", "vertices"))]
     NonFiniteCoordinate {
         /// The first such vertex.
         vertex: u32,
@@ -39,7 +41,8 @@ pub enum BuildError {
     },
     /// A face refers to a vertex that is not there.
     #[error(
-        "face {face} refers to vertex {index}, but there are {vertex_count} vertices; faces like this: {faces}; `drop_out_of_range` drops them"
+        "face {face} refers to vertex {index}, but there are only {vertex_count} vertices ({}); `drop_out_of_range` drops such faces",
+        such(faces, "face", "faces")
     )]
     IndexOutOfRange {
         /// The first such face.
@@ -53,7 +56,8 @@ pub enum BuildError {
     },
     /// A face has fewer than three corners.
     #[error(
-        "face {face} has {corners} corners; faces with fewer than 3: {faces}; `drop_degenerate` drops them"
+        "face {face} has {corners} corners instead of 3 or more ({}); `drop_degenerate` drops such faces",
+        such(faces, "face", "faces")
     )]
     TooFewCorners {
         /// The first such face.
@@ -65,7 +69,8 @@ pub enum BuildError {
     },
     /// A face, or a triangle that a polygon has to be cut into, uses a vertex twice.
     #[error(
-        "face {face} uses vertex {vertex} twice; faces like this: {faces}; `drop_degenerate` drops such triangles"
+        "face {face} is degenerate: it uses vertex {vertex} twice ({}); `drop_degenerate` drops such triangles",
+        such(faces, "face", "faces")
     )]
     RepeatedVertex {
         /// The first such face.
@@ -77,7 +82,8 @@ pub enum BuildError {
     },
     /// Two faces have the same vertices.
     #[error(
-        "face {face} has the same vertices as face {original}; duplicate faces: {duplicates}; `drop_duplicates` keeps the first of each"
+        "face {face} is a duplicate of face {original} ({}); `drop_duplicates` keeps the first of each",
+        such(duplicates, "face", "faces")
     )]
     DuplicateFace {
         /// The first face that repeats another.
@@ -89,7 +95,9 @@ pub enum BuildError {
     },
     /// More than two faces share an edge.
     #[error(
-        "the edge between vertices {edge} belongs to {faces} faces; edges with more than two faces: {edges}; `cut_non_manifold` cuts the surface along them"
+        "edge {edge} is non-manifold: {} faces share it, more than two ({}); `cut_non_manifold` cuts the surface along such edges",
+        faces.count(),
+        such(edges, "edge", "edges")
     )]
     NonManifoldEdge {
         /// The first such edge.
@@ -99,9 +107,11 @@ pub enum BuildError {
         /// All such edges.
         edges: Sample<VertexPair>,
     },
-    /// Neighbouring faces run along their common edge in the same direction; reversing some of the
-    /// faces would make all agree.
-    #[error("faces {} and {} run along the edge between vertices {edge} in the same direction; edges like this: {edges}; `reorient` reverses faces until neighbours agree", faces[0], faces[1])]
+    /// Two neighbours traverse their common edge in the same direction. Reversing some faces makes all agree.
+    #[error(
+        "faces {} and {} have opposite orientations: both traverse edge {edge} in the same direction ({}); `reorient` reverses faces until neighbours agree",
+        faces[0], faces[1], such(edges, "edge", "edges")
+    )]
     InconsistentOrientation {
         /// The first such edge.
         edge: VertexPair,
@@ -110,8 +120,11 @@ pub enum BuildError {
         /// All such edges.
         edges: Sample<VertexPair>,
     },
-    /// No choice of orientations makes all neighbouring faces agree, as on a Möbius strip.
-    #[error("the surface cannot be oriented: however faces are reversed, some neighbours disagree, such as faces {} and {} at the edge between vertices {edge}; edges left over: {edges}; `reorient` with `cut_non_manifold` cuts the surface along them", faces[0], faces[1])]
+    /// The surface is not orientable, like a Möbius strip: no choice of orientations makes all neighbours agree.
+    #[error(
+        "the surface is not orientable: faces {} and {} disagree at edge {edge} however faces are reversed ({}); `reorient` with `cut_non_manifold` cuts the surface there",
+        faces[0], faces[1], such(edges, "edge", "edges")
+    )]
     NonOrientable {
         /// The first edge that stays inconsistent.
         edge: VertexPair,
@@ -120,9 +133,10 @@ pub enum BuildError {
         /// The edges that one attempt at orienting left inconsistent.
         edges: Sample<VertexPair>,
     },
-    /// Surfaces touch in a vertex only: its faces form several fans.
+    /// Several surfaces touch only at a vertex: its faces form several fans.
     #[error(
-        "the faces at vertex {vertex} form {fans} fans that touch only there; vertices like this: {vertices}; `cut_non_manifold` takes them apart"
+        "vertex {vertex} is non-manifold: {fans} surfaces touch only at this point ({}); `cut_non_manifold` separates them",
+        such(vertices, "vertex", "vertices")
     )]
     PinchedVertex {
         /// The first such vertex.
@@ -135,4 +149,12 @@ pub enum BuildError {
     /// The half-edge structure refused the triangles although no defect was found.
     #[error(transparent)]
     Mesh(#[from] MeshError),
+}
+
+/// `1 such vertex`, or `3 such vertices: 4, 8, 15`.
+fn such<T: fmt::Display>(sample: &Sample<T>, one: &str, many: &str) -> String {
+    match sample.count() {
+        1 => format!("1 such {one}"),
+        count => format!("{count} such {many}: {}", sample.listed()),
+    }
 }

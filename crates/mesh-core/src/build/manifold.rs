@@ -1,4 +1,4 @@
-//! Making an oriented 2-manifold of triangles, or telling why they are none.
+//! Makes triangles an oriented 2-manifold, or reports why they are not.
 
 use crate::build::cut::{Fans, cut_apart};
 use crate::build::draft::Draft;
@@ -9,7 +9,7 @@ use crate::build::orient::{Orientation, orient};
 use crate::build::sample::{Sample, VertexPair};
 
 impl Draft<'_> {
-    /// Drops duplicates, orients and cuts, as far as that is allowed; what is left over is an error.
+    /// Drops duplicates, orients and cuts where allowed; other defects are errors.
     pub(crate) fn make_manifold(&mut self) -> Result<(), BuildError> {
         self.drop_duplicates()?;
         self.refuse_non_manifold_edges()?;

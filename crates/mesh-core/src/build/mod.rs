@@ -1,5 +1,4 @@
-//! From a polygon soup to a half-edge mesh, refusing or repairing what is not an oriented
-//! 2-manifold.
+//! From a polygon soup to a half-edge mesh: input that is not an oriented 2-manifold is refused or repaired.
 //!
 //! [`build()`] takes these steps, each in a file of its own:
 //!
@@ -9,14 +8,14 @@
 //! 4. triangles that use a vertex twice are dropped;
 //! 5. unused vertices are dropped.
 //!
-//! If the triangles form an oriented 2-manifold by now, that was all. Otherwise
+//! If the triangles do not form an oriented 2-manifold by now:
 //!
 //! 6. duplicate triangles are dropped (`duplicates`);
 //! 7. faces are oriented consistently (`orient`);
 //! 8. the surface is cut apart where it is not manifold (`cut`).
 //!
-//! What a step finds and [`Repair`] does not allow to repair is a [`BuildError`]; what it does is
-//! in the [`BuildReport`].
+//! At the end, components that are inside out are turned ([`facing`](crate::measure::facing)). A defect that
+//! [`Repair`] does not allow to repair is a [`BuildError`]; all repairs are listed in the [`BuildReport`].
 
 mod cut;
 pub mod diagnose;
@@ -87,7 +86,7 @@ pub fn build(soup: &PolygonSoup, repair: &Repair) -> Result<Built, BuildError> {
     build_and_compare(soup, repair).map(|(built, _)| built)
 }
 
-/// As [`build()`]; also tells of each triangle whether it was reversed, as far as there is one that was.
+/// As [`build()`]; also returns per triangle whether it was reversed (an empty list if none was).
 pub(crate) fn build_and_compare(
     soup: &PolygonSoup,
     repair: &Repair,

@@ -1,20 +1,20 @@
-//! A consistent orientation for the faces of a soup.
+//! Consistent orientation of the faces of a soup.
 
 use crate::build::edges::{EdgeTable, NONE, same_direction};
 
-/// Which triangles to reverse, and what that cannot mend.
+/// Which triangles to reverse, and the conflicts that remain.
 pub(crate) struct Orientation {
     /// Per triangle, whether to reverse it.
     pub(crate) flipped: Vec<bool>,
-    /// One pair of sides for each edge of two faces that disagree even then.
+    /// The two sides of each edge whose faces still disagree.
     pub(crate) conflicts: Vec<[u32; 2]>,
 }
 
 /// Orients faces consistently across all edges that have two faces.
 ///
-/// Every part that hangs together through such edges is traversed breadth-first from its first
-/// face. The majority of its faces keeps its orientation; in a tie the first face does. A part that
-/// cannot be oriented keeps the given orientation where that leaves fewer edges in conflict.
+/// Each part connected through such edges is traversed breadth-first from its first face. The majority of its
+/// faces keeps its orientation; in a tie the first face does. A part that is not orientable keeps the given
+/// orientation where that leaves fewer conflicts.
 pub(crate) fn orient(triangles: &[[u32; 3]], edges: &EdgeTable) -> Orientation {
     let mut across = vec![NONE; 3 * triangles.len()];
     for edge in edges.iter() {

@@ -24,15 +24,15 @@ pub enum Weld {
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 #[non_exhaustive]
 pub struct Repair {
-    /// Which vertices to merge, before anything else is looked at.
+    /// Which vertices to merge, before all other steps.
     pub weld: Weld,
     /// Drop faces that refer to vertices that are not there.
     pub drop_out_of_range: bool,
     /// Drop faces with fewer than three corners, and triangles that use a vertex twice. Triangles
     /// of zero area with three distinct vertices stay: dropping them would open cracks.
     pub drop_degenerate: bool,
-    /// Of all triangles with the same three vertices, in whichever order, keep only the first. A
-    /// sheet given once for each of its sides keeps one side.
+    /// Of all triangles with the same three vertices, in any order, keep only the first. A sheet that is given
+    /// twice, once per side, keeps one side.
     pub drop_duplicates: bool,
     /// Reverse faces until neighbours agree and components face outward.
     ///
@@ -43,8 +43,8 @@ pub struct Repair {
     /// neither decides, such as a flat sheet, keeps the majority. [`measure::facing`](crate::measure::facing) has the
     /// rules.
     pub reorient: bool,
-    /// Cut the surface along edges of more than two faces and along those where no orientation
-    /// makes two faces agree, and take pinched vertices apart, by duplicating vertices.
+    /// Cut the surface along edges of more than two faces and along edges where no orientation makes two faces
+    /// agree, and separate surfaces that touch only at a vertex, by duplicating vertices.
     pub cut_non_manifold: bool,
     /// Drop vertices that no face uses.
     pub drop_unreferenced: bool,

@@ -1,10 +1,10 @@
-//! What a build did to its input.
+//! The repairs of a build.
 
 use core::fmt;
 
 use crate::build::sample::{Sample, VertexPair};
 
-/// What [`crate::build()`] did. Faces and vertices are those of the soup, counted from zero.
+/// The repairs that [`crate::build()`] made. Indices are of faces and vertices of the soup, from zero.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
@@ -20,7 +20,7 @@ pub struct BuildReport {
     pub faces_out: usize,
     /// Faces of more than three corners that were cut into triangles.
     pub triangulated: usize,
-    /// Those among them that are not simple polygons, so that their triangles may overlap.
+    /// Of these, the polygons that are not simple: their triangles may overlap.
     pub triangulated_badly: Sample<u32>,
     /// Vertices merged into an earlier one.
     pub welded_vertices: Sample<u32>,
@@ -32,7 +32,7 @@ pub struct BuildReport {
     /// Faces that lost a triangle because an earlier one has the same vertices, once for each
     /// triangle.
     pub dropped_duplicates: Sample<u32>,
-    /// Faces reversed to agree with their neighbours, once for each triangle.
+    /// Faces that were reversed, to agree with their neighbours or to face outward, once for each triangle.
     pub flipped_faces: Sample<u32>,
     /// Connected components that were inside out and were turned as a whole, each by its first face. See
     /// [`Repair::reorient`](crate::build::Repair::reorient).
@@ -64,7 +64,7 @@ impl BuildReport {
             && self.dropped_vertices.is_empty()
     }
 
-    /// What was done, as pairs of a description and the elements, leaving out what did not happen.
+    /// Description and elements of each repair that was made.
     fn lines(&self) -> impl Iterator<Item = (&'static str, &dyn fmt::Display)> {
         let lines: [(_, usize, &dyn fmt::Display); 12] = [
             ("merged vertices", self.welded_vertices.count(), &self.welded_vertices),
@@ -108,7 +108,7 @@ impl BuildReport {
     }
 }
 
-/// One line with the sizes, and one for everything that was done.
+/// One line with the sizes, and one line per kind of repair.
 impl fmt::Display for BuildReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(

@@ -1,4 +1,4 @@
-//! How many elements something happened to, and which the first ones were.
+//! A count of elements with the first few of them.
 
 use core::fmt;
 
@@ -13,7 +13,7 @@ pub struct Sample<T> {
 }
 
 impl<T> Sample<T> {
-    /// At most so many elements are kept; further ones are only counted.
+    /// Number of elements that are kept; further ones are only counted.
     pub const CAPACITY: usize = 8;
 
     /// How many elements there are in all.
@@ -34,7 +34,7 @@ impl<T> Sample<T> {
         self.count == 0
     }
 
-    /// The sample of `count` elements that begin with these, as many as a sample of them keeps.
+    /// A sample from its parts; `None` if the number of kept elements does not fit the count.
     #[cfg(feature = "serde")]
     pub(crate) fn from_parts(first: Vec<T>, count: usize) -> Option<Self> {
         (first.len() == count.min(Self::CAPACITY)).then_some(Self { first, count })
@@ -70,17 +70,23 @@ impl<T> FromIterator<T> for Sample<T> {
     }
 }
 
-/// `3 (4, 8, 15)`, with an ellipsis where elements were only counted.
+impl<T: fmt::Display> Sample<T> {
+    /// `4, 8, 15`, with `...` where more elements were counted than kept.
+    pub(crate) fn listed(&self) -> String {
+        let mut names: Vec<String> = self.first.iter().map(T::to_string).collect();
+        if self.count > names.len() {
+            names.push("...".to_owned());
+        }
+        names.join(", ")
+    }
+}
+
+/// `3 (4, 8, 15)`, with `...` where more elements were counted than kept.
 impl<T: fmt::Display> fmt::Display for Sample<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.count)?;
-        for (i, element) in self.first.iter().enumerate() {
-            write!(f, "{}{element}", if i == 0 { " (" } else { ", " })?;
-        }
         match self.count {
-            0 => Ok(()),
-            n if n > self.first.len() => f.write_str(", ...)"),
-            _ => f.write_str(")"),
+            0 => f.write_str("0"),
+            count => write!(f, "{count} ({})", self.listed()),
         }
     }
 }

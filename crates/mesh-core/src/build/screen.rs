@@ -1,4 +1,4 @@
-//! What is refused before anything is built: sizes, indices and coordinates.
+//! Checks before the build: sizes, indices and coordinates.
 
 use crate::build::error::BuildError;
 use crate::build::repair::Repair;

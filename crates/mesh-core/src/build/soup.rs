@@ -1,4 +1,4 @@
-//! Positions and polygons as a file holds them: no adjacency, nothing checked yet.
+//! Positions and polygons as a file holds them, without adjacency and unchecked.
 
 use glam::DVec3;
 
@@ -58,7 +58,7 @@ impl PolygonSoup {
         Self::default()
     }
 
-    /// An empty soup with room for so many vertices, faces and corners.
+    /// An empty soup with reserved capacity for vertices, faces and corners.
     #[must_use]
     pub fn with_capacity(vertices: usize, faces: usize, corners: usize) -> Self {
         Self {
@@ -145,7 +145,7 @@ impl PolygonSoup {
         &self.positions
     }
 
-    /// The vertex positions, to be changed in place.
+    /// Mutable access to the vertex positions.
     pub fn positions_mut(&mut self) -> &mut Vec<DVec3> {
         &mut self.positions
     }
@@ -215,7 +215,7 @@ impl PolygonSoup {
         }
         let merge = |&v: &u32| {
             let kept = target.get(v as usize).copied().unwrap_or(v);
-            // What is out of range stays out of range, now as before.
+            // Indices out of range stay out of range.
             renumbered.get(kept as usize).copied().unwrap_or(v)
         };
         Self {

@@ -76,8 +76,8 @@ impl Rule {
     }
 }
 
-/// After so many times of running out of corners, a polygon is beyond help and the rest is clipped
-/// in any order, so that no input takes quadratic time for lack of ears.
+/// Number of times that a polygon may run out of corners to clip. Then the rest is clipped in any order, so
+/// that no input takes quadratic time.
 const MAX_RELAXATIONS: usize = 64;
 
 impl Triangulator {
@@ -344,7 +344,7 @@ fn split_quadrilateral(p: [DVec3; 4], vertices: [u32; 4]) -> [[u32; 3]; 2] {
     }
 }
 
-/// How many boxes and corners may be looked at for each corner of a polygon.
+/// Limit of boxes and corners visited per corner of a polygon.
 const STEPS_PER_CORNER: usize = 1024;
 
 /// Corners in a leaf of the tree.

@@ -161,18 +161,18 @@ fn cell_of(position: DVec3, cell_size: f64) -> [u64; 3] {
     })
 }
 
-/// A hash table of vertices by keys that the vertices themselves tell.
+/// A hash table of vertices whose keys are computed from the vertices.
 ///
-/// Open addressing with linear probing; a slot holds a vertex and half of its hash, so that other
-/// vertices in the way are rarely looked at. The hash is another one for each table, so that no file
-/// can be made whose vertices all get in each other's way. What is found does not depend on it.
+/// Open addressing with linear probing. A slot holds a vertex and half of its hash, so that few wrong vertices
+/// are compared. The hash has a random seed per table, so that no file can be made whose vertices all collide.
+/// Results do not depend on the seed.
 struct VertexTable {
     slots: Vec<[u32; 2]>,
     seeds: [u64; 4],
 }
 
 impl VertexTable {
-    /// A table for at most so many vertices, at most half full.
+    /// A table for at most `count` vertices; it is at most half full.
     fn with_room_for(vertices: usize) -> Self {
         let source = RandomState::new();
         Self {
@@ -206,7 +206,7 @@ impl VertexTable {
     }
 }
 
-/// Spreads a key over 64 bits: products of what is known to nobody, folded.
+/// Hashes a key to 64 bits: folded products with the random seed.
 fn mix([x, y, z]: [u64; 3], [a, b, c, d]: [u64; 4]) -> u64 {
     let fold = |u: u64, v: u64| {
         let product = u128::from(u) * u128::from(v);

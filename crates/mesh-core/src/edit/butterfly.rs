@@ -10,10 +10,9 @@
 //!      h --- d --- g
 //! ```
 //!
-//! Which value counts how much is a question to the topology alone ([`Butterfly`],
-//! [`ButterflyOptions::weights`]). What is averaged is up to the caller: positions, but also
-//! colours, scalars or texture coordinates ([`ButterflyOptions::interpolate`],
-//! [`ButterflyOptions::refine`]).
+//! Weights depend on the topology alone ([`Butterfly`], [`ButterflyOptions::weights`]). The caller chooses the
+//! averaged values: positions, but also colours, scalars or texture coordinates
+//! ([`ButterflyOptions::interpolate`], [`ButterflyOptions::refine`]).
 //!
 //! # Rules
 //!
@@ -58,7 +57,7 @@ use crate::topology::pairing::TopologyError;
 pub struct ButterflyOptions {
     /// w, the tension: 0 gives the edge's middle, 1/16 the highest order.
     pub tension: f64,
-    /// What happens at interior vertices that do not have six edges.
+    /// The rule at interior vertices of valence other than six.
     pub irregular: IrregularRule,
 }
 
@@ -85,7 +84,7 @@ pub enum IrregularRule {
 #[non_exhaustive]
 pub enum ButterflyError {
     /// The tension is infinite or not a number.
-    #[error("the tension is {0}, but it must be finite; 1/16 is the usual one")]
+    #[error("the tension is {0}, but it must be finite; the default is 1/16")]
     Tension(f64),
     /// The subdivided mesh would exceed 32-bit indices.
     #[error("step {step} fails: {source}; ask for fewer steps")]
@@ -285,7 +284,7 @@ fn zorin_weights(
     }
 }
 
-/// A subdivided mesh and how it came about.
+/// A subdivided mesh and the maps of all steps.
 #[derive(Clone, Debug)]
 pub struct Subdivision {
     /// The mesh; its first vertices are those of the mesh before, unmoved.
@@ -294,8 +293,8 @@ pub struct Subdivision {
     pub steps: Vec<SubdivisionMap>,
 }
 
-/// Subdivides a mesh so many times: each step cuts every face into four and places a vertex on
-/// every edge. Euler characteristic, boundary loops and the position of every vertex are kept.
+/// Subdivides a mesh `steps` times: each step cuts every face into four and places a vertex on every edge.
+/// Euler characteristic, boundary loops and the position of every vertex are kept.
 ///
 /// To carry attributes along, take the steps by hand with [`Topology::subdivide_1_to_4`] and
 /// [`ButterflyOptions::refine`], once for positions and once for each attribute.

@@ -72,7 +72,7 @@ impl LegalCollapse {
     }
 }
 
-/// What a collapse did, for everything that is keyed by element.
+/// The elements that a collapse removed and replaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Collapsed {
@@ -132,15 +132,15 @@ impl Topology {
         Ok(LegalCollapse { half_edge, removed, kept, state: self.revision.state() })
     }
 
-    /// A common neighbour of two vertices other than the apexes: the first round the one with fewer
-    /// edges.
+    /// A common neighbour of two vertices other than the apexes: the first one in the one-ring of the vertex
+    /// with fewer edges.
     fn shared_neighbour(
         &self,
         a: VertexId,
         b: VertexId,
         apexes: [Option<VertexId>; 2],
     ) -> Option<VertexId> {
-        /// Most vertices have no more neighbours than that.
+        /// More than the valence of most vertices.
         const FEW: usize = 16;
         let (few, many) = if self.has_fewer_edges(b, a) { (b, a) } else { (a, b) };
         let mut others = self.one_ring(few).filter(|&v| v != many && !apexes.contains(&Some(v)));
@@ -154,7 +154,7 @@ impl Topology {
         others.find(|&v| self.find_half_edge(v, many).is_some())
     }
 
-    /// Whether `a` has fewer edges than `b`, in as many steps as that takes.
+    /// Whether `a` has fewer edges than `b`. Time: proportional to the smaller valence.
     fn has_fewer_edges(&self, a: VertexId, b: VertexId) -> bool {
         let (mut a, mut b) = (self.outgoing(a), self.outgoing(b));
         loop {
@@ -214,7 +214,7 @@ impl Topology {
     }
 
     /// Removes the face (h, bc, ca) and lets `bc` take the place of the other side of `ca`.
-    /// Outside, just takes `h` out of its loop. Returns the edge sides `(ca, bc)`.
+    /// At the boundary it only takes `h` out of its loop. Returns the edge sides `(ca, bc)`.
     fn close_left_of(&mut self, h: HalfEdgeId) -> Option<(HalfEdgeId, HalfEdgeId)> {
         let Some(face) = self.face(h) else {
             self.unlink(h);
@@ -228,7 +228,7 @@ impl Topology {
     }
 
     /// Removes the face (t, ad, db) and lets `db` take the place of the other side of `ad`.
-    /// Outside, just takes `t` out of its loop. Returns the edge sides `(ad, db)`.
+    /// At the boundary it only takes `t` out of its loop. Returns the edge sides `(ad, db)`.
     fn close_right_of(&mut self, t: HalfEdgeId) -> Option<(HalfEdgeId, HalfEdgeId)> {
         let Some(face) = self.face(t) else {
             self.unlink(t);

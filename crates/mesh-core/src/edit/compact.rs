@@ -1,4 +1,4 @@
-//! Closing the gaps that edits leave, and saying where everything went.
+//! Compaction: closes the gaps that edits leave and maps old handles to new ones.
 
 use crate::parallel;
 use crate::topology::half_edges::{HalfEdge, Topology};
@@ -13,7 +13,7 @@ pub struct Remap {
     faces: Vec<Option<FaceId>>,
 }
 
-/// Where the elements of one kind went; implemented by [`Remap`] for every handle type.
+/// The map of one kind of element; implemented by [`Remap`] for every handle type.
 pub trait RemapOf<H> {
     /// The new handle of an element, `None` when it was removed.
     fn new_handle(&self, old: H) -> Option<H>;
@@ -45,9 +45,8 @@ impl RemapOf<FaceId> for Remap {
 }
 
 impl Topology {
-    /// Closes the gaps of removed elements. Elements keep their order; the result tells their new
-    /// handles, so that caller-owned data can follow
-    /// (`AttributeMap::compact`).
+    /// Closes the gaps of removed elements. Elements keep their order. The result maps old handles to new ones,
+    /// to carry data of the caller over (`AttributeMap::compact`).
     pub fn compact(&mut self) -> Remap {
         let of_vertices = || numbered(self.vertices(), self.vertex_capacity());
         let of_faces = || numbered(self.faces(), self.face_capacity());
@@ -55,7 +54,7 @@ impl Topology {
         let (((vertices, vertices_to), (faces, faces_to)), (edges, edges_to)) =
             parallel::both(|| (of_vertices(), of_faces()), of_edges);
         let remap = Remap { vertices: vertices_to, edges: edges_to, faces: faces_to };
-        // Whatever a live element refers to is live, so the fallbacks are never taken.
+        // Live elements refer only to live elements, so the fallbacks are never taken.
         let half_edge = |h: HalfEdgeId| remap.new_handle(h).unwrap_or(h);
         let vertex = |v: VertexId| remap.new_handle(v).unwrap_or(v);
         let linked = |h: HalfEdgeId| HalfEdge {
@@ -78,7 +77,7 @@ impl Topology {
     }
 }
 
-/// The elements that are there, in order, and by old index the new handles of these.
+/// The live elements in order, and their new handles by old index.
 fn numbered<H: Handle>(
     there: impl Iterator<Item = H>,
     capacity: usize,

@@ -15,18 +15,18 @@ pub enum FaceRefusal {
     /// Two corners are the same vertex.
     #[error("the face uses {0:?} twice")]
     RepeatedVertex(VertexId),
-    /// There is a face on this side of an edge already: the edge would have three faces, or two
-    /// that run along it in the same direction.
+    /// There is a face on this side of an edge already: the edge would have three faces, or two with opposite
+    /// orientations.
     #[error("{0:?} has a face already")]
     SideTaken(HalfEdgeId),
-    /// A corner lies inside the surface, with faces all round it.
-    #[error("{0:?} has faces all round it")]
+    /// A corner is an interior vertex.
+    #[error("{0:?} is an interior vertex")]
     InteriorVertex(VertexId),
-    /// The face would touch the surface in this vertex only.
-    #[error("the face would touch the other faces at {0:?} in that vertex only")]
+    /// The face would touch the surface only at this vertex.
+    #[error("the face would touch the surface only at {0:?}, which would be non-manifold")]
     Pinches(VertexId),
     /// The face would lie back to back with this one, which has the same corners.
-    #[error("the face would close {0:?} to a pillow of two faces")]
+    #[error("the face has the same vertices as {0:?}; the two would lie back to back")]
     Pillow(FaceId),
     /// The arrays are as long as 32-bit indices allow; compacting may make room.
     #[error(transparent)]
@@ -40,8 +40,8 @@ pub enum RemovalRefusal {
     /// The face is not in the mesh.
     #[error("{0:?} is not in the mesh")]
     NotInMesh(FaceId),
-    /// The faces left over at this vertex would touch in that vertex only.
-    #[error("the faces left over at {0:?} would touch in that vertex only")]
+    /// The remaining faces at this vertex would touch only there.
+    #[error("the remaining faces at {0:?} would touch only there, which would be non-manifold")]
     Pinches(VertexId),
 }
 
@@ -63,7 +63,7 @@ pub struct LegalRemoval {
     state: State,
 }
 
-/// What adding a face made.
+/// The elements that adding a face made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AddedFace {
@@ -73,15 +73,15 @@ pub struct AddedFace {
     pub new_edges: [Option<EdgeId>; 3],
 }
 
-/// What removing a face did.
+/// The elements that removing a face removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RemovedFace {
-    /// The face that is gone.
+    /// The removed face.
     pub face: FaceId,
-    /// The edges that are gone with it, by side: those that had no other face.
+    /// Per side, the edge that was removed because it had no other face.
     pub removed_edges: [Option<EdgeId>; 3],
-    /// Its corners that no face uses any more. They stay in the mesh, as isolated vertices.
+    /// Its corners that no face uses any more. They stay in the mesh as isolated vertices.
     pub isolated: [Option<VertexId>; 3],
 }
 
@@ -89,7 +89,7 @@ impl Topology {
     /// Adds an isolated vertex.
     ///
     /// # Errors
-    /// Indices run out.
+    /// The mesh has as many elements as 32-bit indices allow.
     pub fn add_vertex(&mut self) -> Result<VertexId, NoRoom> {
         self.check_room(1, 0, 0)?;
         self.revision.advance();
@@ -222,7 +222,7 @@ impl Topology {
         let sides = self.face_half_edges(removal.face);
         let corners = self.face_vertices(removal.face);
         let goes = sides.map(|h| self.is_exterior(h.twin()));
-        // At each corner, what the boundary links that are not between the face's own sides are.
+        // At each corner, the boundary links that are not between sides of the face.
         let links: [_; 3] = core::array::from_fn(|i| {
             let (before, after) = ((i + 2) % 3, i);
             match (goes[before], goes[after]) {

@@ -1,8 +1,7 @@
-//! Filling holes: closing boundary loops with triangles.
+//! Hole filling: closes boundary loops with triangles.
 //!
-//! Any boundary loop can be closed, also a concave one and one that lies in no plane, so that the
-//! mesh stays an oriented 2-manifold. The vertices of the loop stay where they are. Edges that exist
-//! elsewhere in the mesh are never made a second time.
+//! Any boundary loop can be closed, also a concave or non-planar one; the mesh stays an oriented 2-manifold.
+//! The vertices of the loop do not move. No edge is made that exists elsewhere in the mesh.
 //!
 //! 1. **Short loops** ([`FillOptions::optimal_edges`]) get the triangles between their vertices whose
 //!    sharpest bend, also towards the faces round the hole, is smallest, and of those the ones with
@@ -13,11 +12,11 @@
 //!    normal, if they do not cross themselves in that view.
 //! 3. **Other loops** lose the vertex whose neighbours are closest to each other, again and again, in
 //!    `n log n` steps.
-//! 4. What is left when all possible edges exist is closed by triangles round **a new vertex** at the
-//!    mean of the rest. That is always possible.
+//! 4. If all remaining edges exist already, **a new vertex** at the mean of the remaining ones is joined to
+//!    them. That is always possible.
 //!
-//! New faces may cross other parts of the surface: nothing looks at them. No vertices are put inside
-//! large holes, other than by step 4; subdivide or smooth the [new faces](FilledHole::faces) for that.
+//! New faces may cross other parts of the surface: this is not checked. Large holes get no inner vertices,
+//! other than by step 4; subdivide or smooth the [new faces](FilledHole::faces) for that.
 
 use core::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -34,11 +33,11 @@ use crate::topology::handle::{FaceId, HalfEdgeId, VertexId};
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct FillOptions {
-    /// Holes with more edges stay open: of an open surface the outline, for one. `None` (the
-    /// default): all are filled.
+    /// Largest number of edges of a hole that is filled; for example, to keep the outline of an open surface
+    /// open. `None` (the default): all holes are filled.
     pub max_edges: Option<usize>,
-    /// Loops of at most so many edges get the best triangles, in time proportional to the cube; at
-    /// most 512. 64 by default.
+    /// Loops up to this number of edges get the optimal triangulation, which takes cubic time. At most 512, 64
+    /// by default.
     pub optimal_edges: usize,
 }
 
@@ -48,7 +47,7 @@ impl Default for FillOptions {
     }
 }
 
-/// More makes the tables of the best triangles too large.
+/// Beyond this the tables of the optimal triangulation are too large.
 const MOST_OPTIMAL_EDGES: usize = 512;
 
 /// How a hole was filled; see the [module page](self).
@@ -56,7 +55,7 @@ const MOST_OPTIMAL_EDGES: usize = 512;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum FillMethod {
-    /// The best triangles between the vertices of the loop.
+    /// The optimal triangulation of the loop.
     Optimal,
     /// As a polygon, seen along the mean normal.
     Polygon,
@@ -68,16 +67,15 @@ pub enum FillMethod {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FilledHole {
-    /// The half-edge that the hole was named by; now it has a face.
+    /// The half-edge that named the hole; now it has a face.
     pub half_edge: HalfEdgeId,
-    /// How many edges the hole had.
+    /// Number of edges of the hole.
     pub edges: usize,
-    /// How its triangles were found.
+    /// The method that found its triangles.
     pub method: FillMethod,
     /// The new faces.
     pub faces: Vec<FaceId>,
-    /// The new vertex that all that was left was joined to, where the vertices of the loop alone
-    /// would not do.
+    /// The new vertex, if the vertices of the loop were not enough.
     pub new_vertex: Option<VertexId>,
 }
 
@@ -90,9 +88,9 @@ pub enum FillRefusal {
     #[error("{0:?} is not in the mesh")]
     NotInMesh(HalfEdgeId),
     /// The half-edge has a face, so there is no hole.
-    #[error("{0:?} has a face; a hole is named by a half-edge that has none")]
+    #[error("{0:?} has a face, so it is not at a hole")]
     NotAHole(HalfEdgeId),
-    /// The loop is the outline of a single face; filling it would leave two faces back to back.
+    /// The loop is the outline of a single face; filling it would make two faces back to back.
     #[error(
         "the hole is the outside of the single {0:?}, filling it would make a pillow of two faces"
     )]
@@ -116,7 +114,7 @@ impl From<NoRoom> for FillRefusal {
     }
 }
 
-/// What became of the holes of a mesh.
+/// The result of filling the holes of a mesh.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FillReport {
@@ -142,7 +140,7 @@ impl FillReport {
 
 /// Filling holes; see [`crate::fill`].
 impl TriMesh {
-    /// Fills the hole that an exterior half-edge runs along.
+    /// Fills the hole to which an exterior half-edge belongs.
     ///
     /// ```
     /// use mesh_core::TriMesh;
@@ -228,10 +226,10 @@ impl TriMesh {
         report
     }
 
-    /// Cuts the vertex whose neighbours are closest off the ring, until the ring is closed or all
-    /// edges that this would take exist.
+    /// Repeatedly cuts off the vertex whose neighbours are closest to each other, until the ring is closed or
+    /// all needed edges exist.
     fn cut_off_shortest(&mut self, outline: &Outline, ring: &mut Ring, faces: &mut Vec<FaceId>) {
-        // Bits of lengths that are not negative are ordered as the lengths are.
+        // The bits of non-negative lengths have the same order as the lengths.
         let candidate = |ring: &Ring, tip: u32| {
             let [before, after] = ring.neighbours(tip);
             let length = outline.points[before as usize].distance(outline.points[after as usize]);
@@ -302,8 +300,8 @@ impl Outline {
         self.joined.binary_search(&[i.min(j), i.max(j)]).is_ok()
     }
 
-    /// The vertices in the order in which the polygon loses them, if it is simple, seen along its
-    /// mean normal, and takes no edge that exists.
+    /// The order in which ear clipping removes the vertices, if the polygon is simple in its mean plane and
+    /// needs no edge that exists.
     fn polygon(&self) -> Option<Vec<u32>> {
         let places: Vec<u32> = (0..self.points.len() as u32).collect();
         let mut triangles = Vec::new();
@@ -314,7 +312,7 @@ impl Outline {
             .then(|| triangles.iter().map(|triangle| triangle[1]).collect())
     }
 
-    /// The vertices in an order in which cutting them off makes the best triangles.
+    /// An order of the vertices in which cutting them off gives the optimal triangulation.
     fn best_triangles(&self, most_edges: usize) -> Option<Vec<u32>> {
         let n = self.points.len();
         // Four corners are split along a diagonal, which is not clipping an ear.
@@ -353,7 +351,7 @@ impl Outline {
         Some(tips)
     }
 
-    /// What the triangle of three places makes of the parts beyond two of its sides.
+    /// The cost of a triangle together with the parts beyond two of its sides.
     fn part(
         &self,
         [i, m, j]: [usize; 3],
@@ -373,7 +371,7 @@ impl Outline {
     }
 }
 
-/// The best triangles for a part of the loop.
+/// The optimal triangulation of a part of the loop.
 #[derive(Clone, Copy, Default)]
 struct Part {
     /// The sharpest bend.

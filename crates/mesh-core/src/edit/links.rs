@@ -1,4 +1,4 @@
-//! What the edits share: new elements, links, and the rule at boundary vertices.
+//! Shared steps of all edits: new elements, links, and the invariant of boundary vertices.
 
 use crate::topology::half_edges::{HalfEdge, Topology};
 use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
@@ -10,7 +10,7 @@ use crate::topology::revision::State;
 pub struct NoRoom;
 
 impl Topology {
-    /// Refuses a token of another state, and counts the edit.
+    /// Panics on a token of another state, and counts the edit.
     pub(super) fn advance(&mut self, checked: State) {
         assert_eq!(
             checked,
@@ -57,7 +57,7 @@ impl Topology {
         self.half_edges[third.index()].face = self.face(first);
     }
 
-    /// Whether so many more vertices, edges and faces can be addressed.
+    /// Whether a number of further vertices, edges and faces can be addressed.
     pub(super) fn check_room(
         &self,
         vertices: usize,

@@ -1,4 +1,4 @@
-//! Closing a boundary loop whole, with triangles between its vertices or round a new one.
+//! Closes a whole boundary loop, with triangles between its vertices or around a new vertex.
 
 use crate::edit::links::NoRoom;
 use crate::topology::Topology;
@@ -54,7 +54,7 @@ impl Ring {
 }
 
 impl Topology {
-    /// Refuses a loop of so many vertices if there is no room for what would close it.
+    /// Refuses a loop if 32-bit indices do not suffice for the elements that close it.
     pub(crate) fn check_ring(&self, vertices: usize) -> Result<(), NoRoom> {
         self.check_room(1, 2 * vertices, vertices)
     }
@@ -75,7 +75,7 @@ impl Topology {
         self.push_circuit([first, second, third])
     }
 
-    /// Closes what is left of a ring with triangles round a new vertex, one to each side.
+    /// Closes the remaining ring with a new vertex: one triangle per side.
     pub(crate) fn close_with_fan(&mut self, ring: &mut Ring) -> (VertexId, Vec<FaceId>) {
         self.revision.advance();
         let centre = self.push_vertex();

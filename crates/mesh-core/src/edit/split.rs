@@ -37,7 +37,7 @@ pub struct LegalFaceSplit {
     state: State,
 }
 
-/// What an edge split made.
+/// The elements that an edge split made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EdgeSplit {
@@ -52,7 +52,7 @@ pub struct EdgeSplit {
     pub spokes: [Option<EdgeId>; 2],
 }
 
-/// What a face split made.
+/// The elements that a face split made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FaceSplit {
@@ -119,7 +119,7 @@ impl Topology {
         // Both faces are quadrilaterals now, until a spoke cuts each in two.
         let left = self.cut_quadrilateral(far, h, far).unzip();
         let right = self.cut_quadrilateral(h.twin(), far.twin(), far.twin()).unzip();
-        // What left the end outwards still does, unless it was the edge that is split.
+        // The exterior half-edge of the end stays the same, unless it belongs to the split edge.
         self.anchor_vertex(end, far.twin(), anchor);
         self.anchor_vertex(vertex, far, [h.twin()]);
         EdgeSplit { vertex, half_edge: far, faces: [left.1, right.1], spokes: [left.0, right.0] }
@@ -148,7 +148,7 @@ impl Topology {
 
     /// Cuts a quadrilateral whose circuit begins `last`, `first`, with an edge from the vertex
     /// between them to the opposite corner. `moved` is one of the two and goes to the new face.
-    /// Does nothing outside.
+    /// Does nothing at the boundary.
     fn cut_quadrilateral(
         &mut self,
         first: HalfEdgeId,

@@ -1,24 +1,24 @@
-//! The connected pieces of a mesh, each as a mesh of its own.
+//! Splits a mesh into its connected components.
 
 use crate::mesh::{MeshError, TriMesh};
 use crate::topology::handle::{FaceId, VertexId};
 
-/// A connected piece of a mesh; made by [`TriMesh::split_components`].
+/// A connected component as a mesh of its own; made by [`TriMesh::split_components`].
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Component {
-    /// The piece. Vertices and faces keep their order, and faces their first corner.
+    /// The mesh. Vertices and faces keep their order, and faces their first corner.
     pub mesh: TriMesh,
-    /// Per vertex of the piece, the vertex of the whole.
+    /// Per vertex of the component, the vertex of the whole mesh.
     pub vertex_source: Vec<VertexId>,
-    /// Per face of the piece, the face of the whole.
+    /// Per face of the component, the face of the whole mesh.
     pub face_source: Vec<FaceId>,
 }
 
 impl TriMesh {
-    /// The connected pieces of the mesh, in the order of
-    /// [`Topology::components`](crate::Topology::components): by their smallest vertex. Isolated
-    /// vertices are in none. Takes linear time.
+    /// The connected components as meshes, in the order of
+    /// [`Topology::components`](crate::Topology::components): by their smallest vertex. Isolated vertices are
+    /// left out. Linear time.
     ///
     /// ```
     /// use mesh_core::TriMesh;

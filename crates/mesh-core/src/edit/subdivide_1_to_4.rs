@@ -1,4 +1,4 @@
-//! The one-to-four split: every edge gets a vertex at its middle, every face becomes four.
+//! 1-to-4 subdivision: every edge gets a vertex at its middle, every face becomes four.
 //!
 //! Topology only; where the new vertices go is up to a subdivision scheme such as
 //! [`butterfly`](crate::edit::butterfly).
@@ -21,7 +21,7 @@ use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, Handle, VertexId};
 use crate::topology::pairing::TopologyError;
 use crate::topology::revision::Revision;
 
-/// Where the elements of a one-to-four split come from; made by [`Topology::subdivide_1_to_4`].
+/// Maps elements between a mesh and its 1-to-4 subdivision; made by [`Topology::subdivide_1_to_4`].
 ///
 /// With V, E and F the capacities of the arrays before the split: vertices keep their index and
 /// edge `e` gets the vertex V + e; its halves are the edges 2e (at the origin of half-edge `2e`)
@@ -35,7 +35,7 @@ pub struct SubdivisionMap {
     faces: usize,
 }
 
-/// What a vertex of the split mesh was before.
+/// The origin of a vertex of the subdivided mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum VertexOrigin {
@@ -45,20 +45,20 @@ pub enum VertexOrigin {
     Edge(EdgeId),
 }
 
-/// What an edge of the split mesh was before.
+/// The origin of an edge of the subdivided mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum EdgeOrigin {
     /// Half of this edge.
     Edge(EdgeId),
-    /// Not there: it lies inside this face.
+    /// New: it lies inside this face.
     Face(FaceId),
 }
 
 /// Handles of the coarse mesh to those of the fine one and back. Handles out of range give
 /// handles out of range.
 impl SubdivisionMap {
-    /// What the vertex of the fine mesh was.
+    /// The origin of a vertex of the fine mesh.
     #[must_use]
     pub fn vertex_origin(&self, fine: VertexId) -> VertexOrigin {
         match fine.index().checked_sub(self.vertices) {
@@ -67,7 +67,7 @@ impl SubdivisionMap {
         }
     }
 
-    /// What the edge of the fine mesh was.
+    /// The origin of an edge of the fine mesh.
     #[must_use]
     pub fn edge_origin(&self, fine: EdgeId) -> EdgeOrigin {
         match fine.index().checked_sub(2 * self.edges) {
@@ -127,8 +127,8 @@ fn second_half(h: HalfEdgeId) -> HalfEdgeId {
 }
 
 impl Topology {
-    /// Splits every edge at a new vertex and every face into four; says which new element came
-    /// from which old one. Takes linear time; nothing is searched for.
+    /// Splits every edge at a new vertex and every face into four, and returns the map between both meshes.
+    /// Linear time.
     ///
     /// # Errors
     /// [`TopologyError::TooLarge`] when the split mesh would exceed 32-bit indices.

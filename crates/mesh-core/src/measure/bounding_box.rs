@@ -13,7 +13,7 @@ pub struct BoundingBox {
 }
 
 impl BoundingBox {
-    /// The smallest box round some points; `None` without points.
+    /// The smallest box that contains some points; `None` without points.
     #[must_use]
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Option<Self> {
         let start = |point| Self { min: point, max: point };
@@ -27,7 +27,7 @@ impl BoundingBox {
         })
     }
 
-    /// The box round a triangle.
+    /// The bounding box of a triangle.
     #[must_use]
     pub fn of_triangle([a, b, c]: [DVec3; 3]) -> Self {
         Self { min: a.min(b).min(c), max: a.max(b).max(c) }

@@ -1,26 +1,25 @@
-//! The point of a triangle that is closest to a given point.
+//! Closest points of triangles and segments.
 
 use glam::DVec3;
 
-/// Below this sine of the angle at its first corner, a triangle is as thin as the rounding of its
-/// corners and is treated as its three sides.
+/// A triangle with a sine below this at its first corner is as thin as the rounding of its corners; it is
+/// treated as its three sides.
 pub const THIN: f64 = 1e-12;
 
 /// The vector from `point` to the closest point of a triangle, which may be degenerate.
 ///
-/// Everything is computed relative to `point`, so that the result has the relative precision of
-/// the nearby coordinate differences however far the triangle is from the origin.
+/// All computations are relative to `point`, so that the precision does not depend on the distance from the
+/// origin.
 ///
-/// Inside the prism over the triangle, the answer is the perpendicular onto its plane. Outside,
-/// it ends on one of the sides that the point lies beyond.
+/// If the point projects into the triangle, the result is the perpendicular to its plane. Otherwise it ends on
+/// one of the sides beyond which the point lies.
 ///
-/// Over the inside of a needle whose smallest angle has the sine `s`, the length of the result is off
-/// by up to about `2e-16 / s` of the length of the needle.
-/// The bounds of the crate `mesh-metric` hold in spite of that.
+/// Error: over the interior of a triangle whose smallest angle has the sine `s`, the length is off by up to
+/// about `2e-16 / s` times the longest side. The certified bounds of the crate `mesh-metric` account for that.
 #[inline]
 #[must_use]
 pub fn closest_on_triangle(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
-    // All of this stands in hot loops: no `map`, which is not always inlined.
+    // For hot loops: no `map`, which is not always inlined.
     let (a, b, c) = (triangle[0] - point, triangle[1] - point, triangle[2] - point);
     let (ab, bc, ca) = (b - a, c - b, a - c);
     let normal = ab.cross(-ca);
@@ -47,7 +46,7 @@ pub fn closest_on_triangle(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
 /// The perpendicular foot of a point in the plane of a triangle; made by [`foot_inside`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foot {
-    /// From the point to the foot.
+    /// The vector from the point to the foot.
     pub offset: DVec3,
     /// The unit normal of the triangle.
     pub normal: DVec3,
@@ -58,20 +57,20 @@ pub struct Foot {
 /// Why a point has no [`Foot`] on a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoFoot {
-    /// It falls beyond a side: of all that it falls beyond the one opposite to this corner is the farthest, compared
-    /// with the height of the triangle over it.
+    /// It falls beyond the side opposite to this corner; of several such sides, the one farthest away relative
+    /// to the height of the triangle over it.
     Beyond(usize),
-    /// The point is not near, or the triangle has no area.
+    /// The point is too far from the plane, or the triangle has no area.
     Far,
 }
 
-/// The perpendicular foot of a point, if it lies inside the triangle, and the point is near compared with
-/// the size of the triangle: at most about a fifth of its sides away.
+/// The perpendicular foot of a point, if it lies inside the triangle and the point is near: at most about a
+/// fifth of a side away.
 ///
-/// Where a surface bends little over the length of a side, no other point of it nearby is closer.
+/// On a surface that bends little over the length of a side, this is the closest point nearby.
 ///
 /// # Errors
-/// There is no such foot; with the side beyond which it falls, so that one can look for it there.
+/// There is no such foot. The error names the side beyond which it falls, where a search may continue.
 #[inline]
 pub fn foot_inside(point: DVec3, triangle: &[DVec3; 3]) -> Result<Foot, NoFoot> {
     let Seen { cross, parts, height } = Seen::new(point, triangle);
@@ -82,22 +81,22 @@ pub fn foot_inside(point: DVec3, triangle: &[DVec3; 3]) -> Result<Foot, NoFoot> 
     let length = cross.length();
     let inverse = length.recip();
     let (normal, height) = (cross * inverse, height * inverse);
-    // Where there is no area there is no normal, and nothing is near.
+    // Without area there is no normal, and no point is near.
     let is_near = height * height <= NEAR * length;
     let foot = Foot { offset: height * normal, normal, double_area: length };
     if is_near { Ok(foot) } else { Err(NoFoot::Far) }
 }
 
-/// A point is near when the square of its height over a triangle is at most this part of twice the area.
+/// A point is near if its squared height over a triangle is at most this multiple of twice the area.
 const NEAR: f64 = 0.05;
 
-/// A triangle seen from a point along its normal.
+/// A triangle and a point projected onto its plane.
 struct Seen {
     /// The normal, of the length of twice the area.
     cross: DVec3,
     /// The barycentric coordinates of the foot of the point, times four times the squared area.
     parts: DVec3,
-    /// The dot product of the normal and the way to the plane.
+    /// The dot product of the normal and the vector to the plane.
     height: f64,
 }
 
@@ -112,8 +111,8 @@ impl Seen {
     }
 }
 
-/// Barycentric coordinates of the point of a triangle that is closest to `point`: none is negative,
-/// and they add up to one. Those of a triangle without area are all a third.
+/// Barycentric coordinates of the closest point of a triangle: not negative, with sum one. All are 1/3 for a
+/// triangle without area.
 #[inline]
 #[must_use]
 pub fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
@@ -129,8 +128,7 @@ pub fn weights_of_closest(point: DVec3, triangle: &[DVec3; 3]) -> DVec3 {
     if sum > 0.0 { parts / sum } else { DVec3::splat(1.0 / 3.0) }
 }
 
-/// The same where the perpendicular foot lies inside and the triangle is not thin: they are the parts of the
-/// area, seen along the normal.
+/// [`weights_of_closest`] if the foot lies inside and the triangle is not thin: the ratios of areas.
 #[inline]
 fn weights_inside(point: DVec3, triangle: &[DVec3; 3]) -> Option<DVec3> {
     let Seen { cross, parts, .. } = Seen::new(point, triangle);

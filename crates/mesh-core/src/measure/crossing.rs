@@ -1,21 +1,21 @@
-//! Whether two triangles of a mesh cross, decided exactly.
+//! Exact intersection tests of triangles.
 //!
-//! Every decision is the sign of a determinant, computed by adaptive exact arithmetic (Shewchuk
-//! 1997), so that no tolerance is needed.
+//! All decisions are signs of determinants, computed by adaptive exact arithmetic (Shewchuk 1997). There is no
+//! tolerance.
 
 use glam::DVec3;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use crate::topology::handle::VertexId;
 
-/// A triangle of a mesh: its vertices and where they are.
+/// A triangle of a mesh: its vertices and their positions.
 pub type Triangle = ([VertexId; 3], [DVec3; 3]);
 
-/// Whether two triangles have a point in common that is not in their common vertex or edge.
+/// Whether two triangles have a common point outside their common vertex or edge.
 ///
-/// Triangles that touch do cross. Two triangles with a common edge cross when they lie in one plane
-/// on the same side of it; two with the same three vertices always do. A triangle without area does
-/// not cross anything: it has no points beyond its edges, and those belong to its neighbours, too.
+/// Triangles that touch do cross. Two triangles with a common edge cross when they lie in one plane on the same
+/// side of it; two with the same three vertices always do. A triangle without area crosses nothing: its points
+/// belong to its edges, which its neighbours share.
 #[must_use]
 pub fn triangles_cross(first: Triangle, second: Triangle) -> bool {
     if is_degenerate(first.1) || is_degenerate(second.1) {
@@ -34,7 +34,7 @@ pub fn triangles_cross(first: Triangle, second: Triangle) -> bool {
     }
 }
 
-/// With one common vertex, what else is common reaches the side opposite to it in one of them.
+/// With one common vertex, any other common points reach the opposite side of one of the triangles.
 fn cross_at_vertex(first: Triangle, second: Triangle) -> bool {
     let opposite = |of: Triangle, other: Triangle| {
         let common = (0..3).find(|&i| other.0.contains(&of.0[i])).unwrap_or(0);
@@ -73,7 +73,7 @@ pub fn segment_meets_triangle([p, q]: [DVec3; 2], triangle: [DVec3; 3]) -> bool 
     if (above_p > 0.0 && above_q > 0.0) || (above_p < 0.0 && above_q < 0.0) {
         return false;
     }
-    // The line meets the plane in one point: it passes all sides the same way round.
+    // The line meets the plane in one point. It is inside if it passes all sides in the same sense.
     let passes = [orientation(p, q, a, b), orientation(p, q, b, c), orientation(p, q, c, a)];
     passes.iter().all(|&o| o >= 0.0) || passes.iter().all(|&o| o <= 0.0)
 }
@@ -105,7 +105,7 @@ enum Projection {
 impl Projection {
     const ALL: [Self; 3] = [Self::AlongX, Self::AlongY, Self::AlongZ];
 
-    /// One that does not flatten the triangle.
+    /// A projection that keeps the triangle's area positive.
     fn of([a, b, c]: [DVec3; 3]) -> Self {
         let good = Self::ALL.into_iter().find(|plane| plane.orientation(a, b, c) != 0.0);
         good.unwrap_or(Self::AlongZ)

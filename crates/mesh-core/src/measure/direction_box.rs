@@ -1,21 +1,21 @@
-//! The directions in which something is seen from a point.
+//! Bounds for directions from a point to a triangle.
 
 use glam::{DVec3, Vec3};
 
-/// A box round unit vectors.
+/// An axis-aligned box that contains unit vectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DirectionBox {
     pub(crate) low: Vec3,
     pub(crate) high: Vec3,
 }
 
-/// More than the rounding of a direction.
+/// An upper bound for the rounding error of a direction.
 const ROUNDING: f64 = 1e-6;
 
 impl DirectionBox {
     const ALL: Self = Self { low: Vec3::splat(-2.0), high: Vec3::splat(2.0) };
 
-    /// Those of a triangle, as one of its corners sees it.
+    /// The directions from a corner of a triangle to its other points.
     pub(crate) fn from_corner([a, b, c]: [DVec3; 3], corner: usize) -> Self {
         let (from, ends) = match corner {
             0 => (a, [b, c]),
@@ -23,7 +23,7 @@ impl DirectionBox {
             _ => (c, [a, b]),
         };
         let [Some(p), Some(q)] = ends.map(|end| direction(from, end)) else { return Self::ALL };
-        // The arc leaves its chord by 1 - cos(angle / 2), which is less than this.
+        // The distance of the arc from its chord is 1 - cos(angle / 2), which is less than this.
         let beyond = DVec3::splat(0.25 * p.distance_squared(q) + ROUNDING);
         let (low, high) = (p.min(q) - beyond, p.max(q) + beyond);
         Self { low: low.as_vec3(), high: high.as_vec3() }
@@ -37,16 +37,16 @@ impl DirectionBox {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 
-    /// The largest product with a vector.
+    /// The largest dot product with a vector.
     fn reach(self, normal: DVec3) -> f64 {
         let [low, high] = [self.low, self.high].map(|end| end.as_dvec3() * normal);
         low.max(high).element_sum()
     }
 
-    /// Whether a triangle is seen in other directions from `from`: a plane through that point and
-    /// one of the sides has them on one side of it, and the triangle on the other.
+    /// Whether no direction of the box points from `from` to the triangle: a plane through that point and a
+    /// side of the triangle separates both.
     pub(crate) fn are_beside(self, from: DVec3, triangle: [DVec3; 3]) -> bool {
-        // Of products of three unit vectors.
+        // Rounding error of a product of three unit vectors.
         const ROUNDING: f64 = 1e-13;
         let [Some(a), Some(b), Some(c)] = triangle.map(|corner| direction(from, corner)) else {
             return false;
@@ -61,7 +61,7 @@ impl DirectionBox {
     }
 }
 
-/// `None` where there is none, or so far that numbers end.
+/// The unit vector from one point to another; `None` for equal points and on overflow.
 fn direction(from: DVec3, to: DVec3) -> Option<DVec3> {
     let direction = (to - from).normalize();
     let error = (direction.length_squared() - 1.0).abs();

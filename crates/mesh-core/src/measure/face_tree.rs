@@ -1,4 +1,4 @@
-//! A tree of boxes round the faces of a mesh that follows edits.
+//! A bounding volume hierarchy over the faces of a mesh that is updated after edits.
 
 use glam::DVec3;
 
@@ -8,13 +8,12 @@ use crate::measure::triangle_bounds::TriangleBounds;
 use crate::mesh::TriMesh;
 use crate::topology::handle::FaceId;
 
-/// A complete binary tree of bounding boxes, to find the faces near a place.
+/// A complete binary tree of bounding boxes, to find the faces near a point or a box.
 ///
-/// An edit gives faces other corners, and makes and removes faces: [`FaceTree::update`] puts new
-/// faces where the boxes grow least, and computes the boxes of all that it is given again. Edits are
-/// local, so the tree stays about as good as it was. Faces that were removed are passed over; when
-/// most of them were, or most are new, a new tree is quicker. Compacting the mesh renumbers the faces
-/// and asks for a new tree.
+/// [`FaceTree::update`] takes the faces that an edit changed, made or removed: it recomputes their boxes and
+/// inserts new faces where boxes grow least. Local edits hardly change the quality of the tree. Removed faces
+/// are skipped; if most faces were removed or are new, a new tree is faster. Compaction renumbers the faces and
+/// needs a new tree.
 #[derive(Clone, Debug)]
 pub struct FaceTree {
     /// The root first; the children of node i are 2i + 1 and 2i + 2.
@@ -30,7 +29,7 @@ pub struct FaceTree {
     leaves: usize,
 }
 
-/// What is known of the faces of a leaf, or of all leaves below.
+/// Bounds of the faces of a leaf, or of all leaves below a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Node {
     bounds: BoundingBox,
@@ -101,7 +100,7 @@ impl FaceTree {
         tree
     }
 
-    /// Where the faces of a leaf are: the same halves of halves that they were arranged by.
+    /// The range of the faces of a leaf: the same halving as in `arrange`.
     fn range(&self, leaf: usize) -> core::ops::Range<usize> {
         let (mut start, mut end, mut leaves, mut place) = (0, self.faces.len(), self.leaves, leaf);
         while leaves > 1 {
@@ -129,8 +128,8 @@ impl FaceTree {
         Node::new(mesh, &self.faces_of_leaf(leaf).filter(|&f| mesh.topology().contains_face(f)))
     }
 
-    /// Follows an edit: these faces have new corners, are new, or are gone. Faces that were never in
-    /// the mesh are passed over.
+    /// Updates the tree after an edit that changed, made or removed these faces. Faces that were never in the
+    /// mesh are ignored.
     pub fn update(&mut self, mesh: &TriMesh, faces: impl IntoIterator<Item = FaceId>) {
         for face in faces {
             let known = self.leaf_of_face.get(face.index()).copied().filter(|&leaf| leaf != NONE);
@@ -152,7 +151,7 @@ impl FaceTree {
         }
     }
 
-    /// Adds a face to the leaf that is reached by the boxes that grow least, and returns the leaf.
+    /// Adds a face to a leaf, reached from the root by the child whose box grows less, and returns the leaf.
     fn add(&mut self, mesh: &TriMesh, face: FaceId) -> usize {
         let bounds = BoundingBox::of_triangle(mesh.triangle(face));
         let growth = |b: BoundingBox| size(union(b, bounds)) - size(b);
@@ -176,8 +175,8 @@ impl FaceTree {
         leaf
     }
 
-    /// The first face with a property among those whose leaves meet `bounds`: all faces that meet
-    /// it, and some more.
+    /// The first face that satisfies `has`, among the faces of all leaves whose box meets `bounds`. These are
+    /// all faces that meet `bounds`, and some more.
     pub fn find(
         &self,
         mesh: &TriMesh,
@@ -187,9 +186,9 @@ impl FaceTree {
         self.search(mesh, |node| node.bounds.meets(bounds), has)
     }
 
-    /// The first face with a property among all faces that cross a triangle, as
-    /// [`triangles_cross`](crate::triangles_cross) tells, and some more. Vertices of the triangle that
-    /// belong to a face must be where they are in the mesh, if the face is to count.
+    /// The first face that satisfies `has`, among a superset of the faces that cross a triangle in the sense of
+    /// [`triangles_cross`](crate::triangles_cross). Vertices that the triangle shares with a face must have
+    /// their position in the mesh.
     pub fn find_crossing(
         &self,
         mesh: &TriMesh,
@@ -199,7 +198,8 @@ impl FaceTree {
         self.search(mesh, |node| node.may_cross(mesh, triangle), has)
     }
 
-    /// The first face with a property among those in leaves whose boxes, and all boxes above, satisfy `may_have`.
+    /// The first face that satisfies `has`, among the faces of all leaves whose box and all boxes above satisfy
+    /// `may_have`.
     pub fn find_where(
         &self,
         mesh: &TriMesh,
@@ -240,7 +240,7 @@ impl FaceTree {
     }
 }
 
-/// Orders faces so that each half of a half lies on one side of the widest direction.
+/// Orders faces by recursive median splits along the longest extent.
 fn arrange(mesh: &TriMesh, faces: &mut [FaceId], leaves: usize) {
     if leaves < 2 || faces.len() < 2 {
         return;

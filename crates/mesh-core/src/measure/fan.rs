@@ -1,4 +1,4 @@
-//! Needles round one vertex, and in which directions they lie from there.
+//! Bounds for long thin faces around one vertex: the directions in which they lie.
 
 use glam::DVec3;
 
@@ -8,17 +8,17 @@ use crate::measure::triangle_bounds::TriangleBounds;
 use crate::mesh::TriMesh;
 use crate::topology::handle::{FaceId, VertexId};
 
-/// Needles with their tips at one vertex. Faces that are no needles are few round a vertex, and their
-/// boxes tell them apart.
+/// Long thin faces with their apex at one vertex. Other faces are few at a vertex, and their boxes separate
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fan {
     hub: VertexId,
-    /// As they are seen from there.
+    /// Their directions from the apex.
     directions: DirectionBox,
 }
 
 impl Fan {
-    /// The faces, if they are needles with a common tip.
+    /// The fan of some faces, if all are long, thin and have a common apex.
     pub(crate) fn new(
         mesh: &TriMesh,
         faces: &(impl Iterator<Item = FaceId> + Clone),
@@ -37,13 +37,13 @@ impl Fan {
         Some(Self { hub, directions })
     }
 
-    /// All faces of two fans, if these are round one vertex.
+    /// The union of two fans with the same apex.
     pub(crate) fn join(self, other: Self) -> Option<Self> {
         let directions = self.directions.union(other.directions);
         (self.hub == other.hub).then_some(Self { directions, ..self })
     }
 
-    /// Whether a triangle may cross one of the faces, which are in a box.
+    /// Whether a triangle may cross one of the faces, which lie in `bounds`.
     pub(crate) fn may_cross(
         self,
         mesh: &TriMesh,
@@ -60,7 +60,7 @@ impl Fan {
     }
 }
 
-/// The corner of a needle that its shortest side is far from.
+/// The apex of a long thin triangle: the corner opposite to a side that is much shorter than the others.
 fn tip([a, b, c]: [DVec3; 3]) -> Option<usize> {
     const SLENDER: f64 = 16.0;
     let [at_a, at_b, at_c] = [(b, c), (c, a), (a, b)].map(|(p, q)| p.distance_squared(q));

@@ -18,8 +18,8 @@ pub fn angle_between(a: DVec3, b: DVec3) -> f64 {
 }
 
 impl TriMesh {
-    /// The unit normal of a face, counter-clockwise seen from its tip; zero for a face without
-    /// area.
+    /// The unit normal of a face; zero for a face without area. Seen against the normal, the vertices are
+    /// counter-clockwise.
     #[inline]
     #[must_use]
     pub fn face_normal(&self, face: FaceId) -> DVec3 {
@@ -35,9 +35,8 @@ impl TriMesh {
         }))
     }
 
-    /// The interior angle of a face at the origin of one of its half-edges, in radians; 0 where a
-    /// side has no length. An exterior half-edge has no face: the angle is that between it and the
-    /// way to the end of the next one.
+    /// The interior angle of a face at the origin of one of its half-edges, in radians; 0 where a side has no
+    /// length. For an exterior half-edge: the angle between it and the vector to the end of the next half-edge.
     #[inline]
     #[must_use]
     pub fn corner_angle(&self, half_edge: HalfEdgeId) -> f64 {

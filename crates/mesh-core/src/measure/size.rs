@@ -20,7 +20,7 @@ impl TriMesh {
         BoundingBox::of_points(used.map(|v| self.position(v)))
     }
 
-    /// Twice the vector area of a face: its normal, as long as twice the area.
+    /// The normal of a face, with twice the area as its length.
     #[inline]
     #[must_use]
     pub fn face_cross(&self, face: FaceId) -> DVec3 {
@@ -41,13 +41,13 @@ impl TriMesh {
         self.sum_over_faces(|f| self.face_area(f))
     }
 
-    /// The enclosed volume, by the divergence theorem; negative when the faces look inwards.
+    /// The enclosed volume, by the divergence theorem; negative when the faces face inward.
     ///
-    /// Only a closed mesh encloses a volume. With a boundary, this is the volume of the cone of
-    /// the surface over the centre of the bounding box, which depends on where that is.
+    /// Only a closed mesh encloses a volume. For an open mesh, this is the volume of the cone from the centre
+    /// of the bounding box to the surface.
     #[must_use]
     pub fn volume(&self) -> f64 {
-        // Measuring from the centre keeps the digits of a mesh far from the origin.
+        // Positions relative to the centre avoid cancellation far from the origin.
         let Some(center) = self.bounding_box().map(|b| b.center()) else { return 0.0 };
         let tetrahedron = |f: FaceId| {
             let [a, b, c] = self.triangle(f).map(|p| p - center);
@@ -90,7 +90,7 @@ impl TriMesh {
         (edges > 0).then(|| sum / edges as f64)
     }
 
-    /// The mean of a face's three vertices: its centre of gravity.
+    /// The centroid of a face.
     #[inline]
     #[must_use]
     pub fn face_centroid(&self, face: FaceId) -> DVec3 {
@@ -113,13 +113,13 @@ pub struct SoupMeasures {
     pub bounds: Option<BoundingBox>,
     /// The total area of the faces, cut into triangles.
     pub area: f64,
-    /// The enclosed volume; see [`TriMesh::volume`] for when that means something.
+    /// The enclosed volume; meaningful for closed, oriented surfaces only, see [`TriMesh::volume`].
     pub volume: f64,
 }
 
 impl PolygonSoup {
-    /// Measures the faces of the soup, whatever its defects. Faces with vertices that are missing
-    /// or not at a finite position do not count.
+    /// Measures the faces of the soup, whatever its defects. Faces with missing vertices or non-finite
+    /// positions are left out.
     #[must_use]
     pub fn measure(&self) -> SoupMeasures {
         let place = |&vertex: &u32| {

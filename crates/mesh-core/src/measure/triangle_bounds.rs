@@ -1,10 +1,9 @@
-//! Where a triangle can meet others at all, told without exact arithmetic.
+//! Conservative bounds of a triangle that rule out most intersections without exact arithmetic.
 //!
-//! Triangles far from each other have boxes that do not meet. Round the tip of a cone that says nothing:
-//! all boxes meet there. But two triangles with one common vertex cross exactly when that sees
-//! both of them in the same direction, and seen from the tip of a cone each of its faces is a short arc.
-//! And the box round a face of a cone, which is as wide as the face is long, is passed by most others
-//! beside one of its edges.
+//! Bounding boxes separate triangles that are far apart. At the apex of a cone all boxes overlap. There, two
+//! triangles with one common vertex cross if and only if there is a direction from that vertex towards both;
+//! the directions to a face of a cone are a short arc, bounded by a [`DirectionBox`]. For other triangles near
+//! a cone, a plane along an edge of a face separates most of them from its box.
 
 use core::cell::OnceCell;
 
@@ -15,27 +14,27 @@ use crate::measure::crossing::Triangle;
 use crate::measure::direction_box::DirectionBox;
 use crate::topology::handle::VertexId;
 
-/// A triangle and what tells quickly that it does not meet another.
+/// A triangle with its bounding box and its direction boxes.
 #[derive(Clone, Debug)]
 pub struct TriangleBounds {
     /// The triangle.
     pub triangle: Triangle,
-    /// The box round it.
+    /// Its bounding box.
     pub bounds: BoundingBox,
-    /// As each of its corners sees it, once that was asked for.
+    /// Directions from each corner, computed on demand.
     directions: [OnceCell<DirectionBox>; 3],
 }
 
 impl TriangleBounds {
-    /// That of a triangle.
+    /// The bounds of a triangle.
     #[must_use]
     pub fn new(triangle: Triangle) -> Self {
         let bounds = BoundingBox::of_triangle(triangle.1);
         Self { triangle, bounds, directions: Default::default() }
     }
 
-    /// Whether two triangles may cross, as [`triangles_cross`](crate::triangles_cross) tells exactly.
-    /// Vertices of both must be at one place.
+    /// Whether two triangles may cross; `false` is certain, [`triangles_cross`](crate::triangles_cross) decides
+    /// exactly. A common vertex must have the same position in both.
     #[must_use]
     pub fn may_cross(&self, other: &Self) -> bool {
         let same = |i: usize| {
@@ -50,7 +49,7 @@ impl TriangleBounds {
         }
     }
 
-    /// The directions in which a corner sees the triangle; `None` when the vertex is none of its corners.
+    /// The directions from a corner to the triangle; `None` if the vertex is no corner.
     pub(crate) fn seen_from(&self, v: VertexId) -> Option<DirectionBox> {
         let corner = self.triangle.0.iter().position(|&corner| corner == v)?;
         Some(self.seen_from_corner(corner))
@@ -60,7 +59,8 @@ impl TriangleBounds {
         *self.directions[corner].get_or_init(|| DirectionBox::from_corner(self.triangle.1, corner))
     }
 
-    /// The interval of coordinates along x that it takes; or, seen from one of its vertices, of directions.
+    /// The interval of its x coordinates; or, with a corner of the triangle, of the x coordinates of directions
+    /// from it.
     #[must_use]
     pub fn along_x(&self, from: Option<VertexId>) -> [f64; 2] {
         match from.and_then(|v| self.seen_from(v)) {
@@ -74,14 +74,14 @@ impl TriangleBounds {
         if !self.bounds.meets(bounds) {
             return false;
         }
-        // In a large box there is no way past it.
+        // A box that contains the triangle's box cannot be beside it.
         let is_inside =
             |own: BoundingBox| bounds.min.cmple(own.min).all() && own.max.cmple(bounds.max).all();
         is_inside(self.bounds) || !self.passes_beside(bounds)
     }
 
-    /// Whether a plane through one of the edges, along one of the axes, has the triangle and a box on
-    /// different sides: one of the axes of separation of Gottschalk, Lin, Manocha 1996.
+    /// Whether a plane through an edge and parallel to an axis separates the triangle from a box: one of the
+    /// separating axes of Gottschalk, Lin, Manocha 1996.
     fn passes_beside(&self, bounds: BoundingBox) -> bool {
         let center = 0.5 * bounds.min + 0.5 * bounds.max;
         let half = 0.5 * bounds.max - 0.5 * bounds.min;
@@ -91,7 +91,7 @@ impl TriangleBounds {
         let [a, b, c] = corners;
         [[a, b, c], [b, c, a], [c, a, b]].into_iter().any(|[p, q, r]| {
             let side = q - p;
-            // The normals are those of the side in the planes x = 0, y = 0 and z = 0.
+            // Normals of the side's projections onto the planes x = 0, y = 0 and z = 0.
             let [x, y, z] = side.to_array();
             let normals = [DVec3::new(0.0, -z, y), DVec3::new(z, 0.0, -x), DVec3::new(-y, x, 0.0)];
             normals.into_iter().any(|normal| {

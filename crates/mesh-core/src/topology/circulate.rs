@@ -1,4 +1,4 @@
-//! Circulators: the elements round a vertex and along a boundary loop.
+//! Circulators: iterators round a vertex and along a boundary loop.
 
 use crate::topology::Topology;
 use crate::topology::handle::{EdgeId, FaceId, HalfEdgeId, VertexId};
@@ -48,8 +48,8 @@ impl Iterator for BoundaryLoop<'_> {
 impl Topology {
     /// The half-edges that start at the vertex, clockwise seen from outside.
     ///
-    /// At a boundary vertex the first one is the exterior half-edge, so that the faces between
-    /// consecutive half-edges come without a gap.
+    /// At a boundary vertex the first one is the exterior half-edge, so that consecutive half-edges share a
+    /// face.
     #[inline]
     #[must_use]
     pub fn outgoing(&self, vertex: VertexId) -> Outgoing<'_> {

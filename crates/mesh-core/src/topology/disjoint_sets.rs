@@ -1,19 +1,19 @@
 //! Disjoint sets of indices (union by smaller index, with path halving).
 
-/// A partition of `0..n`; at first every index is a set of its own.
+/// A partition of `0..n` that starts with sets of one index.
 #[derive(Clone, Debug, Default)]
 pub struct DisjointSets {
     parent: Vec<u32>,
 }
 
 impl DisjointSets {
-    /// So many sets of one index each.
+    /// A number of sets of one index each.
     #[must_use]
     pub fn new(count: usize) -> Self {
         Self { parent: (0..count as u32).collect() }
     }
 
-    /// Adds an index, a set of its own, and returns it.
+    /// Adds an index as a new set and returns it.
     pub fn push(&mut self) -> u32 {
         let index = self.parent.len() as u32;
         self.parent.push(index);
@@ -23,7 +23,7 @@ impl DisjointSets {
     /// The smallest index of the set that `index` is in.
     ///
     /// # Panics
-    /// There is no such index.
+    /// The index is out of range.
     pub fn find(&mut self, mut index: u32) -> u32 {
         while self.parent[index as usize] != index {
             let grandparent = self.parent[self.parent[index as usize] as usize];
@@ -33,19 +33,19 @@ impl DisjointSets {
         index
     }
 
-    /// Makes one set of the two that `a` and `b` are in.
+    /// Unites the sets of `a` and `b`.
     ///
     /// # Panics
-    /// One of the indices is not there.
+    /// An index is out of range.
     pub fn union(&mut self, a: u32, b: u32) {
         let (a, b) = (self.find(a), self.find(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }
 
-    /// How many different sets the given indices are in.
+    /// The number of distinct sets that contain the given indices.
     ///
     /// # Panics
-    /// One of the indices is not there.
+    /// An index is out of range.
     pub fn count_sets(&mut self, indices: impl Iterator<Item = u32>) -> usize {
         let mut is_counted = vec![false; self.parent.len()];
         indices

@@ -1,10 +1,10 @@
-//! What the edges of triangles connect: vertices, faces, and the corners at each vertex.
+//! Connectivity through edges of triangles that need not be manifold: components and fans.
 
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::pairing::next;
 
-/// Triangles that are connected edge by edge. Sides and corners are numbered alike: side i runs from corner i to
-/// the next one of its triangle, and both belong to triangle i / 3.
+/// Triangles that are connected edge by edge. Side i runs from corner i to the next corner of its triangle;
+/// both belong to triangle i / 3.
 #[derive(Clone, Debug)]
 pub struct EdgeConnectivity<'t> {
     triangles: &'t [[u32; 3]],
@@ -17,7 +17,7 @@ pub struct EdgeConnectivity<'t> {
 }
 
 impl<'t> EdgeConnectivity<'t> {
-    /// Triangles of which none is connected yet, with so many vertices.
+    /// Triangles over a number of vertices, not connected yet.
     #[must_use]
     pub fn new(vertices: usize, triangles: &'t [[u32; 3]]) -> Self {
         Self {
@@ -33,10 +33,10 @@ impl<'t> EdgeConnectivity<'t> {
         self.triangles[corner as usize / 3][corner as usize % 3]
     }
 
-    /// Connects what meets at an edge, all sides of which are given. Returns its ends.
+    /// Connects vertices, faces and corners that meet at an edge, given by all its sides. Returns its ends.
     ///
     /// # Panics
-    /// There are none, or one is not there.
+    /// No side is given, or one is out of range.
     pub fn connect(&mut self, mut sides: impl Iterator<Item = u32>) -> [u32; 2] {
         #[expect(clippy::expect_used, reason = "documented panic")]
         let first = sides.next().expect("an edge with a side");
@@ -53,7 +53,7 @@ impl<'t> EdgeConnectivity<'t> {
         [from, to]
     }
 
-    /// The number of fans at each vertex: 0 where no face is, 1 where the faces hang together.
+    /// The number of fans at each vertex: 0 without faces, 1 where all faces are connected through edges at it.
     #[must_use]
     pub fn fans(&mut self, vertices: usize) -> Vec<u32> {
         let mut fans = vec![0_u32; vertices];

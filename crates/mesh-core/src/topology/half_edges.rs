@@ -1,4 +1,4 @@
-//! The half-edge structure: which vertices, edges and faces meet, and nothing about where they are.
+//! The half-edge structure: connectivity without positions.
 //!
 //! # Layout
 //!
@@ -46,8 +46,7 @@ pub struct Topology {
     pub(crate) revision: Revision,
 }
 
-/// What is stored of a half-edge: together, since whoever turns round a vertex or a face needs all
-/// of it, and next to that of its twin.
+/// The data of a half-edge. Kept together and next to its twin, since circulating needs all of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HalfEdge {
     /// The next half-edge round the face or boundary loop; `REMOVED` for removed edges.
@@ -181,8 +180,8 @@ impl Topology {
 
     /// The previous half-edge round the same face, or round the same boundary loop.
     ///
-    /// Two steps inside a face; on the boundary it turns round the origin, which takes as many
-    /// steps as that vertex has edges.
+    /// Two steps inside a face. On the boundary it circulates round the origin: as many steps as that vertex
+    /// has edges.
     #[must_use]
     pub fn previous(&self, half_edge: HalfEdgeId) -> HalfEdgeId {
         if self.is_exterior(half_edge) {
@@ -328,18 +327,18 @@ impl Topology {
         self.outgoing(vertex).count()
     }
 
-    /// The half-edge from one vertex to another, if an edge joins them. Takes as many steps as the
-    /// end with fewer edges has, give or take a few.
+    /// The half-edge from one vertex to another, if an edge joins them. Time: proportional to the valence of
+    /// the end with fewer edges.
     #[must_use]
     pub fn find_half_edge(&self, from: VertexId, to: VertexId) -> Option<HalfEdgeId> {
-        /// Most vertices have fewer edges than that.
+        /// More than the valence of most vertices.
         const FEW: usize = 16;
         let mut leaving = self.outgoing(from);
         let near = leaving.by_ref().take(FEW).find(|&h| self.target(h) == to);
         if near.is_some() {
             return near;
         }
-        // The rest in step with the half-edges of the other end.
+        // The rest alternates with the half-edges of the other end.
         let mut entering = self.outgoing(to);
         loop {
             let h = leaving.next()?;
@@ -364,10 +363,9 @@ impl Topology {
         })
     }
 
-    /// The triangles in an order that depends on nothing but themselves: each begins with its
-    /// smallest vertex, and they are sorted.
+    /// The triangles in canonical order: each starts at its smallest vertex, and they are sorted.
     ///
-    /// Two meshes over the same vertices are the same oriented surface exactly if these agree.
+    /// Two meshes over the same vertices are the same oriented surface if and only if these lists are equal.
     #[must_use]
     pub fn canonical_triangles(&self) -> Vec<[u32; 3]> {
         let smallest_first = |[a, b, c]: [u32; 3]| {

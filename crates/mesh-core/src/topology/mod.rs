@@ -1,9 +1,9 @@
 //! Connectivity: which vertices, edges and faces meet, and nothing about where they are.
 //!
-//! [`Topology`] is the half-edge structure. The other files navigate it ([`circulate`]), check it
-//! ([`validate`]), build it from index triples ([`pairing`]) and count what it is made of ([`components`]).
-//! [`EdgeConnectivity`](edge_connectivity::EdgeConnectivity) does the last for triangles that need not be a
-//! manifold.
+//! [`Topology`] is the half-edge structure. The other modules build it from index triples ([`pairing`]),
+//! navigate it ([`circulate`]), check it ([`validate`]), and count components and handles ([`components`]).
+//! [`EdgeConnectivity`](edge_connectivity::EdgeConnectivity) counts components and fans of triangles that need
+//! not be manifold.
 
 pub mod circulate;
 pub mod components;

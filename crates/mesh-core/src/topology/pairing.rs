@@ -1,16 +1,16 @@
 //! From index triples to a half-edge structure: pairing the sides of the triangles.
 //!
-//! Sides are bucketed by their smaller vertex with a counting sort, and paired inside each bucket. Buckets do
-//! not wait for each other, so blocks of them are paired on all cores; edges keep the order of the buckets.
+//! A counting sort groups the sides by their smaller vertex; sides are paired inside each group. Groups are
+//! independent, so blocks of them are paired in parallel. Edges keep the order of the groups.
 
 use crate::parallel;
 use crate::topology::half_edges::{HalfEdge, Topology};
 use crate::topology::handle::{FaceId, HalfEdgeId, Handle, VertexId};
 use crate::topology::revision::Revision;
 
-/// Why triangles do not form a half-edge mesh; the first offence that was met.
+/// Why triangles do not form a half-edge mesh: the first defect found.
 ///
-/// [`crate::build()`] takes the same input, lists every offence, and can repair it.
+/// [`crate::build()`] takes the same input, lists all defects of a kind, and can repair them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TopologyError {
@@ -18,7 +18,7 @@ pub enum TopologyError {
     #[error("the mesh has more vertices or half-edges than 32-bit indices can address")]
     TooLarge,
     /// A corner refers to a vertex that is not there.
-    #[error("face {face} refers to vertex {vertex}, but there are {vertex_count} vertices")]
+    #[error("face {face} refers to vertex {vertex}, but there are only {vertex_count} vertices")]
     IndexOutOfRange {
         /// The face.
         face: u32,
@@ -28,7 +28,7 @@ pub enum TopologyError {
         vertex_count: usize,
     },
     /// A face uses a vertex twice.
-    #[error("face {face} uses vertex {vertex} more than once")]
+    #[error("face {face} is degenerate: it uses vertex {vertex} twice")]
     RepeatedVertex {
         /// The face.
         face: u32,
@@ -36,7 +36,7 @@ pub enum TopologyError {
         vertex: u32,
     },
     /// An edge belongs to more than two faces.
-    #[error("the edge between vertices {} and {} belongs to {faces} faces", vertices[0], vertices[1])]
+    #[error("edge {}-{} is non-manifold: {faces} faces share it", vertices[0], vertices[1])]
     NonManifoldEdge {
         /// The ends of the edge, smaller index first.
         vertices: [u32; 2],
@@ -45,7 +45,7 @@ pub enum TopologyError {
     },
     /// Two faces run along their common edge in the same direction.
     #[error(
-        "faces {} and {} run along the edge between vertices {} and {} in the same direction",
+        "faces {} and {} have opposite orientations: both traverse edge {}-{} in the same direction",
         faces[0], faces[1], vertices[0], vertices[1]
     )]
     InconsistentOrientation {
@@ -55,7 +55,7 @@ pub enum TopologyError {
         faces: [u32; 2],
     },
     /// The faces at a vertex form more than one fan.
-    #[error("the faces at vertex {vertex} form more than one fan")]
+    #[error("vertex {vertex} is non-manifold: surfaces touch only at this point")]
     PinchedVertex {
         /// The vertex.
         vertex: u32,
@@ -71,11 +71,11 @@ impl Topology {
     ///
     /// Vertex and face handles keep the given indices, and each face starts at its first corner.
     /// Edges are numbered by their smaller vertex; half-edge `2e` runs from the smaller vertex to
-    /// the larger. Takes linear time, but for vertices of very many edges, where it is k log k for k of them.
+    /// the larger one. Time: linear, plus k log k at a vertex with a large number k of edges.
     ///
     /// # Errors
-    /// A [`TopologyError`] that names the first offence. Use [`crate::build()`] for polygons, for a
-    /// full list of offences, and for repairs.
+    /// A [`TopologyError`] that names the first defect. Use [`crate::build()`] for polygons, for a
+    /// list of all defects, and for repairs.
     pub fn from_triangles(
         vertex_count: usize,
         triangles: &[[u32; 3]],
@@ -176,7 +176,7 @@ pub(crate) fn side_ends(triangles: &[[u32; 3]], side: u32) -> [u32; 2] {
 /// back; [`EMPTY`] where there is none.
 type EdgeSides = [u32; 2];
 
-/// The edges of triangles by their sides: those of each smaller vertex as its sides meet them.
+/// The edges of triangles as pairs of sides, ordered by smaller vertex and then by the first side.
 fn pair_sides(
     vertex_count: usize,
     triangles: &[[u32; 3]],
@@ -200,8 +200,7 @@ fn pair_sides(
     Ok(blocks.concat())
 }
 
-/// Appends the edges from a vertex to larger ones, in the order in which the sides of its bucket meet them.
-/// `ends` is for use in here.
+/// Appends the edges from a vertex to larger ones, in order of their first side. `ends` is scratch memory.
 fn pair_bucket(
     triangles: &[[u32; 3]],
     smaller: u32,
@@ -209,11 +208,11 @@ fn pair_bucket(
     ends: &mut Vec<u32>,
     edges: &mut Vec<EdgeSides>,
 ) -> Result<(), TopologyError> {
-    /// So many sides or fewer are compared with each other.
+    /// Up to this number of sides, all pairs are compared.
     const FEW: usize = 32;
     let first = edges.len();
     ends.clear();
-    // Of many sides: the edge to each of the larger ends, which are then sorted.
+    // With more sides, their larger ends are sorted.
     let mut edge_to = Vec::new();
     if bucket.len() > FEW {
         ends.extend(bucket.iter().map(|&side| larger_end(triangles, side)));
@@ -282,7 +281,7 @@ pub(crate) fn bucket_by_smaller_vertex(
     (starts, bucketed)
 }
 
-/// Tells an edge of three or more faces from two faces that disagree about their orientation.
+/// The error for an edge of three or more faces, or of two faces with opposite orientations.
 fn conflict(
     triangles: &[[u32; 3]],
     bucket: &[u32],
@@ -297,7 +296,7 @@ fn conflict(
     }
 }
 
-/// The arrays with everything set but what the boundary and the vertices need.
+/// The arrays without boundary loops and without the half-edges of vertices.
 fn link_faces(vertex_count: usize, triangles: &[[u32; 3]], edges: &[EdgeSides]) -> Topology {
     let (corners, sides) = (triangles.as_flattened(), edges.as_flattened());
     let mut half_edge = vec![HalfEdgeId::REMOVED; corners.len()];

@@ -1,4 +1,4 @@
-//! Which state of which mesh a check was made on.
+//! Ties the token of a check to one mesh in one state.
 //!
 //! A token of a check must not be applied to another mesh, nor to the same mesh after an edit. So
 //! every mesh has a number of its own and counts its edits, and a token remembers both.

@@ -148,8 +148,8 @@ impl Topology {
             if on_boundary[v.index()] && !self.is_exterior(h) {
                 return Err(BrokenInvariant::VertexHalfEdgeNotExterior(v));
             }
-            // Turning is a permutation of the half-edges at the vertex, so it cannot run on for
-            // ever, and it misses some exactly when there is another fan.
+            // Circulating permutes the half-edges at the vertex, so it ends; it misses some if and only if
+            // there is another fan.
             if self.outgoing(v).count() != valence[v.index()] {
                 return Err(BrokenInvariant::PinchedVertex(v));
             }
