@@ -92,7 +92,10 @@ pub(crate) struct RepairOptions {
     /// Of faces with the same vertices, keep the first
     #[arg(long)]
     pub(crate) drop_duplicates: bool,
-    /// Reverse faces until neighbours agree on what is outside
+    /// Reverse faces until neighbours agree and components face outward
+    ///
+    /// Closed components are decided by their volume; nested shells alternate between solid and cavity. Open ones are
+    /// decided by the side that is visible from outside; sheets for which neither decides stay as they are.
     #[arg(long)]
     pub(crate) reorient: bool,
     /// Cut the surface apart along edges of more than two faces and at pinched vertices

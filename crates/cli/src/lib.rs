@@ -28,6 +28,7 @@ mod streaming;
 mod task;
 mod text;
 mod view;
+mod watertight;
 
 use std::ffi::OsString;
 

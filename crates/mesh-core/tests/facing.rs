@@ -160,7 +160,13 @@ fn many_components_are_decided() {
 }
 
 /// A tree of nested shells: per shell its depth. Children lie in disjoint balls inside the ball of their parent.
-fn nest(soup: &mut PolygonSoup, random: &mut SplitMix64, center: DVec3, size: f64, depth: u32) -> Vec<u32> {
+fn nest(
+    soup: &mut PolygonSoup,
+    random: &mut SplitMix64,
+    center: DVec3,
+    size: f64,
+    depth: u32,
+) -> Vec<u32> {
     let shape = match random.bits() % 3 {
         0 => sphere(),
         1 => polyhedra::cube(),

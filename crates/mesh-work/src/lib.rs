@@ -10,6 +10,7 @@ mod loaded;
 mod normals;
 mod patches;
 mod policy;
+mod printing;
 mod quantity;
 mod seams;
 mod subdivide;

@@ -51,6 +51,8 @@ struct Results {
     closed: bool,
     manifold: bool,
     oriented: bool,
+    /// Components that are inside out, vertices at equal positions joined; null where it is not known.
+    inside_out: Option<usize>,
     non_manifold_edges: usize,
     non_manifold_vertices: usize,
     inconsistent_edges: usize,
@@ -148,6 +150,7 @@ fn results(measures: &SoupMeasures, found: &Diagnosis) -> Results {
         closed: found.is_closed(),
         manifold: found.is_manifold(),
         oriented: found.is_oriented(),
+        inside_out: found.inside_out,
         non_manifold_edges: found.non_manifold_edges,
         non_manifold_vertices: found.non_manifold_vertices,
         inconsistent_edges: found.inconsistent_edges,
@@ -215,11 +218,12 @@ impl fmt::Display for Report<Results> {
 
 impl Results {
     /// Counts of what repairs can cure, and the repair.
-    fn defects(&self) -> [(usize, &'static str); 9] {
+    fn defects(&self) -> [(usize, &'static str); 10] {
         [
             (self.non_manifold_edges, "edges of more than two faces (--cut-non-manifold)"),
             (self.non_manifold_vertices, "pinched vertices (--cut-non-manifold)"),
-            (self.inconsistent_edges, "edges whose faces disagree on what is outside (--reorient)"),
+            (self.inconsistent_edges, "edges whose faces have opposite orientations (--reorient)"),
+            (self.inside_out.unwrap_or(0), "inside-out components (--reorient)"),
             (self.duplicate_faces, "duplicate faces (--drop-duplicates)"),
             (self.repeated_vertex_faces, "faces that use a vertex twice (--drop-degenerate)"),
             (self.zero_area_faces, "faces of zero area"),

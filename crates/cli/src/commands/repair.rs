@@ -1,27 +1,32 @@
 //! `curvmesh repair`: from anything that can be read to an oriented 2-manifold of triangles.
 
 use std::fmt;
+use std::path::PathBuf;
 
-use clap::Arg;
+use clap::{Arg, ValueEnum};
 use mesh_core::build::{BuildReport, Repair as Repairs};
 use mesh_core::fill::{FillOptions, FillReport};
+use mesh_work::Loaded;
 use serde::Serialize;
 
-use crate::args::REPAIRS;
+use crate::args::{REPAIRS, is_standard};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Seconds, assemble};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Task};
+use crate::watertight::{Written, holes_of};
 
 /// Make an oriented manifold of triangles out of anything that can be read
 ///
-/// All repairs are made unless some are named; then those alone are, with --weld for how vertices are
-/// merged. What was done is reported. Coordinates that are not finite have no repair.
+/// All repairs are made unless some are named; then only those are made, and --weld says how vertices are
+/// merged. All repairs are reported. Non-finite coordinates cannot be repaired. The written file is read again
+/// and judged: whether it is watertight, and why holes are open.
 ///
 ///     curvmesh repair parts.stl -o whole.obj
 ///     curvmesh repair scan.ply -o closed.ply --weld 0.001% --fill-holes 100
+///     curvmesh repair figure.obj -o figure.stl --for printing
 ///     curvmesh repair broken/ -o whole/
 #[derive(Debug, clap::Args)]
 #[command(
@@ -32,10 +37,34 @@ use crate::task::{Done, Task};
 pub(crate) struct Repair {
     #[command(flatten)]
     job: Job,
-    /// Then fill holes: those of at most so many edges, or `all`, the outline of an open surface
-    /// included. Nothing looks whether the new faces cross others
+    /// Then fill holes of up to this number of edges, or `all`, including the outline of an open surface. New
+    /// faces may cross others
     #[arg(long, value_name = "EDGES|all", value_parser = parse_holes, help_heading = "Holes")]
     fill_holes: Option<FillOptions>,
+    /// What the result is for. `printing`: drop debris, fill all holes, turn components outward, and separate
+    /// parts that touch by a millionth of the size, so that STL readers do not join them
+    #[arg(long = "for", value_enum, value_name = "PURPOSE")]
+    purpose: Option<Purpose>,
+    /// With `--for printing`: drop components whose diagonal is below this share of the diagonal of the model
+    #[arg(long, value_name = "SHARE", default_value = "1%", value_parser = parse_share, requires = "purpose")]
+    debris: f64,
+}
+
+/// Uses of a repaired mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Purpose {
+    Printing,
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    let (digits, unit) = match text.strip_suffix('%') {
+        Some(digits) => (digits, 100.0),
+        None => (text, 1.0),
+    };
+    let share = digits.parse::<f64>().ok().map(|share| share / unit);
+    share
+        .filter(|share| (0.0..1.0).contains(share))
+        .ok_or_else(|| "expected a share from 0 to below 1, like 0.01 or 1%".to_owned())
 }
 
 /// Here all repairs are made unless some are named.
@@ -73,6 +102,24 @@ struct Results {
     zero_area_faces: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     holes: Option<Holes>,
+    /// Components that were inside out and were turned as a whole.
+    turned_components: usize,
+    /// Components whose outside cannot be told; they stay as they are.
+    undecided_components: usize,
+    /// With `--for printing`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    printing: Option<Printing>,
+    /// Absent on standard output, which cannot be read again.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    written: Option<Written>,
+}
+
+/// Changes for printing.
+#[derive(Serialize)]
+struct Printing {
+    dropped_components: usize,
+    turned_components: usize,
+    separated_vertices: usize,
 }
 
 /// What became of the holes.
@@ -116,19 +163,43 @@ fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure
         let loaded = assemble(&task.input, model, &repairs, false, console)?;
         loading.check_left(&task.input, loaded)
     })?;
-    let holes = options
-        .fill_holes
-        .as_ref()
-        .map(|holes| Seconds::time(&mut seconds.compute, || loaded.fill_holes(holes)))
-        .map(|report| Holes::from(&report));
+    let (filled, printing) = Seconds::time(&mut seconds.compute, || finish(options, &mut loaded))?;
     let found = &loaded.report;
     let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     task.save(&model, &options.job.save, &mut seconds, console)?;
-    let [vertices_out, faces_out] = loaded.counts();
-    let results = Results::new(found, [vertices_out, faces_out], holes);
+    let judge = |path: &PathBuf| {
+        let open = holes_of(&loaded, filled.as_ref());
+        Written::judge(path, options.job.save.format_of(path), open)
+    };
+    let output = task.output.as_ref().filter(|path| !is_standard(path));
+    let written = Seconds::time(&mut seconds.load, || output.map(judge).transpose())?;
+    let holes = filled.as_ref().map(Holes::from);
+    let results = Results { printing, written, ..Results::new(found, loaded.counts(), holes) };
     let report = task.report(console, [found.vertices_in, found.faces_in], results, seconds);
-    let brief = report.results.to_string();
-    report.done(console, format!("{}: {brief}", report.subject()), brief)
+    let mut brief = report.results.to_string();
+    let mut text = format!("{}: {brief}", report.subject());
+    if let Some(written) = &report.results.written {
+        brief.push_str(if written.watertight { ", watertight" } else { ", not watertight" });
+        text.push_str(&written.to_string());
+    }
+    report.done(console, text, brief)
+}
+
+/// Fills holes and prepares for printing, as far as that is asked for.
+fn finish(
+    options: &Repair,
+    loaded: &mut Loaded,
+) -> Result<(Option<FillReport>, Option<Printing>), Failure> {
+    let Some(Purpose::Printing) = options.purpose else {
+        return Ok((options.fill_holes.as_ref().map(|holes| loaded.fill_holes(holes)), None));
+    };
+    let dropped_components = loaded.drop_debris(options.debris).map_err(Failure::refused)?;
+    let holes = options.fill_holes.unwrap_or_default();
+    let filled = loaded.fill_holes(&holes);
+    let turned_components = loaded.turn_outward().map_err(Failure::refused)?;
+    let separated_vertices = loaded.separate_touching();
+    let printing = Printing { dropped_components, turned_components, separated_vertices };
+    Ok((Some(filled), Some(printing)))
 }
 
 impl Results {
@@ -152,6 +223,10 @@ impl Results {
             dropped_vertices: found.dropped_vertices.count(),
             zero_area_faces: found.zero_area_faces.count(),
             holes,
+            turned_components: found.turned_components.count(),
+            undecided_components: found.undecided_components,
+            printing: None,
+            written: None,
         }
     }
 }
@@ -160,7 +235,7 @@ impl fmt::Display for Results {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} vertices, {} faces", self.vertices_out, self.faces_out)?;
         if self.unchanged && self.holes.is_none() {
-            return f.write_str(", nothing to repair");
+            f.write_str(", nothing to repair")?;
         }
         let counts = [
             (self.welded_vertices, "vertices merged"),
@@ -169,6 +244,7 @@ impl fmt::Display for Results {
                 "faces dropped",
             ),
             (self.reversed_faces, "faces reversed"),
+            (self.turned_components, "components turned outward"),
             (self.cut_edges, "edges cut"),
             (self.dropped_vertices, "vertices dropped"),
         ];
@@ -179,6 +255,18 @@ impl fmt::Display for Results {
             write!(f, ", {filled} holes filled")?;
             if *left > 0 {
                 write!(f, ", {left} left")?;
+            }
+        }
+        if let Some(Printing { dropped_components, turned_components, separated_vertices }) =
+            &self.printing
+        {
+            let counts = [
+                (*dropped_components, "components of debris dropped"),
+                (*turned_components, "filled components turned outward"),
+                (*separated_vertices, "touching vertices moved apart"),
+            ];
+            for (count, what) in counts.into_iter().filter(|&(count, _)| count > 0) {
+                write!(f, ", {count} {what}")?;
             }
         }
         Ok(())

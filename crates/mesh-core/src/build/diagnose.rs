@@ -9,7 +9,6 @@ use crate::build::{
 };
 use crate::topology::disjoint_sets::DisjointSets;
 use crate::topology::edge_connectivity::EdgeConnectivity;
-use crate::topology::handle::Handle;
 
 /// Counts of the parts and defects of a polygon soup, as it is: nothing welded, nothing repaired.
 ///

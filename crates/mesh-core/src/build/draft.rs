@@ -14,7 +14,7 @@ use crate::build::triangulate::{Triangulation, Triangulator};
 use crate::measure::facing::Facing;
 use crate::mesh::{MeshError, TriMesh};
 use crate::topology::Topology;
-use crate::topology::handle::{FaceId, HalfEdgeId, Handle};
+use crate::topology::handle::{FaceId, HalfEdgeId};
 
 /// A mesh built from a polygon soup.
 #[derive(Clone, Debug)]

@@ -124,8 +124,8 @@ impl<'m> Containment<'m> {
         if turn == 0 || side(b, c, at) != turn || side(c, a, at) != turn {
             return 0;
         }
-        let [p, q, r, s] = [corners[0], corners[1], corners[2], point]
-            .map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
+        let [p, q, r, s] =
+            [corners[0], corners[1], corners[2], point].map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
         // Positive where the point is behind the face.
         let behind = orient3d(p, q, r, s);
         let is_ahead = if turn > 0 { behind > 0.0 } else { behind < 0.0 };

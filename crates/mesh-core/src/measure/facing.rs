@@ -20,7 +20,7 @@ use glam::DVec3;
 use crate::measure::bounding_box::BoundingBox;
 use crate::measure::containment::{Containment, Location};
 use crate::measure::face_tree::FaceTree;
-use crate::measure::visibility::{VisibleArea, Visibility};
+use crate::measure::visibility::{Visibility, VisibleArea};
 use crate::mesh::TriMesh;
 use crate::parallel;
 use crate::topology::handle::FaceId;

@@ -87,8 +87,7 @@ impl<'m> Visibility<'m> {
             let leave = low.max(high).min_element();
             leave >= 0.0 && enter <= leave + self.least
         };
-        let is_hit =
-            |f: FaceId| f != from && self.is_hit(self.mesh.triangle(f), point, direction);
+        let is_hit = |f: FaceId| f != from && self.is_hit(self.mesh.triangle(f), point, direction);
         self.tree.find_where(self.mesh, may_hit, is_hit).is_none()
     }
 

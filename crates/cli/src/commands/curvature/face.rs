@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::colormap::opaque;
 use crate::commands::curvature::options::Curvature;
+use crate::commands::curvature::orientation::load;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Seconds;
@@ -38,6 +39,9 @@ struct Results {
     /// Number of faces with unknown curvature: no area, no section that leaves the face, or closed
     /// sections.
     faces_without_curvature: usize,
+    /// Components that are inside out; unknown for a mesh that does not fit into memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inside_out: Option<usize>,
     quantity: String,
     range: [f64; 2],
 }
@@ -45,7 +49,7 @@ struct Results {
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let quantity = options.quantity;
     let mut seconds = Seconds::default();
-    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let (loaded, inside_out) = load(options, task, &mut seconds, console)?;
     let radius = options.estimate.radius;
     let radius = radius
         .map(|r| r.on(&loaded.mesh, options.job.loading.relative))
@@ -66,7 +70,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         task.save(&model, &options.job.save, &mut seconds, console)?;
         console.message(options.colors.explain(&scale));
     }
-    let results = results(options, &loaded, &values, &scale);
+    let results =
+        Results { inside_out: Some(inside_out), ..results(options, &loaded, &values, &scale) };
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
         let model = colored(quantity, true, &loaded, &values, &scale)?;
@@ -183,6 +188,7 @@ fn results(options: &Curvature, loaded: &Loaded, values: &FaceValues, scale: &Sc
         truncated_faces: values.count(|disc| disc.truncated),
         wrapped_faces: values.closed_count(),
         faces_without_curvature: topology.face_count() - values.count(|_| true),
+        inside_out: None,
         quantity: options.quantity.to_string(),
         range: [scale.low, scale.high],
     }

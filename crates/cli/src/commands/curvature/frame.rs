@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::colormap::opaque;
 use crate::commands::curvature::options::{Curvature, EstimatorName, Shown};
+use crate::commands::curvature::orientation::load;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Seconds;
@@ -34,6 +35,9 @@ struct Results {
     #[serde(skip_serializing_if = "Option::is_none")]
     rings: Option<usize>,
     vertices_without_curvature: usize,
+    /// Components that are inside out; unknown for a mesh that does not fit into memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inside_out: Option<usize>,
     quantity: String,
     range: [f64; 2],
 }
@@ -41,7 +45,7 @@ struct Results {
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let quantity = options.quantity;
     let mut seconds = Seconds::default();
-    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let (loaded, inside_out) = load(options, task, &mut seconds, console)?;
     let radius = options.estimate.radius;
     let radius = radius
         .map(|r| r.on(&loaded.mesh, options.job.loading.relative))
@@ -81,6 +85,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
             .vertices()
             .filter(|&v| values.of_vertex[v].is_none())
             .count(),
+        inside_out: Some(inside_out),
         quantity: quantity.to_string(),
         range: [scale.low, scale.high],
     };

@@ -3,6 +3,7 @@
 mod face;
 mod frame;
 mod options;
+mod orientation;
 mod passing;
 mod vertex;
 

@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::colormap::opaque;
 use crate::commands::curvature::options::Curvature;
+use crate::commands::curvature::orientation::load;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Seconds;
@@ -24,13 +25,16 @@ pub(super) struct Results {
     norm_l2_squared: f64,
     clamped_vertices: usize,
     boundary_vertices: usize,
+    /// Components that are inside out; unknown for a mesh that does not fit into memory.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    inside_out: Option<usize>,
     quantity: String,
     range: [f64; 2],
 }
 
 pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result<Done, Failure> {
     let mut seconds = Seconds::default();
-    let loaded = task.load(&options.job.loading, &mut seconds, console)?;
+    let (loaded, inside_out) = load(options, task, &mut seconds, console)?;
     let values =
         Seconds::time(&mut seconds.compute, || VertexValues::of(&loaded.mesh, options.area.into()));
     let shown = values.of_quantity(options.quantity);
@@ -50,6 +54,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     }
     let results =
         Results::new(options.quantity, values.integrals(), &values.curvatures.totals(), &scale);
+    let results = Results { inside_out: Some(inside_out), ..results };
     let report = task.report(console, counts, results, seconds);
     if let Some(page) = page {
         options.look.write(page, &report, console)?;
@@ -123,6 +128,7 @@ impl Results {
             norm_l2_squared: totals.norm_l2_squared,
             clamped_vertices: totals.clamped,
             boundary_vertices: totals.boundary,
+            inside_out: None,
             quantity: quantity.to_string(),
             range: [scale.low, scale.high],
         }

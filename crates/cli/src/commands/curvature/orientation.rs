@@ -1,0 +1,31 @@
+//! Loads a mesh and warns of components that are inside out: mean curvature has the wrong sign there.
+
+use mesh_core::measure::Facing;
+use mesh_work::Loaded;
+
+use crate::commands::curvature::options::Curvature;
+use crate::console::Console;
+use crate::failure::Failure;
+use crate::load::Seconds;
+use crate::task::Task;
+use crate::text::printable;
+
+/// The mesh and its number of components that are inside out.
+pub(super) fn load(
+    options: &Curvature,
+    task: &Task,
+    seconds: &mut Seconds,
+    console: &Console,
+) -> Result<(Loaded, usize), Failure> {
+    let loaded = task.load(&options.job.loading, seconds, console)?;
+    let facings = Seconds::time(&mut seconds.compute, || loaded.mesh.facings());
+    let count = facings.count(Facing::InsideOut);
+    if count > 0 {
+        let all = facings.of_component.len();
+        console.message(format_args!(
+            "{}: warning: {count} of {all} components are inside out, so H, k1 and k2 have the wrong sign there; `--reorient` turns them outward",
+            printable(task.input.display())
+        ));
+    }
+    Ok((loaded, count))
+}

@@ -1,0 +1,114 @@
+//! Preparing a mesh for 3D printing: debris dropped, components facing outward, touching parts separated.
+
+use std::collections::HashMap;
+
+use mesh_core::measure::Facing;
+use mesh_core::{FaceId, Handle, MeshError, TriMesh, VertexId};
+
+use crate::loaded::Loaded;
+
+/// Parts that touch are moved apart by this share of the diagonal of the bounding box, or a little more where single
+/// precision is coarser.
+const SEPARATION: f64 = 1e-6;
+
+impl Loaded {
+    /// Drops connected components whose bounding box has a diagonal below `share` of the diagonal of the whole mesh.
+    /// Returns the number of dropped components.
+    ///
+    /// # Errors
+    /// A position is not finite.
+    pub fn drop_debris(&mut self, share: f64) -> Result<usize, MeshError> {
+        let Some(whole) = self.mesh.bounding_box() else { return Ok(0) };
+        let parts = self.mesh.split_components()?;
+        let is_debris = |mesh: &TriMesh| {
+            mesh.bounding_box().is_some_and(|part| part.diagonal() < share * whole.diagonal())
+        };
+        let dropped: Vec<_> = parts.iter().filter(|part| is_debris(&part.mesh)).collect();
+        if dropped.is_empty() {
+            return Ok(0);
+        }
+        let mut is_kept = vec![true; self.mesh.topology().face_capacity()];
+        for part in &dropped {
+            part.face_source.iter().for_each(|face| is_kept[face.index()] = false);
+        }
+        self.rebuild(|face| is_kept[face.index()], |_| false)?;
+        Ok(dropped.len())
+    }
+
+    /// Turns components that are inside out, as [`Repair::reorient`](mesh_core::Repair::reorient) does. Returns their number.
+    ///
+    /// # Errors
+    /// A position is not finite.
+    pub fn turn_outward(&mut self) -> Result<usize, MeshError> {
+        let facings = self.mesh.facings();
+        let count = facings.count(Facing::InsideOut);
+        if count > 0 {
+            let mut is_turned = vec![false; self.mesh.topology().face_capacity()];
+            facings.inside_out().flatten().for_each(|face| is_turned[face.index()] = true);
+            self.rebuild(|_| true, |face| is_turned[face.index()])?;
+        }
+        Ok(count)
+    }
+
+    /// The mesh of some faces, some of them reversed.
+    fn rebuild(
+        &mut self,
+        is_kept: impl Fn(FaceId) -> bool,
+        is_reversed: impl Fn(FaceId) -> bool,
+    ) -> Result<(), MeshError> {
+        let topology = self.mesh.topology();
+        let turn = |face: FaceId, [a, b, c]: [u32; 3]| match is_reversed(face) {
+            true => [a, c, b],
+            false => [a, b, c],
+        };
+        let mut triangles = Vec::new();
+        let (mut face_source, mut corner_source) = (Vec::new(), Vec::new());
+        let mut is_used = vec![false; topology.vertex_capacity()];
+        for face in topology.faces().filter(|&face| is_kept(face)) {
+            let vertices = topology.face_vertices(face);
+            vertices.iter().for_each(|v| is_used[v.index()] = true);
+            triangles.push(turn(face, vertices.map(VertexId::get)));
+            face_source.push(self.provenance.face_source[face.index()]);
+            corner_source.push(turn(face, self.provenance.corner_source[face.index()]));
+        }
+        let mut new_index = vec![0; is_used.len()];
+        let (mut positions, mut vertex_source) = (Vec::new(), Vec::new());
+        for v in topology.vertices().filter(|v| is_used[v.index()]) {
+            new_index[v.index()] = positions.len() as u32;
+            positions.push(self.mesh.position(v));
+            vertex_source.push(self.provenance.vertex_source[v.index()]);
+        }
+        triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new_index[*v as usize]);
+        self.mesh = TriMesh::from_triangles(&positions, &triangles)?;
+        self.provenance.vertex_source = vertex_source;
+        self.provenance.face_source = face_source;
+        self.provenance.corner_source = corner_source;
+        Ok(())
+    }
+
+    /// Moves vertices at one position apart, each a little against its normal. Where parts touch, readers that join
+    /// vertices by position, as those of STL do, would otherwise join the parts at edges of four faces. Positions
+    /// count as equal if they are in single precision. Returns the number of moved vertices.
+    pub fn separate_touching(&mut self) -> usize {
+        let Some(bounds) = self.mesh.bounding_box() else { return 0 };
+        let largest = bounds.min.abs().max(bounds.max.abs()).max_element();
+        let step = (SEPARATION * bounds.diagonal()).max(8.0 * f64::from(f32::EPSILON) * largest);
+        // Adding zero turns -0.0 into 0.0.
+        let key =
+            |v: VertexId| self.mesh.position(v).to_array().map(|x| (x as f32 + 0.0).to_bits());
+        let mut count_at: HashMap<[u32; 3], usize> = HashMap::new();
+        for v in self.mesh.topology().vertices() {
+            *count_at.entry(key(v)).or_default() += 1;
+        }
+        let touching: Vec<VertexId> =
+            self.mesh.topology().vertices().filter(|&v| count_at[&key(v)] > 1).collect();
+        let moved: Vec<_> = touching
+            .iter()
+            .map(|&v| self.mesh.position(v) - step * self.mesh.vertex_normal(v))
+            .collect();
+        for (&v, position) in touching.iter().zip(moved) {
+            self.mesh.positions_mut()[v.index()] = position;
+        }
+        touching.len()
+    }
+}
