@@ -8,7 +8,7 @@ use mesh_core::{TriMesh, VertexMap, parallel};
 
 use crate::bvh::Nearest;
 use crate::sampling::{AreaSampler, first_beyond, running_totals};
-use crate::surface::Surface;
+use crate::surface::{Surface, unit_factor};
 
 /// How to sample; see [`compare`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,9 +95,29 @@ impl Comparison {
 /// For a surface without area, the mean is taken over its vertices and edge points.
 #[must_use]
 pub fn compare(a: &Surface, b: &Surface, options: &CompareOptions) -> Comparison {
-    Comparison {
-        forward: one_sided(a, b, options, &|| false),
-        backward: one_sided(b, a, options, &|| false),
+    let unstopped = compare_until(a, b, options, &|| false);
+    unstopped.unwrap_or(Comparison { forward: OneSided::UNKNOWN, backward: OneSided::UNKNOWN })
+}
+
+impl OneSided {
+    const UNKNOWN: Self = Self {
+        mean: f64::NAN,
+        rms: f64::NAN,
+        max: f64::NAN,
+        worst: Worst { from: DVec3::NAN, to: DVec3::NAN },
+        samples: 0,
+    };
+
+    /// The distances between surfaces that were scaled by `factor`, for the original surfaces.
+    fn unscaled(self, factor: f64) -> Self {
+        let Worst { from, to } = self.worst;
+        Self {
+            mean: self.mean / factor,
+            rms: self.rms / factor,
+            max: self.max / factor,
+            worst: Worst { from: from / factor, to: to / factor },
+            ..self
+        }
     }
 }
 
@@ -110,6 +130,13 @@ pub fn compare_until(
     options: &CompareOptions,
     stops: &(dyn Fn() -> bool + Sync),
 ) -> Option<Comparison> {
+    if let Some(factor) = unit_factor(a, b)
+        && let (Some(a), Some(b)) = (a.scaled(factor), b.scaled(factor))
+    {
+        let Comparison { forward, backward } = compare_until(&a, &b, options, stops)?;
+        let [forward, backward] = [forward, backward].map(|side| side.unscaled(factor));
+        return Some(Comparison { forward, backward });
+    }
     let forward = one_sided(a, b, options, stops);
     if stops() {
         return None;

@@ -29,9 +29,10 @@ use glam::DVec3;
 use mesh_core::parallel;
 
 use crate::bvh::Nearest;
+use crate::compare::OneSided;
 use crate::distance_bounds::{Rounding, upper_bound};
 use crate::polygon_clipping::{Polygon, Prism, doubled_area};
-use crate::surface::Surface;
+use crate::surface::{Surface, unit_factor};
 
 /// Tolerance and limits of [`hausdorff_bounds`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,7 +60,14 @@ impl CertifyOptions {
     /// Pieces with an upper bound up to this need not be divided.
     fn bar(&self, lower: f64, slack: f64) -> f64 {
         // Twice the slack, so that adding it cannot round above the limit.
-        (lower + self.tolerance).max(self.limit.map_or(0.0, |limit| limit - 2.0 * slack))
+        // No division helps below the rounding errors.
+        (lower + self.tolerance.max(slack)).max(self.limit.map_or(0.0, |limit| limit - 2.0 * slack))
+    }
+
+    /// The options for surfaces that were scaled by `factor`.
+    fn scaled(&self, factor: f64) -> Self {
+        let limit = self.limit.map(|limit| limit * factor);
+        Self { tolerance: self.tolerance * factor, limit, ..*self }
     }
 
     /// Largest number of pieces of a surface to process.
@@ -90,6 +98,22 @@ impl CertifiedBounds {
         let at = Lower::nothing(from).at;
         Self { lower: 0.0, upper: f64::INFINITY, at, converged: false, pieces: 0 }
     }
+
+    /// Raises the lower bound by the farthest sample of `from`, as far as its distance to `to` can be certified.
+    /// A sampled maximum alone is rounded and proves nothing.
+    #[must_use]
+    pub fn raised_by(self, sample: &OneSided, from: &Surface, to: &Surface) -> Self {
+        let at = sample.worst.from;
+        let slack = Rounding::between(from.bounding_box(), to.bounding_box()).after(1);
+        let lower = (to.bvh().lower_bound(at, sample.max) - slack).min(self.upper);
+        if lower > self.lower { Self { lower, at, ..self } } else { self }
+    }
+
+    /// The bounds of surfaces that were scaled by `factor`, for the original surfaces.
+    fn unscaled(self, factor: f64) -> Self {
+        let Self { lower, upper, at, .. } = self;
+        Self { lower: lower / factor, upper: upper / factor, at: at / factor, ..self }
+    }
 }
 
 /// Bounds of the Hausdorff distance of two surfaces: the larger of the two one-sided distances.
@@ -108,6 +132,21 @@ pub fn hausdorff_bounds(a: &Surface, b: &Surface, options: &CertifyOptions) -> C
 /// pieces.
 #[must_use]
 pub fn hausdorff_bounds_until(
+    a: &Surface,
+    b: &Surface,
+    options: &CertifyOptions,
+    stops: &mut dyn FnMut() -> bool,
+) -> Option<CertifiedBounds> {
+    let Some(factor) = unit_factor(a, b) else { return bounds_in_range(a, b, options, stops) };
+    let (Some(a), Some(b)) = (a.scaled(factor), b.scaled(factor)) else {
+        return Some(CertifiedBounds::unknown(a));
+    };
+    let bounds = bounds_in_range(&a, &b, &options.scaled(factor), stops)?;
+    Some(bounds.unscaled(factor))
+}
+
+/// [`hausdorff_bounds_until`] for coordinates whose fourth powers neither overflow nor underflow.
+fn bounds_in_range(
     a: &Surface,
     b: &Surface,
     options: &CertifyOptions,
@@ -134,6 +173,18 @@ pub fn hausdorff_bounds_until(
 /// The bounds include rounding errors, see [`hausdorff_bounds`].
 #[must_use]
 pub fn one_sided_bounds(from: &Surface, to: &Surface, options: &CertifyOptions) -> CertifiedBounds {
+    let Some(factor) = unit_factor(from, to) else {
+        return one_sided_in_range(from, to, options);
+    };
+    match (from.scaled(factor), to.scaled(factor)) {
+        (Some(from), Some(to)) => {
+            one_sided_in_range(&from, &to, &options.scaled(factor)).unscaled(factor)
+        }
+        _ => CertifiedBounds::unknown(from),
+    }
+}
+
+fn one_sided_in_range(from: &Surface, to: &Surface, options: &CertifyOptions) -> CertifiedBounds {
     let stops = &mut || false;
     let start = Lower::nothing(from);
     let known = corners(from, to, stops);

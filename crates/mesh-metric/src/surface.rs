@@ -306,6 +306,12 @@ impl Surface {
         self.bvh.nearest_to_each(points)
     }
 
+    /// The surface with all positions multiplied by a number; `None` if a position overflows.
+    pub(crate) fn scaled(&self, factor: f64) -> Option<Self> {
+        let positions = self.positions.iter().map(|&p| p * factor).collect();
+        Self::build(positions, self.triangles.clone(), self.faces.clone()).ok()
+    }
+
     pub(crate) fn bvh(&self) -> &Bvh {
         &self.bvh
     }
@@ -320,6 +326,21 @@ impl Surface {
             triangle,
         }
     }
+}
+
+/// Largest binary exponent of coordinates that is left alone: products of four lengths must not overflow.
+const LARGEST_EXPONENT: f64 = 200.0;
+
+/// The power of two that brings two surfaces to a size near 1; `None` if no product of lengths overflows or underflows.
+/// The factor changes no digit of a coordinate, so results are as exact as for other sizes.
+pub(crate) fn unit_factor(a: &Surface, b: &Surface) -> Option<f64> {
+    let largest = |s: &Surface| {
+        let BoundingBox { min, max } = s.bounding_box;
+        min.abs().max(max.abs()).max_element()
+    };
+    let exponent = largest(a).max(largest(b)).log2().floor();
+    let is_far = exponent.is_finite() && exponent.abs() > LARGEST_EXPONENT;
+    is_far.then(|| (-exponent).clamp(-1000.0, 1000.0).exp2())
 }
 
 /// The faces of a mesh with gaps; empty without gaps.

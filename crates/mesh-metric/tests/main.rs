@@ -2,4 +2,5 @@
 
 mod distances;
 mod proofs;
+mod scales;
 mod serde;

@@ -1,7 +1,7 @@
 //! `curvmesh.distance`.
 
 use mesh_metric::{
-    CertifyOptions, CompareOptions, OneSided, compare_until, hausdorff_bounds_until,
+    CertifiedBounds, CertifyOptions, CompareOptions, OneSided, compare_until, hausdorff_bounds_until,
 };
 use mesh_work::{diagonal, surface};
 use numpy::IntoPyArray;
@@ -43,7 +43,11 @@ pub(crate) fn distance<'py>(
             let bounds = hausdorff_bounds_until(&a, &b, &options, &mut || stops());
             bounds.ok_or_else(Ended::interrupted)
         };
-        let bounds = exact.map(prove).transpose()?;
+        // A sample can give a larger lower bound.
+        let raise = |proved: CertifiedBounds| {
+            proved.raised_by(&found.forward, &a, &b).raised_by(&found.backward, &b, &a)
+        };
+        let bounds = exact.map(prove).transpose()?.map(raise);
         Ok((found, bounds, size))
     })?;
     let told = PyDict::new(py);
@@ -53,11 +57,7 @@ pub(crate) fn distance<'py>(
     told.set_item("rms", found.rms())?;
     told.set_item("max", found.hausdorff())?;
     told.set_item("diagonal", size)?;
-    let bounds = bounds.map(|proved| {
-        // A sample is a lower bound too, and may be the larger one.
-        let lower = proved.lower.max(found.hausdorff().min(proved.upper));
-        (lower, proved.upper, proved.converged)
-    });
+    let bounds = bounds.map(|proved| (proved.lower, proved.upper, proved.converged));
     told.set_item("bounds", bounds)?;
     Ok(told)
 }

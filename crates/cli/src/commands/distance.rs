@@ -43,7 +43,7 @@ pub(crate) struct Distance {
     #[arg(value_name = "B")]
     second: PathBuf,
     /// Samples in each direction, uniform by area
-    #[arg(long, value_name = "N", default_value_t = 1_000_000)]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = parse_samples)]
     samples: usize,
     /// Also prove bounds of the Hausdorff distance, at most this far apart; shares are of the diagonal
     /// of A
@@ -98,6 +98,14 @@ impl From<&OneSided> for Direction {
     }
 }
 
+/// Samples are made block by block, but each takes time.
+const MOST_SAMPLES: usize = 10_000_000_000;
+
+fn parse_samples(text: &str) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|&count: &usize| count <= MOST_SAMPLES);
+    count.ok_or_else(|| format!("expected a number of samples from 0 to {MOST_SAMPLES}"))
+}
+
 #[derive(Serialize)]
 struct Bounds {
     lower: f64,
@@ -106,10 +114,10 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// A sample is a lower bound too, and may be the larger one.
-    fn new(proved: &CertifiedBounds, sampled: f64) -> Self {
-        let lower = proved.lower.max(sampled.min(proved.upper));
-        Self { lower, upper: proved.upper, converged: proved.converged }
+    /// A sample can give a larger lower bound.
+    fn new(proved: CertifiedBounds, found: &Comparison, [a, b]: [&Surface; 2]) -> Self {
+        let proved = proved.raised_by(&found.forward, a, b).raised_by(&found.backward, b, a);
+        Self { lower: proved.lower, upper: proved.upper, converged: proved.converged }
     }
 }
 
@@ -238,7 +246,7 @@ fn measure(
     let found: Comparison = compare(a, b, &options.sampling());
     let certified = exact.map(|tolerance| {
         let certify = CertifyOptions { tolerance, ..CertifyOptions::default() };
-        Bounds::new(&hausdorff_bounds(a, b, &certify), found.hausdorff())
+        Bounds::new(hausdorff_bounds(a, b, &certify), &found, [a, b])
     });
     let counts = [other.soup.vertex_count(), other.soup.face_count()];
     Results::new(options, &found, counts, a.bounding_box().diagonal(), certified)

@@ -1,0 +1,80 @@
+//! Distances of very small and very large meshes, and of a mesh and itself.
+#![allow(clippy::unwrap_used)]
+
+use glam::DVec3;
+use mesh_metric::{
+    CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds, one_sided_bounds,
+};
+use mesh_shapes::Sphere;
+
+fn sphere(level: u32, place: impl Fn(DVec3) -> DVec3) -> Surface {
+    let soup = Sphere { radius: 1.0 }.icosphere(level).unwrap();
+    let positions: Vec<DVec3> = soup.positions().iter().map(|&p| place(p)).collect();
+    let triangles: Vec<[u32; 3]> = soup.faces().map(|f| f.try_into().unwrap()).collect();
+    Surface::from_triangles(&positions, &triangles).unwrap()
+}
+
+const SAMPLES: CompareOptions =
+    CompareOptions { samples: 2000, vertices: true, edges: true, seed: 1 };
+
+/// Bounds and samples of scaled surfaces are those of the originals, scaled: the bits are the same beyond the range
+/// where surfaces are brought to unit size, and the bounds hold everywhere.
+#[test]
+fn distances_scale_with_the_surfaces() {
+    let options = |scale: f64| CertifyOptions { tolerance: 1e-4 * scale, ..Default::default() };
+    let measure = |scale: f64| {
+        let [a, b] = [2, 3].map(|level| sphere(level, |p| p * scale));
+        let found = compare(&a, &b, &SAMPLES);
+        let bounds = hausdorff_bounds(&a, &b, &options(scale));
+        let one = one_sided_bounds(&b, &a, &options(scale));
+        assert!(bounds.converged && one.converged, "{scale:e}");
+        [found.mean(), found.rms(), found.hausdorff(), bounds.lower, bounds.upper, one.upper]
+            .map(|length| length / scale)
+    };
+    let unit = measure(1.0);
+    for exponent in [-990, -700, -400, -300, -150, -10, 10, 150, 300, 400, 700, 990] {
+        let scaled = measure(f64::from(exponent).exp2());
+        for (unit, scaled) in unit.iter().zip(scaled) {
+            assert!((scaled / unit - 1.0).abs() < 1e-9, "2^{exponent}: {scaled} {unit}");
+        }
+        if exponent.abs() > 200 {
+            assert_eq!(scaled, measure(f64::from(exponent.signum() * 300).exp2()), "2^{exponent}");
+        }
+    }
+}
+
+/// The lower bound of the distance of a surface to itself is 0, also with the farthest sample.
+#[test]
+fn a_surface_is_at_distance_zero_from_itself() {
+    for (scale, shift) in [(1.0, 0.0), (1e-3, 1e3), (1e90, 0.0), (1e-90, 0.0), (0.3, 1e7)] {
+        let a = sphere(3, |p| p * scale + DVec3::splat(shift));
+        let found = compare(&a, &a, &SAMPLES);
+        let options = CertifyOptions { tolerance: 1e-6 * scale, ..Default::default() };
+        let bounds = hausdorff_bounds(&a, &a, &options);
+        let raised = bounds.raised_by(&found.forward, &a, &a).raised_by(&found.backward, &a, &a);
+        assert_eq!((bounds.lower, raised.lower), (0.0, 0.0), "{scale:e} {shift:e}");
+        assert!(raised.upper <= 1e-5 * scale.max(1e-9 * shift), "{}", raised.upper);
+    }
+}
+
+/// A sample raises the lower bound where the search has stopped early.
+#[test]
+fn samples_raise_the_lower_bound() {
+    let (a, b) = (sphere(2, |p| p), sphere(2, |p| 1.5 * p));
+    let found = compare(&a, &b, &SAMPLES);
+    let coarse = CertifyOptions { tolerance: 10.0, ..Default::default() };
+    let bounds = hausdorff_bounds(&a, &b, &coarse);
+    let raised = bounds.raised_by(&found.forward, &a, &b).raised_by(&found.backward, &b, &a);
+    assert!(raised.lower >= bounds.lower && raised.lower <= raised.upper);
+    assert!(raised.lower > found.hausdorff() * (1.0 - 1e-12) && raised.lower < found.hausdorff());
+}
+
+/// Far from the origin, where coordinates are coarser than the tolerance, the search ends at once.
+#[test]
+fn a_tolerance_below_the_rounding_ends_the_search() {
+    let a = sphere(2, |p| p + DVec3::splat(1e15));
+    let b = sphere(3, |p| p + DVec3::splat(1e15));
+    let bounds = hausdorff_bounds(&a, &b, &CertifyOptions::default());
+    assert!(bounds.converged && bounds.pieces < 100_000, "{} pieces", bounds.pieces);
+    assert!(bounds.lower <= bounds.upper && bounds.upper < 20.0);
+}
