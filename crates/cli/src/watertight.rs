@@ -4,8 +4,9 @@ use std::collections::HashMap;
 use std::fmt;
 use std::path::Path;
 
+use mesh_core::build::weld_exact;
 use mesh_core::fill::FillReport;
-use mesh_core::{HalfEdgeId, Handle, PolygonSoup, VertexId, build::weld_exact, diagnose};
+use mesh_core::{HalfEdgeId, PolygonSoup, VertexId, diagnose};
 use mesh_io::{Format, ReadOptions};
 use mesh_work::{Loaded, splits_vertices};
 use serde::Serialize;

@@ -8,7 +8,7 @@ use crate::common::{code, json, write};
 use glam::DVec3;
 use mesh_core::PolygonSoup;
 use mesh_io::{Model, WriteOptions};
-use mesh_shapes::{Torus, polyhedra};
+use mesh_shapes::{Sphere, Torus, polyhedra};
 
 fn text(path: &Path) -> &str {
     path.to_str().unwrap()
@@ -203,4 +203,97 @@ fn completions_and_manual_pages_name_every_command() {
     assert!(script.contains("--keep-partial") && pages.join("curvmesh.1").is_file());
     let flip = std::fs::read_to_string(pages.join("curvmesh-flip.1")).unwrap();
     assert!(flip.contains("look") && flip.contains("json"), "{flip}");
+}
+
+/// The faces of a soup the other way round.
+fn inverted(soup: &PolygonSoup) -> PolygonSoup {
+    let mut result = PolygonSoup::new();
+    soup.positions().iter().for_each(|&p| result.push_vertex(p));
+    for face in soup.faces() {
+        result.push_face(&face.iter().rev().copied().collect::<Vec<_>>()).unwrap();
+    }
+    result
+}
+
+#[test]
+fn inside_out_meshes_are_reported_and_turned() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| text(&folder.path().join(name)).to_owned();
+    let sphere = Sphere { radius: 1.0 }.icosphere(2).unwrap();
+    write(inverted(&sphere), path("in.stl").as_ref());
+    let found = json(&["info", &path("in.stl"), "--weld", "exact"]);
+    assert_eq!(found["inside_out"], 1);
+    assert!(found["volume"].as_f64().unwrap() < -3.5);
+    let output = common::curvmesh(&["curvature", &path("in.stl"), "--weld", "exact"]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("inside out"));
+    let measured = json(&["curvature", &path("in.stl"), "--weld", "exact"]);
+    assert_eq!(measured["inside_out"], 1);
+
+    let repaired = json(&["repair", &path("in.stl"), "-o", &path("out.stl")]);
+    assert_eq!(
+        (&repaired["turned_components"], &repaired["reversed_faces"]),
+        (&1.into(), &320.into())
+    );
+    assert_eq!(repaired["written"]["watertight"], true);
+    json(&["convert", &path("in.stl"), "-o", &path("out.ply"), "--weld", "exact", "--reorient"]);
+    for output in ["out.stl", "out.ply"] {
+        let found = json(&["info", &path(output), "--weld", "exact"]);
+        assert_eq!(found["inside_out"], 0, "{output}");
+        assert!(found["volume"].as_f64().unwrap() > 3.5, "{output}");
+    }
+}
+
+/// The file is judged as it was written, and open holes have a reason.
+#[test]
+fn repair_judges_the_file_that_it_wrote() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| text(&folder.path().join(name)).to_owned();
+    let cube = polyhedra::cube();
+    let mut open = PolygonSoup::new();
+    cube.positions().iter().for_each(|&p| open.push_vertex(p));
+    cube.faces().skip(1).for_each(|face| open.push_face(face).unwrap());
+    write(open, path("open.obj").as_ref());
+    let report = json(&["repair", &path("open.obj"), "-o", &path("o.stl")]);
+    let written = &report["written"];
+    assert_eq!((&written["watertight"], &written["boundary_loops"]), (&false.into(), &1.into()));
+    assert!(written["holes"][0]["why"].as_str().unwrap().contains("--fill-holes"), "{written}");
+    let report = json(&["repair", &path("open.obj"), "-o", &path("o.stl"), "--fill-holes", "2"]);
+    let why = report["written"]["holes"][0]["why"].as_str().unwrap().to_owned();
+    assert!(why.contains("more than 2"), "{why}");
+    let (status, message) =
+        code(&["repair", &path("open.obj"), "-o", &path("o.stl"), "--fill-holes", "all"]);
+    assert_eq!(status, 0, "{message}");
+}
+
+/// Two cubes that touch along an edge, debris and a hole: one command makes a file that slicers take.
+#[test]
+fn repair_for_printing_gives_a_watertight_stl() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| text(&folder.path().join(name)).to_owned();
+    let mut soup = PolygonSoup::new();
+    let mut add = |center: [f64; 3], size: f64, faces: usize| {
+        let first = soup.vertex_count() as u32;
+        let cube = inverted(&polyhedra::cube());
+        for &p in cube.positions() {
+            soup.push_vertex(p * size + DVec3::from(center));
+        }
+        for face in cube.faces().take(faces) {
+            soup.push_face(&face.iter().map(|&v| v + first).collect::<Vec<_>>()).unwrap();
+        }
+    };
+    add([0.0; 3], 1.0, 11);
+    add([2.0, 2.0, 0.0], 1.0, 12);
+    add([9.0, 0.0, 0.0], 1e-3, 12);
+    write(soup, path("in.obj").as_ref());
+    let plain = json(&["repair", &path("in.obj"), "-o", &path("plain.stl"), "--fill-holes", "all"]);
+    // STL joins the cubes at their common edge.
+    assert_eq!(plain["written"]["watertight"], false);
+    assert_eq!(plain["written"]["non_manifold_edges"], 1);
+    let report = json(&["repair", &path("in.obj"), "-o", &path("out.stl"), "--for", "printing"]);
+    assert_eq!(report["written"]["watertight"], true, "{report}");
+    assert_eq!(report["printing"]["dropped_components"], 1);
+    assert_eq!(report["printing"]["separated_vertices"], 4);
+    let found = json(&["info", &path("out.stl"), "--weld", "exact"]);
+    assert_eq!((&found["inside_out"], &found["edge_components"]), (&0.into(), &2.into()));
+    assert!((found["volume"].as_f64().unwrap() - 16.0).abs() < 1e-3);
 }

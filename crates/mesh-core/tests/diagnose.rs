@@ -81,6 +81,8 @@ fn slivers_are_low_but_not_flat() {
 #[test]
 fn nothing_is_neither_closed_nor_broken() {
     let d = diagnosis(&[], &[]);
-    assert_eq!(d, Diagnosis::default());
+    let mut nothing = Diagnosis::default();
+    nothing.inside_out = Some(0);
+    assert_eq!(d, nothing);
     assert!(!d.is_closed() && d.is_manifold() && d.is_oriented());
 }

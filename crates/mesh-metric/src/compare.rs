@@ -86,7 +86,15 @@ impl Comparison {
     /// The root of the average of the two mean squares.
     #[must_use]
     pub fn rms(&self) -> f64 {
-        (0.5 * (self.forward.rms.powi(2) + self.backward.rms.powi(2))).sqrt()
+        let of = |f: f64, b: f64| (0.5 * (f.powi(2) + b.powi(2))).sqrt();
+        let (forward, backward) = (self.forward.rms, self.backward.rms);
+        let largest = forward.max(backward);
+        // Squares of such lengths overflow or vanish.
+        let is_extreme = largest > 1e140 || (largest > 0.0 && largest < 1e-140);
+        match is_extreme && largest.is_finite() {
+            true => largest * of(forward / largest, backward / largest),
+            false => of(forward, backward),
+        }
     }
 }
 

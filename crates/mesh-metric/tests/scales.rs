@@ -32,7 +32,7 @@ fn distances_scale_with_the_surfaces() {
             .map(|length| length / scale)
     };
     let unit = measure(1.0);
-    for exponent in [-990, -700, -400, -300, -150, -10, 10, 150, 300, 400, 700, 990] {
+    for exponent in [-990_i32, -700, -400, -300, -150, -10, 10, 150, 300, 400, 700, 990] {
         let scaled = measure(f64::from(exponent).exp2());
         for (unit, scaled) in unit.iter().zip(scaled) {
             assert!((scaled / unit - 1.0).abs() < 1e-9, "2^{exponent}: {scaled} {unit}");

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use mesh_core::measure::Facing;
-use mesh_core::{FaceId, Handle, MeshError, TriMesh, VertexId};
+use mesh_core::{FaceId, MeshError, TriMesh, VertexId};
 
 use crate::loaded::Loaded;
 

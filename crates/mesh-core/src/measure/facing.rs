@@ -243,7 +243,8 @@ impl Parts {
         let samples = MOST_SAMPLES.min(ALL_SAMPLES / order.len().max(1)).max(16);
         order.truncate(ALL_SAMPLES / samples);
         let areas = parallel::collect_each(order.len(), |place| {
-            visibility.of_faces(&self.faces[order[place]], samples)
+            let faces = &self.faces[order[place]];
+            visibility.of_faces(faces, samples.min(16 * faces.len()))
         });
         let mut all = vec![VisibleArea::default(); self.sizes.len()];
         order.into_iter().zip(areas).for_each(|(i, area)| all[i] = area);
