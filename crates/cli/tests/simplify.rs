@@ -195,7 +195,8 @@ fn proved_bounds_hold_the_largest_sample() {
     let (lower, upper) =
         (number(&report["hausdorff"]["lower"]), number(&report["hausdorff"]["upper"]));
     let max = number(&report["max"]);
-    assert!(max <= lower && lower <= upper && upper - lower <= 1e-4, "{report}");
+    // A sample is rounded, so it raises the lower bound only as far as it is certified.
+    assert!(max <= lower + 1e-12 && lower <= upper && upper - lower <= 1e-4, "{report}");
     assert!(max > lower - 1e-3, "{report}");
 }
 

@@ -36,6 +36,9 @@ fn what_passes_by_is_what_it_is_in_memory() {
     };
     let [a, b] = [area(&mut whole), area(&mut little)];
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-11 * a), "{a:?} {b:?}");
+    // Which side is out takes the whole mesh: it is unknown where the mesh passes by.
+    let inside_out = [&mut whole, &mut little].map(|report| report["inside_out"].take());
+    assert_eq!(inside_out, [0.into(), serde_json::Value::Null]);
     assert_eq!(whole, little);
 
     for (from, to) in
