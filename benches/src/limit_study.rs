@@ -1,7 +1,7 @@
 //! `cargo run --release -p benches -- limit-study`: how far simplified meshes are from the best possible ones.
 //!
 //! For smooth surfaces the least distance that n triangles can have is known to first order; see
-//! [`bound`]. Fine meshes of surfaces with known distances are simplified by the presets, and by other
+//! `bound`. Fine meshes of surfaces with known distances are simplified by the presets, and by other
 //! programs where they are given, and what they leave is measured against the surface itself.
 
 mod bound;

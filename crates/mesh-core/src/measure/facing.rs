@@ -5,11 +5,11 @@
 //! 1. **Closed components** by their signed volume and by containment. The volume is positive for a component
 //!    that is in no other closed component and for one at an even depth of nesting; it is negative at an odd depth,
 //!    where the component is the surface of a cavity. A component is in another one when all its vertices are inside
-//!    it or on it and at least one is inside. Containment is exact ([`containment`](crate::measure::containment)).
+//!    it or on it and at least one is inside. Containment is exact (`containment`).
 //! 2. **Nearly closed components**, whose volume has the same sign for every apex in the bounding box over which their
 //!    holes are closed: as closed ones, but they contain nothing.
 //! 3. **Open components** by visibility from far outside: the side whose visible area is larger by a tenth is
-//!    the front ([`visibility`](crate::measure::visibility)).
+//!    the front (`visibility`).
 //! 4. **Undecided** are components without volume, flat sheets, and what is hidden inside others.
 //!
 //! Time: O(n log n) with one ray per component and one location per vertex of a nested component. Components whose

@@ -2,7 +2,7 @@
 //!
 //! Bounding boxes separate triangles that are far apart. At the apex of a cone all boxes overlap. There, two
 //! triangles with one common vertex cross if and only if there is a direction from that vertex towards both;
-//! the directions to a face of a cone are a short arc, bounded by a [`DirectionBox`]. For other triangles near
+//! the directions to a face of a cone are a short arc, bounded by a `DirectionBox`. For other triangles near
 //! a cone, a plane along an edge of a face separates most of them from its box.
 
 use core::cell::OnceCell;
