@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use ::simplify::{
-    BestEndpoint, Collapse, Cost, CurvatureFactor, EdgePatch, RefineOptions, Constraint, Memoryless, Options,
-    Placement, Policies, Policy, Quadric, Reach, Rejection, Scratch, CostModifier,
+    BestEndpoint, Collapse, Constraint, Cost, CostModifier, CurvatureFactor, EdgePatch, Memoryless,
+    Options, Placement, Policies, Policy, Quadric, Reach, RefineOptions, Rejection, Scratch,
 };
 use mesh_core::glam::DVec3;
 use mesh_core::{EdgeId, EdgeMap, HalfEdgeId, Remap, TriMesh, VertexId, VertexMap};

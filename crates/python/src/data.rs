@@ -221,11 +221,7 @@ fn set_numbers(
 }
 
 /// The numbers of an array, in its own type.
-fn numbers_of(
-    name: &str,
-    array: &Bound<'_, PyAny>,
-    count: usize,
-) -> Result<ScalarValues, Refused> {
+fn numbers_of(name: &str, array: &Bound<'_, PyAny>, count: usize) -> Result<ScalarValues, Refused> {
     macro_rules! try_type {
         ($($number:ty),*) => {
             $(

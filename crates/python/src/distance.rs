@@ -1,7 +1,8 @@
 //! `curvmesh.distance`.
 
 use mesh_metric::{
-    CertifiedBounds, CertifyOptions, CompareOptions, OneSided, compare_until, hausdorff_bounds_until,
+    CertifiedBounds, CertifyOptions, CompareOptions, OneSided, compare_until,
+    hausdorff_bounds_until,
 };
 use mesh_work::{diagonal, surface};
 use numpy::IntoPyArray;

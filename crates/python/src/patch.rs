@@ -94,13 +94,14 @@ pub(crate) fn patch(
                 let defaults = CoverOptions::new(tolerance);
                 let size = SizeOptions { overhang, ..defaults.size };
                 let options = CoverOptions { size, shapes, method, ..defaults };
-                let candidates = CoverCandidates::find_with_progress(&estimator, &options, &mut |now| {
-                    let fraction = now.settled as f64 / now.faces.max(1) as f64;
-                    let steps = now.settled as u64;
-                    let flow: ControlFlow<()> =
-                        watch.tell(State { phase: "fit", fraction, steps, ..State::default() });
-                    flow
-                });
+                let candidates =
+                    CoverCandidates::find_with_progress(&estimator, &options, &mut |now| {
+                        let fraction = now.settled as f64 / now.faces.max(1) as f64;
+                        let steps = now.settled as u64;
+                        let flow: ControlFlow<()> =
+                            watch.tell(State { phase: "fit", fraction, steps, ..State::default() });
+                        flow
+                    });
                 (candidates.map_err(Failure::from)?.choose(method), 0.5 * tolerance)
             }
         };

@@ -2,8 +2,8 @@
 
 use mesh_core::glam::DVec3;
 use mesh_render::{
-    ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style, View,
-    render as draw, sheet,
+    ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style,
+    View, render as draw, sheet,
 };
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -142,7 +142,8 @@ pub(crate) fn render<'py>(
             Some((true, values)) => Painting::of_vertex_values(source.provenance, values, scale),
             Some((false, values)) => Painting::of_face_values(source.provenance, values, scale),
             None if style.plain => Painting::Plain,
-            None => Painting::of_content(source.model, source.provenance, |_| None).map_err(Failure::from)?,
+            None => Painting::of_content(source.model, source.provenance, |_| None)
+                .map_err(Failure::from)?,
         };
         let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
         let from = |toward, up| -> Result<Picture, Ended> {

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use ::simplify::{
-    CollapseLog, FitNorm, Target, LogEntry, Options, Phase, PlacementRule, Preset, Progress,
-    Simplified, simplify_observed, simplify_with,
+    CollapseLog, FitNorm, LogEntry, Options, Phase, PlacementRule, Preset, Progress, Simplified,
+    Target, simplify_observed, simplify_with,
 };
 use mesh_work::{AttributeRules, Attributes, Choices};
 use numpy::IntoPyArray;
