@@ -197,9 +197,12 @@ impl Model {
         }
     }
 
-    /// Whether every attribute is as long as what it describes and refers to what is there, whatever
-    /// the faces are.
-    fn check_attributes(&self) -> Result<(), ModelError> {
+    /// Whether every attribute has one entry per element and every index of a group, material or image
+    /// is in range. Faces are not checked.
+    ///
+    /// # Errors
+    /// The first contradiction found.
+    pub fn check_attributes(&self) -> Result<(), ModelError> {
         let (vertices, faces, corners) =
             (self.soup.vertex_count(), self.soup.face_count(), self.soup.corners().len());
         same_length("vertex_normals", self.vertex_normals.as_deref(), "vertices", vertices)?;

@@ -1,16 +1,17 @@
-//! What a mesh of Python holds: the content of a file or of arrays, and the half-edge mesh that is
-//! built from it when it is needed first.
+//! A mesh of Python: the content of a file or of arrays, and the half-edge mesh, which is built at its
+//! first use.
 
+use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use mesh_core::build::{BuildError, Built, Provenance, Repair, Weld, build, weld_exact};
-use mesh_core::{Topology, TriMesh};
+use mesh_core::{PolygonSoup, Topology, TriMesh};
 use mesh_io::Model;
 use mesh_work::Source;
 
 use crate::failure::Failure;
 
-/// Shared by all that use it, and never changed.
+/// The content of a mesh, shared by its users and never changed.
 pub(crate) struct Content {
     pub(crate) model: Model,
     /// Whether vertices that a format splits are one vertex of the mesh.
@@ -31,6 +32,16 @@ impl Content {
         Self { model, joins, built: Arc::default() }
     }
 
+    /// The polygons, with vertices at equal positions merged where they are one vertex of the surface.
+    pub(crate) fn joined(&self) -> Cow<'_, PolygonSoup> {
+        let soup = &self.model.soup;
+        if self.joins {
+            Cow::Owned(soup.merged(&weld_exact(soup.positions())))
+        } else {
+            Cow::Borrowed(soup)
+        }
+    }
+
     /// The same faces and vertices with other data.
     pub(crate) fn with_model(&self, model: Model) -> Self {
         Self { model, joins: self.joins, built: Arc::clone(&self.built) }
@@ -42,7 +53,7 @@ impl Content {
         built.as_ref().map_err(|error| error.clone().into())
     }
 
-    /// What the functions of `mesh-work` take.
+    /// The content as the functions of `mesh-work` take it.
     pub(crate) fn source(&self) -> Result<Source<'_>, Failure> {
         let whole = self.whole()?;
         Ok(Source { model: &self.model, mesh: &whole.mesh, provenance: &whole.provenance })
@@ -89,7 +100,18 @@ impl Content {
 }
 
 impl Whole {
-    /// Values of the vertices of the mesh for those of the content.
+    /// Values of surface points at the vertices of the content; `none` at vertices without a face.
+    pub(crate) fn of_surface<T: Copy>(&self, mut values: Vec<T>, none: T) -> Vec<T> {
+        let topology = self.mesh.topology();
+        for (vertex, value) in topology.vertices().zip(&mut values) {
+            if topology.outgoing(vertex).next().is_none() {
+                *value = none;
+            }
+        }
+        self.of_vertices(values, none)
+    }
+
+    /// Values of the vertices of the mesh at the vertices of the content.
     pub(crate) fn of_vertices<T: Copy>(&self, values: Vec<T>, none: T) -> Vec<T> {
         match &self.vertex_of {
             None => values,

@@ -6,7 +6,7 @@ use mesh_core::glam::DVec3;
 use mesh_work::{
     FaceValues, FrameValue, FrameValues, Integrals, Quantity, VertexValues, disc_quantity,
 };
-use numpy::IntoPyArray;
+use numpy::{IntoPyArray, PyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -98,7 +98,7 @@ pub(crate) fn principal_directions<'py>(
     py: Python<'py>,
     call: &Call,
     mesh: &MeshData,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> PyResult<Bound<'py, PyArray3<f64>>> {
     let content = mesh.content();
     let rows = run(py, call, move |_| {
         let whole = content.whole()?;
@@ -107,19 +107,19 @@ pub(crate) fn principal_directions<'py>(
             Some(frame) => [frame.direction_max, frame.direction_min].map(|d| d.to_array()),
             None => NO_AXES,
         };
-        Ok(whole.of_vertices(found.as_slice().iter().map(axes).collect(), NO_AXES))
+        Ok(whole.of_surface(found.as_slice().iter().map(axes).collect(), NO_AXES))
     })?;
-    Ok(frames(py, rows)?.into_any())
+    frames(py, rows)
 }
 
 const NO_AXES: [[f64; 3]; 2] = [[f64::NAN; 3]; 2];
 
 fn of_vertices(whole: &Whole, values: &VertexValues) -> Columns {
     let numbers = |of: &(dyn Fn(&VertexCurvature) -> f64 + Sync)| {
-        whole.of_vertices(values.curvatures.map(of).into_vec(), f64::NAN)
+        whole.of_surface(values.curvatures.map(of).into_vec(), f64::NAN)
     };
     let pointwise = Quantity::ALL.iter().map(|&quantity| {
-        (key(quantity), whole.of_vertices(values.of_quantity(quantity).into_vec(), f64::NAN))
+        (key(quantity), whole.of_surface(values.of_quantity(quantity).into_vec(), f64::NAN))
     });
     let mut columns = Columns { integrals: values.integrals(), ..Columns::default() };
     columns.numbers = pointwise.collect();
@@ -131,13 +131,13 @@ fn of_vertices(whole: &Whole, values: &VertexValues) -> Columns {
     ]);
     let all = values.curvatures.vertices().as_slice();
     let flags =
-        |of: fn(&VertexCurvature) -> bool| whole.of_vertices(all.iter().map(of).collect(), false);
+        |of: fn(&VertexCurvature) -> bool| whole.of_surface(all.iter().map(of).collect(), false);
     columns.flags = vec![
         ("boundary", flags(VertexCurvature::is_boundary)),
         ("clamped", flags(VertexCurvature::is_clamped)),
     ];
     let principal = all.iter().map(|c| c.principal().map(Pointwise::value)).collect();
-    columns.principal = whole.of_vertices(principal, [f64::NAN; 2]);
+    columns.principal = whole.of_surface(principal, [f64::NAN; 2]);
     let totals = values.curvatures.totals();
     columns.totals = vec![
         ("norm_l1", totals.norm_l1),
@@ -195,7 +195,7 @@ fn of_frames(whole: &Whole, values: &FrameValues) -> Columns {
     };
     let pointwise = pointwise().map(|quantity| {
         let values = all.iter().map(|value| number(value, quantity)).collect();
-        (key(quantity), whole.of_vertices(values, f64::NAN))
+        (key(quantity), whole.of_surface(values, f64::NAN))
     });
     let axes = |value: &Option<FrameValue>| {
         value.as_ref().map_or(NO_AXES, |FrameValue { frame, .. }| {
@@ -207,10 +207,10 @@ fn of_frames(whole: &Whole, values: &FrameValues) -> Columns {
     let normal = |value: &Option<FrameValue>| value.map_or(DVec3::NAN, |v| v.frame.normal);
     Columns {
         numbers: pointwise.collect(),
-        flags: vec![("known", whole.of_vertices(all.iter().map(Option::is_some).collect(), false))],
-        principal: whole.of_vertices(all.iter().map(principal).collect(), [f64::NAN; 2]),
-        directions: Some(whole.of_vertices(all.iter().map(axes).collect(), NO_AXES)),
-        normals: Some(whole.of_vertices(all.iter().map(normal).collect(), DVec3::NAN)),
+        flags: vec![("known", whole.of_surface(all.iter().map(Option::is_some).collect(), false))],
+        principal: whole.of_surface(all.iter().map(principal).collect(), [f64::NAN; 2]),
+        directions: Some(whole.of_surface(all.iter().map(axes).collect(), NO_AXES)),
+        normals: Some(whole.of_surface(all.iter().map(normal).collect(), DVec3::NAN)),
         integrals: values.integrals(&whole.mesh),
         totals: Vec::new(),
         radius: values.radius,

@@ -5,7 +5,7 @@ use mesh_metric::{
     hausdorff_bounds_until,
 };
 use mesh_work::{diagonal, surface};
-use numpy::IntoPyArray;
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -78,15 +78,15 @@ fn side<'py>(py: Python<'py>, side: &OneSided) -> PyResult<Bound<'py, PyDict>> {
 pub(crate) fn vertex_distances<'py>(
     py: Python<'py>,
     call: &Call,
-    from: &MeshData,
-    to: &MeshData,
-) -> PyResult<Bound<'py, PyAny>> {
-    let (from, to) = (from.content(), to.content());
+    points: &MeshData,
+    surface: &MeshData,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let (from, to) = (points.content(), surface.content());
     let found = run(py, call, move |watch| {
-        let surface = surface(&to.model.soup).map_err(Failure::from)?;
+        let surface = mesh_work::surface(&to.model.soup).map_err(Failure::from)?;
         watch.check()?;
         let points = from.model.soup.positions();
         surface.distances_until(points, &|| watch.is_cancelled()).ok_or_else(Ended::interrupted)
     })?;
-    Ok(found.into_pyarray(py).into_any())
+    Ok(found.into_pyarray(py))
 }

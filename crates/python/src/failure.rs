@@ -1,9 +1,11 @@
-//! What can go wrong, as exceptions with ids and what would cure it.
+//! Errors as exceptions with element ids and the cure.
 //!
-//! Work goes on without the interpreter, so that an error is first put into plain data, and becomes
-//! an exception of `curvmesh._errors` when the interpreter is at hand again.
+//! Work runs without the interpreter lock: an error is first plain data, and becomes an exception of
+//! `curvmesh._errors` once the lock is held again.
 
 use std::fmt::Display;
+use std::io::ErrorKind;
+use std::path::Path;
 
 use ::simplify::{RecordError, SimplifyError};
 use mesh_core::build::{BuildError, Sample, VertexPair};
@@ -63,6 +65,26 @@ impl Failure {
 
     pub(crate) fn count(self, count: usize) -> Self {
         self.with("count", Value::Count(count))
+    }
+
+    /// A file that cannot be opened for reading.
+    pub(crate) fn opening(path: &Path, error: &std::io::Error) -> Self {
+        let message = format!("{}: {error}", path.display());
+        Self::new("ReadError", message).text("path", path.display()).system(error)
+    }
+
+    /// The error number of the system, by which Python chooses the class.
+    fn system(self, error: &std::io::Error) -> Self {
+        let number = error.raw_os_error().or_else(|| match error.kind() {
+            ErrorKind::NotFound => Some(2),
+            ErrorKind::PermissionDenied => Some(13),
+            ErrorKind::IsADirectory => Some(21),
+            _ => None,
+        });
+        match number.and_then(|number| usize::try_from(number).ok()) {
+            Some(number) => self.with("errno", Value::Count(number)),
+            None => self,
+        }
     }
 
     fn sample(self, name: &'static str, sample: &Sample<u32>) -> Self {
@@ -215,6 +237,7 @@ impl From<ReadError> for Failure {
             None => failure,
         };
         match &error.kind {
+            ReadErrorKind::Io(source) => failure.system(source),
             ReadErrorKind::Unsupported { cure, .. } => failure.text("cure", cure),
             ReadErrorKind::UnknownFormat { .. } => failure.text("cure", "format="),
             ReadErrorKind::Memory { .. } => failure.text("cure", "max_memory="),
@@ -230,6 +253,10 @@ impl From<WriteError> for Failure {
             error.to_string().replace("`overwrite_companions`", "overwrite_companions=True");
         let failure = Self::new("WriteError", message);
         match error {
+            WriteError::Io { path, source } => match path {
+                Some(path) => failure.text("path", path.display()).system(&source),
+                None => failure.system(&source),
+            },
             WriteError::Companion { .. } => failure.text("cure", "overwrite_companions=True"),
             WriteError::NotFinite { vertex, .. } | WriteError::OutOfSingleRange { vertex, .. } => {
                 failure.ids("vertices", vec![vertex as u32]).count(1)

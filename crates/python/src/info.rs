@@ -8,7 +8,8 @@ use crate::failure::Failure;
 use crate::host::{Call, run};
 use crate::mesh::MeshData;
 
-/// Counts, topology, defects and sizes of any polygons.
+/// Counts, topology, defects and sizes of any polygons, with the vertices joined that all other
+/// functions join.
 #[pyfunction]
 pub(crate) fn info<'py>(
     py: Python<'py>,
@@ -16,9 +17,10 @@ pub(crate) fn info<'py>(
     mesh: &MeshData,
 ) -> PyResult<Bound<'py, PyDict>> {
     let content = mesh.content();
-    let (found, measures) = run(py, call, move |_| {
-        let soup = &content.model.soup;
-        Ok((diagnose(soup).map_err(Failure::from)?, soup.measure()))
+    let (found, measures, joined) = run(py, call, move |_| {
+        let soup = content.joined();
+        let joined = content.model.soup.vertex_count() - soup.vertex_count();
+        Ok((diagnose(&soup).map_err(Failure::from)?, soup.measure(), joined))
     })?;
     let told = PyDict::new(py);
     let counts = [
@@ -42,6 +44,7 @@ pub(crate) fn info<'py>(
         ("sliver_faces", found.slivers),
         ("unreferenced_vertices", found.unreferenced_vertices),
         ("non_finite_vertices", found.non_finite_vertices),
+        ("joined_vertices", joined),
     ];
     for (name, count) in counts {
         told.set_item(name, count)?;

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use mesh_core::PolygonSoup;
-use numpy::ndarray::ArrayView2;
-use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use numpy::PyReadonlyArray2;
+use numpy::ndarray::{ArrayView1, ArrayView2};
 use pyo3::prelude::*;
 
 use crate::failure::Failure;
@@ -24,11 +24,45 @@ pub(crate) enum Triangles<'py> {
     U64(PyReadonlyArray2<'py, u64>),
 }
 
+/// Rows of coordinates, for work without the interpreter.
+pub(crate) enum PointRows<'a> {
+    Double(ArrayView2<'a, f64>),
+    Single(ArrayView2<'a, f32>),
+}
+
+/// Rows of vertex indices, for work without the interpreter.
+pub(crate) enum IndexRows<'a> {
+    I32(ArrayView2<'a, i32>),
+    I64(ArrayView2<'a, i64>),
+    U32(ArrayView2<'a, u32>),
+    U64(ArrayView2<'a, u64>),
+}
+
 impl Coordinates<'_> {
+    pub(crate) fn rows(&self) -> PointRows<'_> {
+        match self {
+            Self::Double(array) => PointRows::Double(array.as_array()),
+            Self::Single(array) => PointRows::Single(array.as_array()),
+        }
+    }
+}
+
+impl Triangles<'_> {
+    pub(crate) fn rows(&self) -> IndexRows<'_> {
+        match self {
+            Self::I32(array) => IndexRows::I32(array.as_array()),
+            Self::I64(array) => IndexRows::I64(array.as_array()),
+            Self::U32(array) => IndexRows::U32(array.as_array()),
+            Self::U64(array) => IndexRows::U64(array.as_array()),
+        }
+    }
+}
+
+impl PointRows<'_> {
     pub(crate) fn points(&self) -> Result<Vec<DVec3>, Failure> {
         match self {
-            Self::Double(array) => points(&array.as_array()),
-            Self::Single(array) => points(&array.as_array()),
+            Self::Double(array) => points(array),
+            Self::Single(array) => points(array),
         }
     }
 }
@@ -39,15 +73,15 @@ fn points<T: Copy + Into<f64>>(array: &ArrayView2<'_, T>) -> Result<Vec<DVec3>, 
     Ok((0..array.nrows()).map(point).collect())
 }
 
-impl Triangles<'_> {
-    /// The corners of the triangles. What no index can be, such as -1, is refused; what is only too
-    /// large is not.
+impl IndexRows<'_> {
+    /// The corners of the triangles. Values that no index can have, such as -1, are refused; indices
+    /// that are only too large for the mesh are not.
     pub(crate) fn corners(&self) -> Result<Vec<u32>, Failure> {
         match self {
-            Self::I32(array) => corners(&array.as_array(), |i| u32::try_from(i).ok()),
-            Self::I64(array) => corners(&array.as_array(), |i| u32::try_from(i).ok()),
-            Self::U32(array) => corners(&array.as_array(), Some),
-            Self::U64(array) => corners(&array.as_array(), |i| u32::try_from(i).ok()),
+            Self::I32(array) => corners(array, |i| u32::try_from(i).ok()),
+            Self::I64(array) => corners(array, |i| u32::try_from(i).ok()),
+            Self::U32(array) => corners(array, Some),
+            Self::U64(array) => corners(array, |i| u32::try_from(i).ok()),
         }
     }
 }
@@ -91,12 +125,11 @@ pub(crate) fn triangles(points: Vec<DVec3>, corners: Vec<u32>) -> Result<Polygon
 /// A soup of polygons: corners face by face, and where each face ends.
 pub(crate) fn polygons(
     points: Vec<DVec3>,
-    corners: &PyReadonlyArray1<'_, i64>,
-    ends: &PyReadonlyArray1<'_, i64>,
+    corners: &ArrayView1<'_, i64>,
+    ends: &ArrayView1<'_, i64>,
 ) -> Result<PolygonSoup, Failure> {
-    let whole = |what: &str, array: &PyReadonlyArray1<'_, i64>| -> Result<Vec<u32>, Failure> {
-        let values: Result<Vec<u32>, _> =
-            array.as_array().into_iter().map(|&i| u32::try_from(i)).collect();
+    let whole = |what: &str, array: &ArrayView1<'_, i64>| -> Result<Vec<u32>, Failure> {
+        let values: Result<Vec<u32>, _> = array.iter().map(|&i| u32::try_from(i)).collect();
         values.map_err(|_| {
             Failure::new("OutOfRangeError", format!("{what} have an entry that no index can be"))
         })

@@ -18,11 +18,13 @@ mod info;
 mod input;
 mod length;
 mod lod;
+mod materials;
 mod mesh;
 mod options;
 mod page;
 mod patch;
 mod picture;
+mod program;
 mod repair;
 mod shapes;
 mod simplify;
@@ -44,7 +46,9 @@ mod _core {
     #[pymodule_export]
     use crate::info::info;
     #[pymodule_export]
-    use crate::lod::{load_record, lod, representatives, save_record};
+    use crate::lod::{load_record, lod, record_bytes, representatives, save_record};
+    #[pymodule_export]
+    use crate::materials::{groups, images, materials, with_groups, with_images, with_materials};
     #[pymodule_export]
     use crate::mesh::{MeshData, read, write};
     #[pymodule_export]
@@ -53,6 +57,8 @@ mod _core {
     use crate::patch::{CoverData, patch};
     #[pymodule_export]
     use crate::picture::render;
+    #[pymodule_export]
+    use crate::program::run_program;
     #[pymodule_export]
     use crate::repair::{repair, subdivide};
     #[pymodule_export]

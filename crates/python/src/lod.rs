@@ -6,11 +6,12 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ::simplify::{CollapseLog, Progress, RecordError, simplify_observed};
+use ::simplify::{CollapseLog, Progress, simplify_observed};
 use mesh_work::{Attributes, LevelOfDetail, LevelSteps};
-use numpy::IntoPyArray;
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::pybacked::PyBackedBytes;
+use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::failure::Failure;
 use crate::host::{Call, run};
@@ -107,19 +108,48 @@ pub(crate) fn save_record(
     })
 }
 
+/// The content of such a file.
+#[pyfunction]
+pub(crate) fn record_bytes<'py>(
+    py: Python<'py>,
+    call: &Call,
+    record: &LogData,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let (log, content) = (Arc::clone(&record.log), Arc::clone(&record.content));
+    let bytes = run(py, call, move |_| {
+        let mut bytes = Vec::new();
+        let written = log.write(&content.whole()?.mesh, &mut bytes);
+        written.map_err(|error| Failure::internal(error).into()).map(|()| bytes)
+    })?;
+    Ok(PyBytes::new(py, &bytes))
+}
+
+/// A file, by its path or its content.
+#[derive(FromPyObject)]
+pub(crate) enum RecordFile {
+    Content(PyBackedBytes),
+    Path(PathBuf),
+}
+
 /// Reads the record of a run on this mesh.
 #[pyfunction]
 pub(crate) fn load_record(
     py: Python<'_>,
     call: &Call,
-    path: PathBuf,
+    file: RecordFile,
     mesh: &MeshData,
 ) -> PyResult<LogData> {
     let content = mesh.content();
     let shared = Arc::clone(&content);
     let log = run(py, call, move |_| {
-        let file = File::open(&path).map_err(RecordError::from).map_err(Failure::from)?;
-        let log = CollapseLog::read(&shared.whole()?.mesh, &mut BufReader::new(file));
+        let mesh = &shared.whole()?.mesh;
+        let log = match &file {
+            RecordFile::Content(bytes) => CollapseLog::read(mesh, &mut &bytes[..]),
+            RecordFile::Path(path) => {
+                let file = File::open(path).map_err(|error| Failure::opening(path, &error))?;
+                CollapseLog::read(mesh, &mut BufReader::new(file))
+            }
+        };
         Ok(log.map_err(Failure::from)?)
     })?;
     Ok(LogData { log: Arc::new(log), content })
@@ -131,9 +161,9 @@ pub(crate) fn representatives<'py>(
     py: Python<'py>,
     record: &LogData,
     collapses: usize,
-) -> PyResult<Bound<'py, PyAny>> {
+) -> PyResult<Bound<'py, PyArray1<i32>>> {
     let whole = record.content.whole().map_err(|failure| failure.raise(py))?;
     let of_mesh = record.log.representatives(&whole.mesh, collapses);
     let ids = of_mesh.as_slice().iter().map(|v| v.index() as i32).collect();
-    Ok(whole.of_vertices(ids, -1).into_pyarray(py).into_any())
+    Ok(whole.of_vertices(ids, -1).into_pyarray(py))
 }

@@ -4,14 +4,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use bytemuck::cast_slice;
-use mesh_io::{
-    Encoding, External, Format, Group, ImageData, Material, Model, Precision, ReadOptions,
-    WriteOptions,
-};
+use mesh_core::PolygonSoup;
+use mesh_io::{Encoding, External, Format, Model, Precision, ReadOptions, WriteOptions};
 use mesh_work::splits_vertices;
-use numpy::PyReadonlyArray1;
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList};
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::content::Content;
 use crate::failure::{Ended, Failure, choose};
@@ -19,13 +17,17 @@ use crate::host::{Call, run};
 use crate::input::{Coordinates, Triangles, check, polygons, triangles};
 use crate::views::{rows, view};
 
-/// The compiled part of `curvmesh.Mesh`. Never changes.
+/// The compiled part of `curvmesh.Mesh`. It never changes.
 #[pyclass(frozen, weakref, module = "curvmesh._core")]
 pub(crate) struct MeshData(Arc<Content>);
 
 impl MeshData {
     pub(crate) fn new(model: Model, joins: bool) -> Self {
         Self(Arc::new(Content::new(model, joins)))
+    }
+
+    pub(crate) fn shared(content: &Arc<Content>) -> Self {
+        Self(Arc::clone(content))
     }
 
     pub(crate) fn content(&self) -> Arc<Content> {
@@ -51,17 +53,11 @@ impl MeshData {
         faces: Triangles<'_>,
         checked: bool,
     ) -> PyResult<Self> {
-        let make = || -> Result<Self, Failure> {
-            let soup = triangles(vertices.points()?, faces.corners()?)?;
-            if checked {
-                check(&soup)?;
-            }
-            Ok(Self::new(soup.into(), false))
-        };
-        make().map_err(|failure| failure.raise(py))
+        let (points, indices) = (vertices.rows(), faces.rows());
+        made(py, checked, move || triangles(points.points()?, indices.corners()?))
     }
 
-    /// From rows of coordinates, the corners of all faces, and where each face ends.
+    /// From rows of coordinates, the corners of all faces, and the end of each face.
     #[staticmethod]
     fn of_polygons(
         py: Python<'_>,
@@ -70,14 +66,68 @@ impl MeshData {
         ends: PyReadonlyArray1<'_, i64>,
         checked: bool,
     ) -> PyResult<Self> {
-        let make = || -> Result<Self, Failure> {
-            let soup = polygons(vertices.points()?, &corners, &ends)?;
-            if checked {
-                check(&soup)?;
+        let points = vertices.rows();
+        let (corners, ends) = (corners.as_array(), ends.as_array());
+        made(py, checked, move || polygons(points.points()?, &corners, &ends))
+    }
+
+    /// The same faces and data at other positions; without normals.
+    fn with_positions(&self, py: Python<'_>, vertices: Coordinates<'_>) -> PyResult<Self> {
+        let (points, model) = (vertices.rows(), self.model());
+        let moved = || -> Result<Self, Failure> {
+            let points = points.points()?;
+            let [found, expected] = [points.len(), model.soup.vertex_count()];
+            if found != expected {
+                let message = format!("there are {found} positions for {expected} vertices");
+                return Err(Failure::new("ArrayError", message));
             }
-            Ok(Self::new(soup.into(), false))
+            let (corners, ends) = (model.soup.corners().to_vec(), model.soup.face_ends().to_vec());
+            let soup = PolygonSoup::from_parts(points, corners, ends);
+            let soup = soup.map_err(|error| Failure::new("ArrayError", error))?;
+            check(&soup)?;
+            let mut model = model.clone();
+            (model.soup, model.vertex_normals, model.corner_normals) = (soup, None, None);
+            Ok(Self::new(model, self.0.joins))
         };
-        make().map_err(|failure| failure.raise(py))
+        py.detach(moved).map_err(|failure| failure.raise(py))
+    }
+
+    /// The whole content as bytes, for a pickle.
+    fn dump<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = py.detach(|| postcard::to_allocvec(&(self.0.joins, self.model())));
+        let bytes = bytes.map_err(|error| Failure::internal(error).raise(py))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// The mesh of such bytes.
+    #[staticmethod]
+    fn load(py: Python<'_>, content: &[u8]) -> PyResult<Self> {
+        let (joins, model): (bool, Model) =
+            py.detach(|| postcard::from_bytes(content)).map_err(|error| {
+                Failure::new("CurvmeshError", format!("the pickle is damaged: {error}")).raise(py)
+            })?;
+        let model_fits = model.check_attributes();
+        model_fits.map_err(|error| Failure::new("CurvmeshError", error).raise(py))?;
+        Ok(Self::new(model, joins))
+    }
+
+    /// Whether all content is the same to the last bit, apart from notes.
+    fn equals(&self, py: Python<'_>, other: &Self) -> PyResult<bool> {
+        let bytes = |mesh: &Self| {
+            let model = Model { notes: Vec::new(), ..mesh.model().clone() };
+            postcard::to_allocvec(&(mesh.0.joins, model))
+        };
+        let equal = py.detach(|| {
+            let [a, b] = [self, other].map(|mesh| &mesh.model().soup);
+            let same = a.vertex_count() == b.vertex_count() && a.corners() == b.corners();
+            Ok::<_, postcard::Error>(same && bytes(self)? == bytes(other)?)
+        });
+        equal.map_err(|error| Failure::internal(error).raise(py))
+    }
+
+    /// The same mesh with other notes.
+    fn with_notes(&self, notes: Vec<String>) -> Self {
+        self.replaced(Model { notes, ..self.model().clone() })
     }
 
     #[getter]
@@ -114,31 +164,31 @@ impl MeshData {
     /// A view of the positions.
     #[getter]
     #[allow(unsafe_code, reason = "a view of memory that the object keeps alive")]
-    fn vertices(this: Bound<'_, Self>) -> Bound<'_, PyAny> {
+    fn vertices(this: Bound<'_, Self>) -> Bound<'_, PyArray2<f64>> {
         let content = this.get().content();
         let values: &[[f64; 3]] = cast_slice(content.model.soup.positions());
         // SAFETY: the content never changes, and lives as long as the object.
-        unsafe { rows(values, this.into_any()) }.into_any()
+        unsafe { rows(values, this.into_any()) }
     }
 
     /// A view of the corners, signed.
     #[getter]
     #[allow(unsafe_code, reason = "a view of memory that the object keeps alive")]
-    fn corners(this: Bound<'_, Self>) -> Bound<'_, PyAny> {
+    fn corners(this: Bound<'_, Self>) -> Bound<'_, PyArray1<i32>> {
         let content = this.get().content();
         let values: &[i32] = cast_slice(content.model.soup.corners());
         // SAFETY: the content never changes, and lives as long as the object.
-        unsafe { view(values, this.into_any()) }.into_any()
+        unsafe { view(values, this.into_any()) }
     }
 
     /// A view of the ends of the faces, signed.
     #[getter]
     #[allow(unsafe_code, reason = "a view of memory that the object keeps alive")]
-    fn face_ends(this: Bound<'_, Self>) -> Bound<'_, PyAny> {
+    fn face_ends(this: Bound<'_, Self>) -> Bound<'_, PyArray1<i32>> {
         let content = this.get().content();
         let values: &[i32] = cast_slice(content.model.soup.face_ends());
         // SAFETY: the content never changes, and lives as long as the object.
-        unsafe { view(values, this.into_any()) }.into_any()
+        unsafe { view(values, this.into_any()) }
     }
 
     /// The same, with vertices that a format splits counting as one or not.
@@ -168,46 +218,22 @@ impl MeshData {
             None => Self(self.content()),
         })
     }
+}
 
-    /// Materials as dictionaries.
-    fn materials<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let list = PyList::empty(py);
-        for material in &self.model().materials {
-            let Material { name, base_color, base_color_image, metallic, roughness, .. } = material;
-            let item = PyDict::new(py);
-            item.set_item("name", name)?;
-            item.set_item("base_color", base_color)?;
-            item.set_item("image", base_color_image)?;
-            item.set_item("metallic", metallic)?;
-            item.set_item("roughness", roughness)?;
-            item.set_item("emissive", material.emissive)?;
-            item.set_item("double_sided", material.double_sided)?;
-            list.append(item)?;
+/// A mesh of a polygon soup that is made without the interpreter.
+fn made(
+    py: Python<'_>,
+    checked: bool,
+    soup: impl FnOnce() -> Result<PolygonSoup, Failure> + Send,
+) -> PyResult<MeshData> {
+    let make = || -> Result<MeshData, Failure> {
+        let soup = soup()?;
+        if checked {
+            check(&soup)?;
         }
-        Ok(list)
-    }
-
-    /// Images as dictionaries.
-    fn images<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        let list = PyList::empty(py);
-        for image in &self.model().images {
-            let item = PyDict::new(py);
-            item.set_item("name", &image.name)?;
-            item.set_item("media_type", image.media_type())?;
-            match &image.data {
-                ImageData::Bytes(bytes) => item.set_item("data", PyBytes::new(py, bytes))?,
-                ImageData::Uri(uri) => item.set_item("uri", uri)?,
-            }
-            list.append(item)?;
-        }
-        Ok(list)
-    }
-
-    /// Groups as pairs of object and name.
-    fn groups(&self) -> Vec<(String, String)> {
-        let pair = |Group { object, name }: &Group| (object.clone(), name.clone());
-        self.model().groups.iter().map(pair).collect()
-    }
+        Ok(MeshData::new(soup.into(), false))
+    };
+    py.detach(make).map_err(|failure| failure.raise(py))
 }
 
 const FORMATS: &[(&str, Format)] = &[

@@ -3,13 +3,13 @@
 use mesh_core::glam::DVec3;
 use mesh_render::ColorMap;
 use mesh_view::{Directions, Exhibit, Field, Layout, On, Page, Precision, Section};
-use numpy::{PyReadonlyArray1, PyReadonlyArray3};
+use numpy::PyReadonlyArray3;
 use pyo3::prelude::*;
 
 use crate::failure::{Ended, Failure};
 use crate::host::{Call, run};
 use crate::mesh::MeshData;
-use crate::picture::values;
+use crate::picture::ValuesGiven;
 
 /// A mesh on the page, as it comes from Python.
 #[derive(FromPyObject)]
@@ -17,8 +17,8 @@ use crate::picture::values;
 pub(crate) struct ExhibitGiven<'py> {
     name: String,
     mesh: PyRef<'py, MeshData>,
-    /// More values by name, of vertices or of faces.
-    values: Vec<(String, PyReadonlyArray1<'py, f64>)>,
+    /// More values by name.
+    values: Vec<(String, ValuesGiven<'py>)>,
     /// Two directions at every vertex.
     directions: Option<PyReadonlyArray3<'py, f64>>,
 }
@@ -50,16 +50,15 @@ struct Told {
 impl ExhibitGiven<'_> {
     fn told(self) -> Result<Told, Failure> {
         let mesh = &*self.mesh;
-        let field = |(name, array): &(String, PyReadonlyArray1<'_, f64>)| {
-            let found = values(mesh, Some(array))?;
-            Ok(found.map(|(on_vertices, values)| (name.clone(), on_vertices, values)))
+        let field = |(name, given): &(String, ValuesGiven<'_>)| {
+            let (on_vertices, values) = given.of(mesh)?;
+            Ok((name.clone(), on_vertices, values))
         };
-        let fields = self.values.iter().map(field).collect::<Result<Vec<_>, Failure>>()?;
+        let values = self.values.iter().map(field).collect::<Result<Vec<_>, Failure>>()?;
         let directions = match &self.directions {
             Some(array) => Some(directions(array, mesh.model().soup.vertex_count())?),
             None => None,
         };
-        let values = fields.into_iter().flatten().collect();
         Ok(Told { name: self.name, content: mesh.content(), values, directions })
     }
 }

@@ -9,9 +9,9 @@ use curvpatch::{
 };
 use mesh_core::{FaceId, Handle};
 use mesh_work::{cover_model, patch_of_radius, patch_within, splat_model};
-use numpy::{IntoPyArray, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::content::Content;
 use crate::failure::{Failure, choose};
@@ -182,16 +182,16 @@ impl CoverData {
     }
 
     /// For each face the first patch that covers it, -1 for none.
-    fn patch_of_face<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+    fn patch_of_face<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
         let of = self.cover.patch_of_face.as_slice().iter();
         let ids: Vec<i32> = of.map(|patch| patch.map_or(-1, |patch| patch as i32)).collect();
-        ids.into_pyarray(py).into_any()
+        ids.into_pyarray(py)
     }
 
     /// The faces that a patch covers.
-    fn faces_of<'py>(&self, py: Python<'py>, patch: usize) -> PyResult<Bound<'py, PyAny>> {
+    fn faces_of<'py>(&self, py: Python<'py>, patch: usize) -> PyResult<Bound<'py, PyArray1<i32>>> {
         let faces = self.get(py, patch)?.faces.iter().map(|face| face.get()).collect();
-        Ok(signed(faces).into_pyarray(py).into_any())
+        Ok(signed(faces).into_pyarray(py))
     }
 
     /// Points of a patch, or its normals there.
@@ -202,11 +202,11 @@ impl CoverData {
         u: PyReadonlyArray1<'py, f64>,
         phi: PyReadonlyArray1<'py, f64>,
         normals: bool,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let patch = self.get(py, patch)?.fit.patch;
         let at = if normals { Patch::normal } else { Patch::point };
         let pairs = u.as_array().into_iter().copied().zip(phi.as_array().into_iter().copied());
-        Ok(points(py, pairs.map(|(u, phi)| at(&patch, u, phi)).collect())?.into_any())
+        points(py, pairs.map(|(u, phi)| at(&patch, u, phi)).collect())
     }
 
     /// The patches and the faces that stay, as triangles.
@@ -228,6 +228,22 @@ impl CoverData {
     /// The patches as elliptical discs: points with normals, and half axes as data of vertices.
     fn splats(&self) -> MeshData {
         MeshData::new(splat_model(&self.cover.splats()), false)
+    }
+
+    /// The patches as bytes, for a pickle.
+    fn dump<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let bytes = py.detach(|| postcard::to_allocvec(&(&*self.cover, self.cut)));
+        Ok(PyBytes::new(py, &bytes.map_err(|error| Failure::internal(error).raise(py))?))
+    }
+
+    /// The patches of such bytes, on the mesh that they cover.
+    #[staticmethod]
+    fn load(py: Python<'_>, content: &[u8], mesh: &MeshData) -> PyResult<Self> {
+        let (cover, cut): (Cover, f64) =
+            py.detach(|| postcard::from_bytes(content)).map_err(|error| {
+                Failure::new("CurvmeshError", format!("the pickle is damaged: {error}")).raise(py)
+            })?;
+        Ok(Self { cover: Arc::new(cover), content: mesh.content(), cut })
     }
 
     /// The record of all patches, as JSON.

@@ -5,11 +5,11 @@ use mesh_render::{
     ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style,
     View, render as draw, sheet,
 };
-use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::failure::{Ended, Failure};
+use crate::failure::{Ended, Failure, choose};
 use crate::host::{Call, run};
 use crate::mesh::MeshData;
 use crate::options::angle;
@@ -100,26 +100,29 @@ impl StyleGiven {
     }
 }
 
-/// The values of vertices or faces that are to be shown.
-pub(crate) fn values(
-    mesh: &MeshData,
-    values: Option<&PyReadonlyArray1<'_, f64>>,
-) -> Result<Option<(bool, Vec<f64>)>, Failure> {
-    let Some(values) = values else { return Ok(None) };
-    let soup = &mesh.model().soup;
-    let (found, vertices, faces) = (values.len(), soup.vertex_count(), soup.face_count());
-    if found != vertices && found != faces {
-        let message = format!(
-            "there are {found} values, but {vertices} vertices and {faces} faces; give one for each \
-             vertex or for each face"
-        );
-        return Err(Failure::new("ArrayError", message));
+/// Values to be shown, as they come from Python: for each vertex or for each face.
+#[derive(FromPyObject)]
+pub(crate) struct ValuesGiven<'py>(String, PyReadonlyArray1<'py, f64>);
+
+impl ValuesGiven<'_> {
+    /// The values, and whether they belong to vertices.
+    pub(crate) fn of(&self, mesh: &MeshData) -> Result<(bool, Vec<f64>), Failure> {
+        let Self(on, values) = self;
+        let soup = &mesh.model().soup;
+        let on_vertices = choose("on", on, &[("vertex", true), ("face", false)])?;
+        let expected = if on_vertices { soup.vertex_count() } else { soup.face_count() };
+        let found = values.len();
+        if found != expected {
+            let message =
+                format!("there are {found} values; one for each {on} would be {expected}");
+            return Err(Failure::new("ArrayError", message));
+        }
+        Ok((on_vertices, values.as_array().to_vec()))
     }
-    Ok(Some((found == vertices, values.as_array().to_vec())))
 }
 
 /// The bytes of a PNG file, the pixels, and the values at the ends of the colours.
-type Drawn<'py> = (Bound<'py, PyBytes>, Bound<'py, PyAny>, Option<[f64; 2]>);
+type Drawn<'py> = (Bound<'py, PyBytes>, Bound<'py, PyArray3<u8>>, Option<[f64; 2]>);
 
 /// A picture, with its pixels.
 #[pyfunction]
@@ -127,12 +130,13 @@ pub(crate) fn render<'py>(
     py: Python<'py>,
     call: &Call,
     mesh: &MeshData,
-    shown: Option<PyReadonlyArray1<'py, f64>>,
+    shown: Option<ValuesGiven<'py>>,
     style: StyleGiven,
 ) -> PyResult<Drawn<'py>> {
     let settings = || -> Result<_, Failure> {
         let scale = scale_options(style.colormap.as_deref(), &style.range, style.log)?;
-        Ok((values(mesh, shown.as_ref())?, style.seen()?, style.style()?, scale))
+        let shown = shown.as_ref().map(|shown| shown.of(mesh)).transpose()?;
+        Ok((shown, style.seen()?, style.style()?, scale))
     };
     let (shown, seen, how, scale) = settings().map_err(|failure| failure.raise(py))?;
     let content = mesh.content();
@@ -173,6 +177,6 @@ pub(crate) fn render<'py>(
     })?;
     let shape = [picture.height() as usize, picture.width() as usize, 4];
     let pixels: Vec<u8> = picture.pixels().as_flattened().to_vec();
-    let pixels = pixels.into_pyarray(py).reshape(shape)?.into_any();
+    let pixels = pixels.into_pyarray(py).reshape(shape)?;
     Ok((PyBytes::new(py, &png), pixels, range))
 }

@@ -150,6 +150,8 @@ pub(crate) fn subdivide(
         let corners = &source.provenance.corner_source;
         let model = source.to_model(source.mesh, corners).map_err(Failure::from)?;
         let (mut mesh, mut model) = (source.mesh.clone(), model);
+        // Normals of the input are not those of the subdivided surface.
+        (model.vertex_normals, model.corner_normals) = (None, None);
         for step in 0..steps {
             (mesh, model) = subdivide_step(&mesh, &model, &rules).map_err(Failure::from)?;
             let fraction = f64::from(step + 1) / f64::from(steps);

@@ -134,6 +134,11 @@ impl LogData {
         self.log.len()
     }
 
+    /// The mesh that the collapses belong to.
+    fn mesh(&self) -> MeshData {
+        MeshData::shared(&self.content)
+    }
+
     /// The collapses as columns.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let entries = self.log.entries();

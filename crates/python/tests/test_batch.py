@@ -538,3 +538,40 @@ def test_the_manifest_as_parquet(scans: Path, tmp_path: Path) -> None:
     kinds = [row["failure"] and row["failure"]["kind"] for row in report.rows]
     assert [row["failure_kind"] for row in rows] == kinds
     assert json.loads(rows[2]["steps"]) == report.rows[2]["steps"]
+
+
+def test_unknown_values_stay_unknown_in_files(tmp_path: Path) -> None:
+    ball = cm.shapes.sphere(2)
+    mesh = cm.Mesh(np.vstack([[[5, 5, 5]], ball.vertices]), ball.faces + 1)
+    cm.write(tmp_path / "a.ply", mesh)
+    report = run(tmp_path / "a.ply", ["curvature"], tmp_path / "out", workers=1, thumbnail=0)
+    assert report.failed == []
+    back = cm.read(tmp_path / "out" / "a.ply" / "mesh.ply")
+    for name in ("mean_curvature", "gaussian_curvature"):
+        values = back.vertex_data[name]
+        assert np.isnan(values[0]) and not np.isnan(values[1:]).any()
+
+
+@pytest.mark.parametrize("engine", ["local", "dask", "ray"])
+def test_memory_of_one_process_is_no_place_for_many(engine: Any, scans: Path) -> None:
+    pytest.importorskip({"local": "fsspec", "dask": "distributed", "ray": "ray"}[engine])
+    fsspec = pytest.importorskip("fsspec")
+    fsspec.filesystem("memory").pipe_file("/only/here.ply", (scans / "scan1.ply").read_bytes())
+    for inputs, output in ((scans, "memory://out2"), ("memory://only", str(scans.parent / "out2"))):
+        with pytest.raises(cm.OptionError, match="in the memory of this process") as caught:
+            run(inputs, ["repair"], output, engine=engine)
+        assert "Task" in caught.value.cure
+
+
+def test_columns_of_parquet_keep_their_types(scans: Path, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    good, bad = (
+        parquet.read_schema(
+            Path(
+                run(scans / name, ["repair"], tmp_path / name, workers=1, parquet=True, thumbnail=0).manifest
+            ).with_suffix(".parquet")
+        )
+        for name in ("scan1.ply", "broken.ply")
+    )
+    assert good == bad
+    assert str(good.field("failure_message").type) == "string" and str(good.field("input_bytes").type) == "int64"

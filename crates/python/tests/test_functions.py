@@ -41,7 +41,7 @@ def mean(edges: Any) -> Any:
         (cm.EdgeCost(mean, 1), "f2"),
     ],
 )
-def test_a_flip_cost_of_ones_own_is_the_built_in_one(function: Any, name: str, bumpy: cm.Mesh) -> None:
+def test_a_flip_cost_of_ones_own_is_the_built_in_one(function: Any, name: Any, bumpy: cm.Mesh) -> None:
     small = cm.simplify(bumpy, faces=800, preset="fast").mesh
     ours, theirs = cm.flip(small, cost=function), cm.flip(small, cost=name)
     ratio = (ours.cost_before / theirs.cost_before, ours.cost_after / theirs.cost_after)

@@ -33,7 +33,7 @@ def giant(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(params=["local", "dask", "ray"])
-def engine(request: pytest.FixtureRequest) -> str:
+def engine(request: pytest.FixtureRequest) -> Any:
     """Each engine that is installed."""
     name = str(request.param)
     if name != "local":
@@ -66,7 +66,7 @@ def digest(path: Path) -> str:
 
 
 def test_every_engine_makes_the_same_file(
-    engine: str, giant: Path, binary: str, expected: str, tmp_path: Path
+    engine: Any, giant: Path, binary: str, expected: str, tmp_path: Path
 ) -> None:
     output, steps = tmp_path / "small.ply", list[str]()
     made = regions.simplify(
@@ -86,7 +86,7 @@ def test_every_engine_makes_the_same_file(
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes are not killed by signals")
-def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, tmp_path: Path) -> None:
+def test_workers_may_die(engine: Any, giant: Path, binary: str, expected: str, tmp_path: Path) -> None:
     """The program and its worker are killed in the middle of a step."""
     killed: list[int] = []
 
@@ -125,7 +125,7 @@ def test_workers_may_die(engine: str, giant: Path, binary: str, expected: str, t
 
 
 def test_a_result_that_does_not_fit_is_finished_in_parts(
-    engine: str, giant: Path, binary: str, tmp_path: Path
+    engine: Any, giant: Path, binary: str, tmp_path: Path
 ) -> None:
     output, steps = tmp_path / "large.ply", list[str]()
     made = regions.simplify(
@@ -171,8 +171,9 @@ def test_what_is_wrong_is_told(giant: Path, binary: str, tmp_path: Path) -> None
     work = tmp_path / "work"
     with pytest.raises(cm.OptionError, match="there is no program"):
         regions.simplify(giant, "out.ply", work_dir=work, program=tmp_path / "gone", **SETTINGS)
+    unknown: Any = "slurm"
     with pytest.raises(cm.OptionError, match="no engine"):
-        regions.simplify(giant, "out.ply", work_dir=work, engine="slurm", program=binary, **SETTINGS)
+        regions.simplify(giant, "out.ply", work_dir=work, engine=unknown, program=binary, **SETTINGS)
     with pytest.raises(RegionError, match="gone.ply") as caught:
         regions.simplify(tmp_path / "gone.ply", "out.ply", work_dir=work, workers=1, program=binary, **SETTINGS)
     assert caught.value.step == "split"
@@ -180,7 +181,7 @@ def test_what_is_wrong_is_told(giant: Path, binary: str, tmp_path: Path) -> None
         regions.simplify(giant, "out.ply", work_dir=work, workers=1, program=binary, memory="30MiB", ratio=7)
 
 
-def test_levels_are_the_same_from_every_engine(engine: str, giant: Path, binary: str, tmp_path: Path) -> None:
+def test_levels_are_the_same_from_every_engine(engine: Any, giant: Path, binary: str, tmp_path: Path) -> None:
     """Of levels that fit and one that does not, by steps that are finished side by side."""
     import subprocess
 
@@ -242,3 +243,28 @@ def test_levels_as_tiles(giant: Path, binary: str, tmp_path: Path) -> None:
         assert [Path(level.output).name for level in only.levels] == [name] and only.levels[0].faces == 3000
     with pytest.raises(cm.OptionError, match="no levels"):
         regions.lod(giant, "out", work_dir=tmp_path / "none", memory="36MiB", program=binary)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="processes are not killed by signals")
+@pytest.mark.parametrize("name", ["SIGKILL", "SIGSEGV", "SIGABRT"])
+def test_a_step_that_dies_does_not_kill_its_caller(name: str, tmp_path: Path) -> None:
+    program = tmp_path / "deadly"
+    program.write_text(f"#!/bin/sh\nkill -{int(getattr(signal, name))} $$\n")
+    program.chmod(0o755)
+    # In this process, as in a thread of Dask.
+    step = regions.Step((str(program),), ("split",), "split", 1)
+    assert name in step()["died"]
+    with pytest.raises(RegionError, match=f"{name}.*tried 2 times") as caught:
+        regions.simplify("in.ply", "out.ply", work_dir=tmp_path / "work", workers=1, retries=1, program=program, **SETTINGS)
+    assert caught.value.step == "split"
+
+
+def test_the_program_of_the_package_is_used_and_tells_its_progress(giant: Path, tmp_path: Path) -> None:
+    steps: list[str] = []
+    output = tmp_path / "small.ply"
+    options: dict[str, Any] = {**SETTINGS, "preset": "default", "ratio": 0.4}
+    regions.simplify(giant, output, work_dir=tmp_path / "work", workers=2, callback=steps.append, **options)
+    told = [step for step in steps if step.startswith("finish: ")]
+    assert told and " of " in told[0] and steps[-1] == "finish"
+    assert cm.read(output).face_count == pytest.approx(0.4 * cm.read(giant).face_count, rel=0.01)
+    assert not (tmp_path / "work" / "progress.txt").exists()

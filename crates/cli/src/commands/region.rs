@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use out_of_core::{Next, Plan, Work, finish_cell, run as run_rest, write_tiles};
+use out_of_core::{Next, Plan, Step, Work, finish_cell, run as run_rest, write_tiles};
 use serde::Serialize;
 
 use crate::args::is_standard;
@@ -125,6 +125,9 @@ struct Finish {
     /// Fit no more than the K-th of N parts of its cells, as in 3/16
     #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["output", "tiles"])]
     shard: Option<Shard>,
+    /// Print the progress as lines on stderr, for programs: `progress: fit 3 of 12`
+    #[arg(long, hide = true)]
+    tell_progress: bool,
     /// The level whose cells these are [default: the last one]
     #[arg(long, value_name = "L", conflicts_with_all = ["output", "tiles"])]
     level: Option<u32>,
@@ -344,8 +347,12 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
         return Err(Failure::usage(large::ONLY_PLY));
     }
     let bar = console.progress_of_passes();
+    let mut last = None;
     let outcome = run_rest(&work, &mut |step| {
         large::show(&bar, step);
+        if options.tell_progress {
+            tell(step, &mut last);
+        }
         !interrupt::is_asked_to_end()
     });
     bar.finish_and_clear();
@@ -383,6 +390,15 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     let places = places.collect::<Vec<_>>().join(", ");
     let text = format!("{places}: {} faces", report.faces);
     print(&report, &text, console)
+}
+
+/// Prints the progress where it differs from the last line by a percent.
+fn tell(step: Step, last: &mut Option<(&'static str, u64)>) {
+    let Step { what, done, of, .. } = step;
+    let now = (what, 100 * done / of.max(1));
+    if last.replace(now) != Some(now) {
+        eprintln!("progress: {what} {done} of {of}");
+    }
 }
 
 fn report(work: &Work, step: &'static str, console: &Console) -> Report {

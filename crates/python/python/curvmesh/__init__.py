@@ -1,20 +1,19 @@
 """Curvature, simplification, edge flips, patches and distances of triangle meshes.
 
-Arrays in, arrays out. Every function takes whatever is a mesh (see :func:`as_mesh`), lets other threads
-work while it works, stops at Ctrl-C, and has the results of the program ``curvmesh`` to the last bit.
+Arrays in, arrays out. Every function takes any mesh-like object (see :func:`as_mesh`), releases the
+interpreter lock while it works, stops at Ctrl-C, and gives the same bits as the program ``curvmesh``.
 """
 
 from __future__ import annotations
 
-# Type checkers take this for true; `typing` itself is not imported, so that importing this takes no time.
+# Type checkers take this for true; `typing` itself is not imported, to keep the import fast.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from . import batch, regions, shapes
+    from . import batch, examples, regions, shapes
     from ._call import State
-    from ._convert import as_mesh
     from ._core import VERSION as __version__
-    from ._curvature import Curvature, curvature
-    from ._distance import Bounds, Distance, OneSided, distance
+    from ._geometry.curvature import Curvature, curvature
+    from ._geometry.distance import Bounds, Distance, OneSided, distance
     from ._errors import (
         ArrayError,
         CannotBeDoneError,
@@ -32,26 +31,27 @@ if TYPE_CHECKING:
         TooLargeError,
         WriteError,
     )
-    from ._flip import EdgeCost, FaceCost, Flipped, flip
-    from ._info import Info, Repaired, info, repair, subdivide
-    from ._mesh import Data, Mesh, read, write
-    from ._patch import Cover, patch
-    from ._show import Page, Picture, render, view
-    from ._simplify import Edges, ErrorBounds, Fit, Level, Levels, Record, Simplified, lod, simplify
+    from ._geometry.flip import EdgeCost, FaceCost, Flipped, flip
+    from ._geometry.info import Info, Repaired, info, repair, subdivide
+    from ._geometry.files import as_mesh, read, write
+    from ._geometry.mesh import Data, Mesh
+    from ._geometry.patch import Cover, patch
+    from ._geometry.show import Page, Picture, render, view
+    from ._geometry.simplify import Edges, ErrorBounds, Fit, Level, Levels, Record, Simplified, lod, simplify
 
-#: Where things are: a module is imported when something in it is needed first.
+#: The module of each public name; it is imported at the first use of the name.
 _PLACES = {
     "_call": "State",
-    "_convert": "as_mesh",
-    "_curvature": "Curvature curvature",
-    "_distance": "Bounds Distance OneSided distance",
+    "_geometry.curvature": "Curvature curvature",
+    "_geometry.distance": "Bounds Distance OneSided distance",
     "_errors": "ArrayError CannotBeDoneError CurvmeshError DegenerateFaceError DuplicateFaceError InternalError NonManifoldError NotFiniteError OptionError OrientationError OutOfRangeError ReadError RecordError TooLargeError WriteError",
-    "_flip": "EdgeCost FaceCost Flipped flip",
-    "_info": "Info Repaired info repair subdivide",
-    "_mesh": "Data Mesh read write",
-    "_patch": "Cover patch",
-    "_show": "Page Picture render view",
-    "_simplify": "Edges ErrorBounds Fit Level Levels Record Simplified lod simplify",
+    "_geometry.flip": "EdgeCost FaceCost Flipped flip",
+    "_geometry.info": "Info Repaired info repair subdivide",
+    "_geometry.files": "as_mesh read write",
+    "_geometry.mesh": "Data Mesh",
+    "_geometry.patch": "Cover patch",
+    "_geometry.show": "Page Picture render view",
+    "_geometry.simplify": "Edges ErrorBounds Fit Level Levels Record Simplified lod simplify",
 }
 _MODULE_OF = {name: module for module, names in _PLACES.items() for name in names.split()}
 
@@ -98,6 +98,7 @@ __all__ = [
     "batch",
     "curvature",
     "distance",
+    "examples",
     "flip",
     "info",
     "lod",
@@ -117,7 +118,7 @@ __all__ = [
 def __getattr__(name: str) -> object:
     from importlib import import_module
 
-    if name in ("batch", "regions", "shapes"):
+    if name in ("batch", "examples", "regions", "shapes"):
         return import_module(f".{name}", __name__)
     if name == "__version__":
         found: object = import_module("._core", __name__).VERSION

@@ -1,31 +1,34 @@
-"""What can go wrong: one class per kind, with ids and what would cure it."""
+"""Exceptions: one class for each kind, with element ids and the cure."""
 
 from __future__ import annotations
 
+import errno as codes
+import os
 from collections.abc import Sequence
+from typing import Any
 
 
 class CurvmeshError(Exception):
-    """Something is wrong with a mesh, a file or an option.
+    """Base class of all exceptions of this package.
 
     Attributes
     ----------
     vertices, faces : list of int
-        The first of the vertices or faces at fault, counted from 0 as in the arrays; at most eight.
+        The first eight vertices or faces at fault, as indices of the arrays.
     edges : list of (int, int)
-        The first of the edges at fault, each by its two vertices.
+        The first eight edges at fault, each by its two vertices.
     count : int
-        How many there are in all.
+        Number of elements at fault.
     repair : str
-        The argument of :func:`curvmesh.repair` that mends it, or an empty string.
+        The argument of :func:`curvmesh.repair` that repairs the defect, or an empty string.
     cure : str
-        What else would help, or an empty string.
+        Another cure, or an empty string.
     path : str
-        The file, if it is about one.
+        The file, or an empty string.
     line, byte : int or None
-        Where in the file.
+        Place in the file.
     place : str
-        Where in a glTF document.
+        Place in a glTF document.
     """
 
     def __init__(
@@ -61,19 +64,19 @@ class ArrayError(CurvmeshError, ValueError):
 
 
 class OptionError(CurvmeshError, ValueError):
-    """An option has a value that makes no sense, or does not go with another one."""
+    """An option has an invalid value, or conflicts with another option."""
 
 
 class OutOfRangeError(CurvmeshError, IndexError):
-    """Faces refer to vertices that are not there, or a face that is asked for is not there."""
+    """A face refers to a vertex that does not exist, or the requested face does not exist."""
 
 
 class NotFiniteError(CurvmeshError, ValueError):
-    """Coordinates are infinite or not numbers."""
+    """A coordinate is infinite or NaN."""
 
 
 class DegenerateFaceError(CurvmeshError, ValueError):
-    """Faces use a vertex twice, or have fewer than three corners."""
+    """A face uses a vertex twice, or has fewer than three corners."""
 
 
 class DuplicateFaceError(CurvmeshError, ValueError):
@@ -81,31 +84,96 @@ class DuplicateFaceError(CurvmeshError, ValueError):
 
 
 class NonManifoldError(CurvmeshError, ValueError):
-    """More than two faces share an edge, or surfaces touch in a vertex only."""
+    """More than two faces share an edge, or two surfaces touch only in a vertex."""
 
 
 class OrientationError(CurvmeshError, ValueError):
-    """Neighbouring faces disagree on which side is outside."""
+    """Adjacent faces have opposite orientations."""
 
 
 class TooLargeError(CurvmeshError, ValueError):
     """There are more elements than 32-bit indices can address."""
 
 
-class ReadError(CurvmeshError, OSError):
+class _FileError(CurvmeshError, OSError):
+    """A file error. Where the system refused, `errno`, `filename` and `strerror` say why.
+
+    The class is then also the one that Python raises itself, such as ``FileNotFoundError``.
+    """
+
+    def __new__(cls, message: str = "", *, errno: int | None = None, **_: Any) -> _FileError:
+        found: _FileError = OSError.__new__(_OF_SYSTEM.get((cls, errno), cls), message)
+        return found
+
+    def __init__(self, message: str = "", *, errno: int | None = None, **attributes: Any) -> None:
+        super().__init__(message, **attributes)
+        if errno is not None:
+            self.errno = errno
+            self.strerror = os.strerror(errno)
+            self.filename = self.path or None
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), str(self), {**vars(self), "errno": self.errno})
+
+
+def _again(kind: type[_FileError], message: str, attributes: dict[str, Any]) -> _FileError:
+    return kind(message, **attributes)
+
+
+class ReadError(_FileError):
     """A file cannot be read."""
 
 
-class WriteError(CurvmeshError, OSError):
-    """A file cannot be written; what was there is as it was."""
+class WriteError(_FileError):
+    """A file cannot be written; a file of that name is unchanged."""
+
+
+class NoFileError(ReadError, FileNotFoundError):
+    """The file does not exist."""
+
+
+class UnreadableFileError(ReadError, PermissionError):
+    """Reading the file is not permitted."""
+
+
+class NotAFileError(ReadError, IsADirectoryError):
+    """The path is a folder."""
+
+
+class NoFolderError(WriteError, FileNotFoundError):
+    """The folder of the file does not exist."""
+
+
+class UnwritableFileError(WriteError, PermissionError):
+    """Writing the file is not permitted."""
+
+
+class TargetIsFolderError(WriteError, IsADirectoryError):
+    """The path is a folder."""
+
+
+#: The class for an error number of the system.
+_OF_SYSTEM: dict[tuple[type[_FileError], int | None], type[_FileError]] = {
+    (ReadError, codes.ENOENT): NoFileError,
+    (ReadError, codes.EACCES): UnreadableFileError,
+    (ReadError, codes.EPERM): UnreadableFileError,
+    (ReadError, codes.EISDIR): NotAFileError,
+    (WriteError, codes.ENOENT): NoFolderError,
+    (WriteError, codes.EACCES): UnwritableFileError,
+    (WriteError, codes.EPERM): UnwritableFileError,
+    (WriteError, codes.EISDIR): TargetIsFolderError,
+}
 
 
 class RecordError(CurvmeshError, ValueError):
-    """A record of collapses cannot be read, or is that of another mesh."""
+    """A record of collapses cannot be read, or belongs to another mesh."""
 
 
 class CannotBeDoneError(CurvmeshError, ValueError):
-    """The mesh cannot be processed as asked."""
+    """The mesh cannot be processed as requested."""
 
 
 class InternalError(CurvmeshError, RuntimeError):

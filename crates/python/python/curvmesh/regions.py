@@ -1,8 +1,7 @@
 """Meshes larger than memory, region by region, on this machine, Dask or Ray.
 
-The steps are those of ``curvmesh region``, each from files to files in a folder that all workers see; what is
-scheduled here are these steps. Nobody holds the whole mesh, and nothing is done twice: a step finds what it
-did before.
+The steps are those of ``curvmesh region``: each reads and writes files in a folder that all workers share, and
+skips what is done. Nothing holds the whole mesh.
 """
 
 from __future__ import annotations
@@ -11,14 +10,21 @@ import json
 import os
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ._engines import Engine, Lost, check, opened, signal_name
 from ._errors import CurvmeshError, OptionError
+from ._options import checked
 from ._table import table, text
-from .batch._engines import Engine, Lost, check, opened
+
+if TYPE_CHECKING:
+    from ._options import Engine as EngineName
+    from ._options import Length, Preset
 
 __all__ = ["Level", "Levels", "Reduced", "RegionError", "lod", "simplify"]
 
@@ -43,38 +49,60 @@ class Step:
 
     Attributes
     ----------
-    program : str
-        The program.
+    program : tuple of str
+        The command that starts the program.
     arguments : tuple of str
-        What follows ``curvmesh region``.
+        The arguments after ``curvmesh region``.
     name : str
-        What it is called.
+        The name of the step.
     cores : int
-        By how many threads.
+        Number of threads.
+    progress : str
+        The file for the progress of the step, or an empty string.
     """
 
-    program: str
+    program: tuple[str, ...]
     arguments: tuple[str, ...]
     name: str
     cores: int
+    progress: str = ""
 
     def __call__(self) -> dict[str, Any]:
-        """Runs the program; gives its report, or ``{"error": ...}``."""
-        command = [self.program, "region", *self.arguments, "--json", "--quiet", "--threads", str(self.cores)]
+        """Runs the program; gives its report, ``{"error": ...}``, or ``{"died": ...}`` after a signal."""
+        command = [*self.program, "region", *self.arguments, "--json", "--quiet", "--threads", str(self.cores)]
+        if self.progress:
+            command.append("--tell-progress")
+        pipe = subprocess.PIPE
         try:
-            done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+            with subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True
+            ) as process:
+                said = self._listened(process)
+                output = process.stdout.read() if process.stdout else ""
         except OSError as error:
-            return {"error": f"{self.program} cannot be run: {error}"}
-        if done.returncode < 0:
-            # As where this process had been killed: the engine tries again.
-            os.kill(os.getpid(), -done.returncode)
+            return {"error": f"{self.program[0]} cannot be run: {error}"}
+        if process.returncode < 0:
+            return {"died": f"the program was ended by {signal_name(-process.returncode)}"}
         try:
-            report = json.loads(done.stdout.splitlines()[-1])
+            report = json.loads(output.splitlines()[-1])
         except (IndexError, ValueError):
-            return {"error": done.stderr.strip() or f"the program ended with code {done.returncode}"}
-        if done.returncode:
+            return {"error": said or f"the program ended with code {process.returncode}"}
+        if process.returncode:
             return {"error": report["error"]["message"]}
         return dict(report)
+
+    def _listened(self, process: subprocess.Popen[str]) -> str:
+        """Passes progress on, and gives the other lines of stderr."""
+        said = []
+        for line in process.stderr or ():
+            if not line.startswith("progress: "):
+                said.append(line)
+            elif self.progress:
+                part = f"{self.progress}.part"
+                with open(part, "w", encoding="utf-8") as file:
+                    file.write(line.removeprefix("progress: ").strip())
+                os.replace(part, self.progress)
+        return "".join(said).strip()
 
 
 @dataclass(frozen=True, repr=False)
@@ -159,6 +187,7 @@ class Levels:
         return table("Levels", self._rows())
 
 
+@checked
 def simplify(
     source: str | os.PathLike[str],
     output: str | os.PathLike[str],
@@ -168,13 +197,13 @@ def simplify(
     faces: int | None = None,
     vertices: int | None = None,
     ratio: float | None = None,
-    max_error: float | str | None = None,
+    max_error: Length | None = None,
     max_cost: float | None = None,
     relative: bool = False,
-    preset: str = "default",
+    preset: Preset = "default",
     verify: bool = False,
     repair: bool = False,
-    engine: str = "local",
+    engine: EngineName = "local",
     client: Any = None,
     workers: int | None = None,
     cores: int = 1,
@@ -205,9 +234,10 @@ def simplify(
     client, workers, cores, retries
         As for :func:`curvmesh.batch.run`.
     program : path, optional
-        The program ``curvmesh``, which all workers must have there; found on the path otherwise.
+        Another program ``curvmesh`` than that of this package; all workers need it at the same path.
     callback : callable, optional
-        Called with the name of each step when it is done.
+        Called with the name of each step when it is done, and during the last one with its progress, like
+        ``"finish: fit 3 of 12"``.
 
     Returns
     -------
@@ -232,12 +262,13 @@ def simplify(
     flags = {"--relative": relative, "--verify": verify, "--lenient": repair}
     split = [os.path.abspath(source), "--memory", str(memory), *_given(options, flags)]
     check(engine, client, workers)
-    run = _Run(os.path.abspath(work_dir), program, cores, callback)
+    run = _Run(os.path.abspath(work_dir), program, cores, retries, callback)
     with opened(engine, client, workers, cores, retries) as do:
         told, cells = run(do, split, ["-o", os.path.abspath(output)])
     return Reduced(told["output"], told["faces"], cells, told.get("error"))
 
 
+@checked
 def lod(
     source: str | os.PathLike[str],
     output: str | os.PathLike[str],
@@ -247,10 +278,10 @@ def lod(
     ratios: Sequence[float] = (),
     faces: Sequence[int] = (),
     tiles: bool = False,
-    preset: str = "default",
+    preset: Preset = "default",
     verify: bool = False,
     repair: bool = False,
-    engine: str = "local",
+    engine: EngineName = "local",
     client: Any = None,
     workers: int | None = None,
     cores: int = 1,
@@ -300,7 +331,7 @@ def lod(
     flags = {"--verify": verify, "--lenient": repair}
     split = [os.path.abspath(source), "--memory", str(memory), *_given(options, flags)]
     check(engine, client, workers)
-    run = _Run(os.path.abspath(work_dir), program, cores, callback)
+    run = _Run(os.path.abspath(work_dir), program, cores, retries, callback)
     with opened(engine, client, workers, cores, retries) as do:
         told, cells = run(do, split, ["--tiles" if tiles else "-o", os.path.abspath(output)])
     if "levels" not in told:
@@ -325,16 +356,22 @@ class _Run:
         folder: str,
         program: str | os.PathLike[str] | None,
         cores: int,
+        retries: int,
         callback: Callable[[str], object] | None,
     ) -> None:
-        found = shutil.which(os.fspath(program) if program is not None else "curvmesh")
-        if found is None:
-            name = "curvmesh" if program is None else os.fspath(program)
-            raise OptionError(f"there is no program {name}", cure="cargo install --path crates/cli, or program=")
-        self.program, self.folder, self.cores, self.callback = found, folder, cores, callback
+        if program is None:
+            # The program of this package.
+            self.program: tuple[str, ...] = (sys.executable, "-m", "curvmesh")
+        else:
+            found = shutil.which(os.fspath(program))
+            if found is None:
+                raise OptionError(f"there is no program {os.fspath(program)}")
+            self.program = (found,)
+        self.folder, self.cores, self.retries, self.callback = folder, cores, retries, callback
+        self._progress = os.path.join(folder, "progress.txt") if callback is not None else ""
 
     def __call__(self, do: Engine, split: list[str], target: list[str]) -> tuple[dict[str, Any], list[int]]:
-        """Does them all; gives the report of the last one, and how many cells there were on each level."""
+        """Runs all steps; gives the report of the last one, and the number of cells on each level."""
         plan = self._one(do, "split", "split", *split, "-w", self.folder)
         cells = [plan["cells"]]
         self._finish(do, plan)
@@ -351,7 +388,8 @@ class _Run:
                 raise RegionError(f"level {level + 1} was joined, and is not there", step="plan")
             cells.append(plan["cells"])
             self._finish(do, plan)
-        return self._one(do, "finish", "finish", self.folder, *target), cells
+        with _followed(self._progress, self.callback):
+            return self._one(do, "finish", "finish", self.folder, *target), cells
 
     def _finish(self, do: Engine, plan: dict[str, Any]) -> None:
         """Finishes a level that is a result, and does not fit, cell by cell."""
@@ -363,25 +401,70 @@ class _Run:
                 f"{act} {level} {cell}", act, self.folder, "--level", str(level), "--cell", str(cell)
             )
 
-        _all(do, [step(cell) for cell in range(count)], self.callback)
+        _all(do, [step(cell) for cell in range(count)], self.retries, self.callback)
 
     def _one(self, do: Engine, name: str, *arguments: str) -> dict[str, Any]:
-        return _all(do, [self._step(name, *arguments)], self.callback)[0]
+        return _all(do, [self._step(name, *arguments)], self.retries, self.callback)[0]
 
     def _step(self, name: str, *arguments: str) -> Step:
-        return Step(self.program, arguments, name, self.cores)
+        progress = self._progress if name == "finish" else ""
+        return Step(self.program, arguments, name, self.cores, progress)
 
 
-def _all(do: Engine, steps: list[Step], callback: Callable[[str], object] | None) -> list[dict[str, Any]]:
-    """Does steps that do not wait for each other, and gives their reports in any order."""
+def _all(
+    do: Engine, steps: list[Step], retries: int, callback: Callable[[str], object] | None
+) -> list[dict[str, Any]]:
+    """Runs independent steps, and gives their reports in any order; a step that died is tried again."""
     reports = []
-    with closing(do(steps)) as outcomes:
-        for step, outcome in outcomes:
-            if isinstance(outcome, Lost):
-                raise RegionError(f"{step.name}: {outcome.message}", step=step.name)
-            if "step" not in outcome:
-                raise RegionError(f"{step.name}: {outcome['error']}", step=step.name)
-            reports.append(outcome)
-            if callback is not None:
-                callback(step.name)
+    for tries in range(retries + 1):
+        died = []
+        with closing(do(steps)) as outcomes:
+            for step, outcome in outcomes:
+                if isinstance(outcome, Lost):
+                    raise RegionError(f"{step.name}: {outcome.message}", step=step.name)
+                if "died" in outcome:
+                    died.append(step)
+                    if tries == retries:
+                        message = f"{step.name}: {outcome['died']}, tried {tries + 1} times"
+                        raise RegionError(message, step=step.name)
+                    continue
+                if "step" not in outcome:
+                    raise RegionError(f"{step.name}: {outcome['error']}", step=step.name)
+                reports.append(outcome)
+                if callback is not None:
+                    callback(step.name)
+        if not died:
+            break
+        steps = died
     return reports
+
+
+@contextmanager
+def _followed(path: str, callback: Callable[[str], object] | None) -> Iterator[None]:
+    """Tells the progress that a step writes to a file, like ``"finish: fit 3 of 12"``."""
+    if callback is None:
+        yield
+        return
+    tell, is_done = callback, threading.Event()
+
+    def follow() -> None:
+        last = ""
+        while not is_done.wait(0.2):
+            try:
+                with open(path, encoding="utf-8") as file:
+                    now = file.read()
+            except OSError:
+                continue
+            if now != last:
+                last = now
+                tell(f"finish: {now}")
+
+    thread = threading.Thread(target=follow, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        is_done.set()
+        thread.join()
+        with suppress(OSError):
+            os.unlink(path)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from . import _core
-from ._mesh import Mesh
+from ._geometry.mesh import Mesh
+from ._options import checked
 
 __all__ = ["cube", "icosahedron", "octahedron", "sphere", "tetrahedron", "torus"]
 
 
+@checked
 def sphere(level: int = 4, *, radius: float = 1.0) -> Mesh:
     """A sphere about the origin: an icosahedron whose faces are cut into four `level` times.
 
@@ -20,6 +22,7 @@ def sphere(level: int = 4, *, radius: float = 1.0) -> Mesh:
     return Mesh._of(_core.sphere(level, radius))
 
 
+@checked
 def torus(
     rings: int = 36, sides: int = 24, *, major: float = 5.0, minor: float = 2.0, shifted: bool = True
 ) -> Mesh:

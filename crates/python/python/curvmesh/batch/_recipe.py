@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Union
 
 from .._errors import CurvmeshError, OptionError
-from .._mesh import write
+from .._geometry.files import write
 from .._table import grid
 from ..shapes import sphere
 from ._steps import STEPS, Told, Work

@@ -14,8 +14,9 @@ from typing import Any
 from .. import _core
 from .._call import Progress, _Bar
 from .._errors import OptionError
+from .._options import Engine, checked
 from .._table import table, text
-from ._engines import Lost, check, opened
+from .._engines import Lost, check, check_shared, opened
 from ._inputs import InputError, Inputs, shard_of, sources
 from ._recipe import Recipe, Steps
 from ._record import RECORD, Row, hash_of, is_settled, is_unchanged, is_whole, known, line, parsed
@@ -78,12 +79,13 @@ class Report:
         return table("Report", self._rows())
 
 
+@checked
 def run(
     inputs: Inputs,
     steps: Steps,
     output: str | os.PathLike[str],
     *,
-    engine: str = "local",
+    engine: Engine = "local",
     client: Any = None,
     workers: int | None = None,
     cores: int = 1,
@@ -181,7 +183,9 @@ def run(
     _check_counts(workers, cores, retries, thumbnail)
     if parquet:
         _check_pyarrow()
-    chosen, ending = shard_of(sources(inputs, output), shard)
+    found = sources(inputs, output)
+    check_shared([output, *(source.path for source in found)])
+    chosen, ending = shard_of(found, shard)
     store = Store(output)
     before, sizes = known(store, (source.name for source in chosen))
     rows: dict[str, Row] = {}
@@ -314,15 +318,15 @@ def _report(
 
 
 def _write_parquet(rows: list[Row], path: str) -> None:
-    """A column for each name; what has parts is JSON."""
+    """A column for each name, of the same type whatever the rows are; parts are JSON."""
     import pyarrow
     import pyarrow.parquet
 
-    columns: dict[str, list[Any]] = {name: [] for name in _flat(rows[0])}
-    for row in rows:
-        for name, value in _flat(row).items():
-            columns[name].append(value)
-    pyarrow.parquet.write_table(pyarrow.table(columns), path)
+    flat = [_flat(row) for row in rows]
+    kinds = {"input_bytes": pyarrow.int64(), "failure_step": pyarrow.int64(), "failure_lasting": pyarrow.bool_()}
+    kinds["seconds_total"] = pyarrow.float64()
+    schema = pyarrow.schema([(name, kinds.get(name, pyarrow.string())) for name in flat[0]] if flat else [])
+    pyarrow.parquet.write_table(pyarrow.Table.from_pylist(flat, schema=schema), path)
 
 
 #: The parts of a row that have columns of their own.

@@ -9,13 +9,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from .._curvature import curvature
-from .._distance import distance
-from .._flip import flip
-from .._info import repair
-from .._mesh import Mesh, read, write
-from .._show import render
-from .._simplify import lod, simplify
+from .._geometry.curvature import curvature
+from .._geometry.distance import distance
+from .._geometry.flip import flip
+from .._geometry.info import repair
+from .._geometry.files import read, write
+from .._geometry.mesh import Mesh
+from .._geometry.show import render
+from .._geometry.simplify import lod, simplify
 
 #: What is told of a mesh or of a step: names and JSON values.
 Told = dict[str, Any]
@@ -115,15 +116,13 @@ _NAMES = {"gaussian": "gaussian_curvature", "mean": "mean_curvature", "abs_mean"
 
 
 def _curvature(work: Work, options: Told) -> Told:
-    import numpy as np
-
     options = dict(options)
     quantities = options.pop("quantities", ["gaussian", "mean"])
     found = curvature(work.mesh, threads=work.threads, **options)
-    # On the triangles that it was computed on; not the mesh of anybody else.
+    # Unknown values are NaN in the file as well.
     mesh = found.mesh.copy()
     data = mesh.face_data if found.on == "face" else mesh.vertex_data
-    data.update({_NAMES.get(name, name): np.nan_to_num(found[name]) for name in quantities})
+    data.update({_NAMES.get(name, name): found[name] for name in quantities})
     told: Told = {"totals": found.totals}
     if found.radius is not None:
         told["radius"] = found.radius

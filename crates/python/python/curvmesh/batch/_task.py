@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from .. import _core
 from .._errors import CurvmeshError, InternalError, ReadError, WriteError
-from .._show import render
+from .._geometry.show import render
 from ._inputs import Source
 from ._recipe import Recipe
 from ._record import RECORD, Row, is_settled, is_whole, line, parsed, plain

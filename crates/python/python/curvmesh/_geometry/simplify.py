@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, Union
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
-from . import _core
-from ._call import Callback, Progress, calling, plain
-from ._convert import as_mesh
-from ._errors import OptionError
-from ._mesh import Mesh
-from ._table import grid, table, text
+from .. import _core
+from .._call import Callback, Progress, calling, plain
+from .._errors import OptionError
+from .._options import checked, whole
+from .._table import grid, table, text
+from .files import as_mesh
+from .mesh import Mesh
 
 if TYPE_CHECKING:
     import os
@@ -19,11 +20,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .._options import Length, Norm, Placement, Preset
+
 __all__ = ["Edges", "ErrorBounds", "Fit", "Level", "Levels", "Record", "Simplified", "lod", "simplify"]
-
-#: A number in model units, or a text such as ``"0.2%"`` of the diagonal of the bounding box.
-Length = Union[float, str]
-
 
 class Edges(NamedTuple):
     """Edges that may collapse, as a cost, a surcharge or a guard of one's own sees them.
@@ -93,6 +92,9 @@ class Record:
     def __repr__(self) -> str:
         return f"Record({len(self)} collapses)"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (Mesh._of(self._log.mesh()), _core.record_bytes(plain(), self._log))
+
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the record, 48 bytes for each collapse."""
         import os
@@ -121,6 +123,10 @@ class Record:
         """For each vertex of the mesh the one that it has become after so many collapses, in the
         numbering of the mesh."""
         return _core.representatives(self._log, collapses)
+
+
+def _restored(mesh: Mesh, content: bytes) -> Record:
+    return Record(_core.load_record(plain(), content, mesh._data))
 
 
 @dataclass(frozen=True, repr=False)
@@ -211,7 +217,9 @@ def _choices(
         "lock_boundary": lock_boundary,
         "feature_angle": feature_angle,
         "no_intersections": no_intersections,
-        "min_component_vertices": kept[components] if isinstance(components, str) else components,
+        "min_component_vertices": kept[components]
+        if isinstance(components, str)
+        else whole("components", components),
         "verify": verify,
         "seed": seed,
     }
@@ -243,6 +251,7 @@ def _asked(function: EdgeFunction | None) -> Callable[[Any, Any, Any], Any] | No
     return ask
 
 
+@checked
 def simplify(
     mesh: Any,
     *,
@@ -253,11 +262,11 @@ def simplify(
     max_cost: float | None = None,
     time_limit: float | None = None,
     relative: bool = False,
-    preset: str = "default",
-    placement: str | None = None,
+    preset: Preset = "default",
+    placement: Placement | None = None,
     curvature_weight: float | None = None,
     fit_rounds: int | None = None,
-    norm: str | None = None,
+    norm: Norm | None = None,
     anneal_time: float | None = None,
     lock_boundary: bool = False,
     feature_angle: float | None = None,
@@ -473,7 +482,11 @@ class Levels(Sequence[Level]):
         self._levels = list(levels)
         self.record = record
 
-    def __getitem__(self, place: Any) -> Any:
+    @overload
+    def __getitem__(self, place: int) -> Level: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[Level]: ...
+    def __getitem__(self, place: int | slice) -> Level | list[Level]:
         return self._levels[place]
 
     def __len__(self) -> int:
@@ -487,6 +500,7 @@ class Levels(Sequence[Level]):
         return grid("Levels of detail", ["faces", "vertices", "mean", "rms", "largest"], lines)
 
 
+@checked
 def lod(
     mesh: Any,
     *,
@@ -495,8 +509,8 @@ def lod(
     errors: Sequence[Length] = (),
     relative: bool = False,
     record: Record | None = None,
-    preset: str = "default",
-    placement: str | None = None,
+    preset: Preset = "default",
+    placement: Placement | None = None,
     curvature_weight: float | None = None,
     lock_boundary: bool = False,
     feature_angle: float | None = None,
@@ -552,7 +566,7 @@ def lod(
         raise OptionError("say which levels: ratios=, faces= or errors=")
     steps = {
         "ratios": [float(ratio) for ratio in ratios],
-        "faces": [int(count) for count in faces],
+        "faces": [whole("faces", count) for count in faces],
         "errors": list(errors),
         "relative": relative,
     }

@@ -6,15 +6,18 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from . import _core
-from ._call import Progress, calling, plain
-from ._convert import as_mesh
-from ._mesh import Mesh
-from ._table import table, text
+from .. import _core
+from .._call import Progress, calling, plain
+from .._options import checked
+from .._table import table, text
+from .files import as_mesh
+from .mesh import Mesh
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from .._options import Length
 
 __all__ = ["Bounds", "Distance", "OneSided", "distance"]
 
@@ -105,12 +108,13 @@ class Distance:
         return table("Distance", self._rows())
 
 
+@checked
 def distance(
     first: Any,
     second: Any,
     *,
     samples: int = 1_000_000,
-    exact: float | str | None = None,
+    exact: Length | None = None,
     relative: bool = False,
     seed: int = 1,
     progress: Progress = None,

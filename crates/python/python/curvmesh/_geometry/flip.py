@@ -6,15 +6,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from . import _core
-from ._call import Callback, Progress, calling
-from ._convert import as_mesh
-from ._errors import OptionError
-from ._mesh import Mesh
-from ._table import table, text
+from .. import _core
+from .._call import Callback, Progress, calling
+from .._errors import OptionError
+from .._options import checked
+from .._table import table, text
+from .files import as_mesh
+from .mesh import Mesh
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from .._options import Area, FlipCost
 
 __all__ = ["EdgeCost", "FaceCost", "Flipped", "flip"]
 
@@ -132,11 +135,12 @@ class Flipped:
         return table("Flipped", self._rows())
 
 
+@checked
 def flip(
     mesh: Any,
     *,
-    cost: str | FaceCost | EdgeCost = "f2",
-    area: str = "voronoi",
+    cost: FlipCost | FaceCost | EdgeCost = "f2",
+    area: Area = "voronoi",
     look_ahead: int = 1,
     rebuild_effort: int | None = None,
     rebuild_largest: int = 1000,

@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from . import _core
-from ._call import Progress, calling, plain
-from ._convert import as_mesh
-from ._mesh import Mesh
-from ._table import table, text
+from .. import _core
+from .._call import Progress, calling, plain
+from .._options import checked
+from .._table import table, text
+from .files import as_mesh
+from .mesh import Mesh
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
+
+    from .._options import CoverMethod, Length, Outline, Sections
 
 __all__ = ["Cover", "patch"]
 
@@ -24,7 +27,7 @@ class Cover:
     Attributes
     ----------
     mesh : Mesh
-        What is covered.
+        The triangles that are covered.
     """
 
     def __init__(self, mesh: Mesh, cover: _core.CoverData) -> None:
@@ -138,6 +141,9 @@ class Cover:
         found: dict[str, Any] = json.loads(self._cover.record())
         return found
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.mesh, self._cover.dump())
+
     def _rows(self) -> list[tuple[str, object]]:
         return [
             ("patches", len(self)),
@@ -154,16 +160,21 @@ class Cover:
         return table("Cover", self._rows())
 
 
+def _restored(mesh: Mesh, content: bytes) -> Cover:
+    return Cover(mesh, _core.CoverData.load(content, mesh._data))
+
+
+@checked
 def patch(
     mesh: Any,
     *,
-    tolerance: float | str | None = None,
+    tolerance: Length | None = None,
     relative: bool = False,
     face: int | None = None,
-    radius: float | str | None = None,
-    shape: str = "best",
-    preset: str = "robust",
-    cover: str = "best",
+    radius: Length | None = None,
+    shape: Outline = "best",
+    preset: Sections = "robust",
+    cover: CoverMethod = "best",
     overhang: bool = True,
     progress: Progress = None,
     threads: int | None = None,
@@ -205,7 +216,7 @@ def patch(
     >>> cover.evaluate([0.0, 1.0], 0.0).shape
     (2, 3)
     """
-    given = as_mesh(mesh)
+    given = as_mesh(mesh).triangulated(threads=threads)
     with calling("patches", progress, threads) as call:
         made = _core.patch(
             call, given._data, tolerance, relative, face, radius, shape, preset, cover, overhang

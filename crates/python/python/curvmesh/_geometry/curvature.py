@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from . import _core
-from ._call import Progress, calling, plain
-from ._convert import as_mesh
-from ._mesh import Mesh
-from ._table import table, text
+from .. import _core
+from .._call import Progress, calling, plain
+from .._options import checked
+from .._table import table, text
+from .files import as_mesh
+from .mesh import Mesh
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from .._options import Area, Estimator, Length, On, Sections
 
 __all__ = ["Curvature", "curvature"]
 
@@ -20,13 +23,14 @@ __all__ = ["Curvature", "curvature"]
 class Curvature:
     """Curvature of every vertex, or with ``estimator="face"`` of every face.
 
-    Curvatures are positive where the surface is convex seen from outside. Values are pointwise, but for
-    those whose names begin with ``integral_``. Elements without curvature have NaN.
+    Curvatures are positive where the surface is convex seen from outside. Values are pointwise, except those
+    whose names begin with ``integral_``. Where curvature is unknown, as at vertices without a face, values
+    are NaN.
 
     Attributes
     ----------
     mesh : Mesh
-        What it is of; per face, its triangles.
+        The mesh that the values belong to: with ``"face"``, the triangles that polygons are cut into.
     estimator : str
         ``"vertex"``, ``"face"``, ``"fit"`` or ``"ball"``.
     on : str
@@ -39,10 +43,10 @@ class Curvature:
         The radius of discs or balls, in model units.
     """
 
-    def __init__(self, mesh: Mesh, estimator: str, found: dict[str, Any]) -> None:
+    def __init__(self, mesh: Mesh, estimator: Estimator, found: dict[str, Any]) -> None:
         self.mesh = mesh
-        self.estimator = estimator
-        self.on = "face" if estimator == "face" else "vertex"
+        self.estimator: Estimator = estimator
+        self.on: On = "face" if estimator == "face" else "vertex"
         self.totals: dict[str, float] = found.pop("totals")
         self.radius: float | None = found.pop("radius")
         self._directions: NDArray[np.float64] | None = found.pop("directions")
@@ -167,15 +171,16 @@ class Curvature:
         return table("Curvature", self._rows())
 
 
+@checked
 def curvature(
     mesh: Any,
     *,
-    estimator: str = "vertex",
-    area: str = "voronoi",
-    radius: float | str | None = None,
+    estimator: Estimator = "vertex",
+    area: Area = "voronoi",
+    radius: Length | None = None,
     relative: bool = False,
     rings: int = 2,
-    preset: str = "robust",
+    preset: Sections = "robust",
     progress: Progress = None,
     threads: int | None = None,
 ) -> Curvature:
@@ -229,6 +234,8 @@ def curvature(
     (864, 2, 3)
     """
     given = as_mesh(mesh)
+    if estimator == "face":
+        given = given.triangulated(threads=threads)
     with calling("curvature", progress, threads) as call:
         found = _core.curvature(
             call,

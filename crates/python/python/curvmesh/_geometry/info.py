@@ -6,15 +6,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from . import _core
-from ._call import Progress, calling
-from ._convert import as_mesh
-from ._mesh import Mesh
-from ._table import table, text
+from .. import _core
+from .._call import Progress, calling
+from .._options import checked, whole
+from .._table import table, text
+from .files import as_mesh
+from .mesh import Mesh
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+
+    from .._options import Length
 
 __all__ = ["Info", "Repaired", "info", "repair", "subdivide"]
 
@@ -32,30 +35,77 @@ _REPAIRS = {
 }
 
 
+@dataclass(frozen=True, repr=False)
 class Info(Mapping[str, Any]):
-    """Counts, topology, defects and sizes of a mesh, by name and as attributes."""
+    """Counts, topology, defects and sizes of a mesh, as attributes and by name.
 
-    def __init__(self, found: dict[str, Any]) -> None:
-        self._found = found
+    Attributes
+    ----------
+    vertices, faces, triangles, quadrilaterals, larger_polygons, edges : int
+        Counts; edges are those of the triangles that polygons are cut into.
+    boundary_edges, boundary_loops : int
+        Edges with one face, and the closed curves that they form.
+    components, edge_components : int
+        Parts connected by common vertices, and by common edges.
+    non_manifold_edges, non_manifold_vertices, inconsistent_edges, duplicate_faces, degenerate_faces : int
+        Defects; degenerate faces repeat a vertex or have no area.
+    repeated_vertex_faces, zero_area_faces, sliver_faces, unreferenced_vertices, non_finite_vertices : int
+        More defects.
+    euler_characteristic : int
+        Vertices minus edges plus faces.
+    closed, manifold, oriented : bool
+        Every edge has two faces; every vertex has a disc or half-disc around it; adjacent faces agree.
+    bbox_min, bbox_max : list of float or None
+        Corners of the bounding box, in model units; ``None`` without a finite vertex in use.
+    area, volume : float or None
+        In model units; the volume is ``None`` unless the mesh is closed and oriented.
+    joined_vertices : int
+        Vertices at equal positions that count as another one, see :attr:`Mesh.joins`.
+    """
+
+    vertices: int
+    faces: int
+    triangles: int
+    quadrilaterals: int
+    larger_polygons: int
+    edges: int
+    boundary_edges: int
+    boundary_loops: int
+    components: int
+    edge_components: int
+    non_manifold_edges: int
+    non_manifold_vertices: int
+    inconsistent_edges: int
+    duplicate_faces: int
+    degenerate_faces: int
+    repeated_vertex_faces: int
+    zero_area_faces: int
+    sliver_faces: int
+    unreferenced_vertices: int
+    non_finite_vertices: int
+    euler_characteristic: int
+    closed: bool
+    manifold: bool
+    oriented: bool
+    bbox_min: list[float] | None
+    bbox_max: list[float] | None
+    area: float | None
+    volume: float | None
+    joined_vertices: int
 
     def __getitem__(self, name: str) -> Any:
-        return self._found[name]
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name not in self._found:
-            raise AttributeError(name)
-        return self._found[name]
+        return vars(self)[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._found)
+        return iter(vars(self))
 
     def __len__(self) -> int:
-        return len(self._found)
+        return len(vars(self))
 
     @property
     def defects(self) -> dict[str, int]:
-        """What is wrong, with its number; empty for a sound mesh."""
-        return {name: self._found[name] for name in _REPAIRS if self._found[name]}
+        """The number of each kind of defect; empty for a sound mesh."""
+        return {name: self[name] for name in _REPAIRS if self[name]}
 
     @property
     def repairs(self) -> list[str]:
@@ -63,14 +113,15 @@ class Info(Mapping[str, Any]):
         return list(dict.fromkeys(_REPAIRS[name] for name in self.defects if _REPAIRS[name]))
 
     def __repr__(self) -> str:
-        return text("Info", self._found.items())
+        return text("Info", self.items())
 
     def _repr_html_(self) -> str:
-        return table("Info", self._found.items())
+        return table("Info", self.items())
 
 
+@checked
 def info(mesh: Any, *, threads: int | None = None) -> Info:
-    """Count the parts and defects of a mesh, and measure it; broken ones too.
+    """Count the elements and defects of a mesh, and measure it. Broken meshes are allowed.
 
     Parameters
     ----------
@@ -80,11 +131,7 @@ def info(mesh: Any, *, threads: int | None = None) -> Info:
     Returns
     -------
     Info
-        ``vertices``, ``faces``, ``triangles``, ``edges``, ``boundary_edges``, ``boundary_loops``,
-        ``components``, ``euler_characteristic``, ``closed``, ``manifold``, ``oriented``, counts of
-        defects, ``bbox_min``, ``bbox_max``, ``area`` and ``volume`` (``None`` unless closed and
-        oriented), all as ``curvmesh info`` has them. Edges and defects are counted after polygons were
-        cut into triangles.
+        The same values as ``curvmesh info``. Vertices that :attr:`Mesh.joins` makes one are counted once.
 
     Examples
     --------
@@ -95,7 +142,7 @@ def info(mesh: Any, *, threads: int | None = None) -> Info:
     """
     given = as_mesh(mesh, check=False)
     with calling("info", None, threads) as call:
-        return Info(_core.info(call, given._data))
+        return Info(**_core.info(call, given._data))
 
 
 @dataclass(frozen=True, repr=False)
@@ -136,10 +183,11 @@ class Repaired:
         return table("Repaired", self._rows())
 
 
+@checked
 def repair(
     mesh: Any,
     *,
-    weld: str | float | None = None,
+    weld: Length | None = None,
     relative: bool = False,
     drop_out_of_range: bool = False,
     drop_degenerate: bool = False,
@@ -198,6 +246,8 @@ def repair(
     if not any(named.values()):
         named = dict.fromkeys(named, True)
         weld = "exact" if weld is None else weld
+    if fill_holes is not None and not isinstance(fill_holes, str):
+        fill_holes = whole("fill_holes", fill_holes)
     given = as_mesh(mesh, check=False)
     repairs = {"weld": weld, "relative": relative, **named}
     with calling("repairing", None, threads) as call:
@@ -207,6 +257,7 @@ def repair(
     return Repaired(mesh=Mesh._of(made), counts=told, unchanged=unchanged, **sources)
 
 
+@checked
 def subdivide(
     mesh: Any,
     *,
@@ -232,7 +283,8 @@ def subdivide(
     Returns
     -------
     Mesh
-        The vertices of the input come first. Texture coordinates and other data are interpolated.
+        The vertices of the input come first. Texture coordinates and other data are interpolated; normals are
+        left out.
 
     Examples
     --------

@@ -10,14 +10,16 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple, Protocol, TypeVar, Union
 
-from .._errors import OptionError
-from ._record import Row
+from ._errors import OptionError
+
+#: What a job gives: names and JSON values.
+Row = dict[str, Any]
 
 
 class Job(Protocol):
@@ -65,6 +67,26 @@ class Engine(Protocol):
         """What became of each of them."""
 
 
+#: The scheme of fsspec whose files exist in one process only.
+_OF_PROCESS = "memory://"
+
+
+def check_shared(paths: Iterable[str]) -> None:
+    """Refuses places that the processes of an engine do not share.
+
+    Raises
+    ------
+    OptionError
+        A path is in the memory of this process.
+    """
+    for path in paths:
+        if path.startswith(_OF_PROCESS):
+            raise OptionError(
+                f"{path} is in the memory of this process; tasks run in other processes, which have their own",
+                cure="use a folder, or call a Task in this process: curvmesh.batch.Task(source, recipe, output)()",
+            )
+
+
 @contextmanager
 def opened(
     engine: str, client: Any, workers: int | None, cores: int, retries: int
@@ -107,6 +129,12 @@ def _cpus() -> int:
     return os.cpu_count() or 1
 
 
+def signal_name(number: int) -> str:
+    """The name of a signal, and the usual cause of SIGKILL."""
+    name = next((known.name for known in signal.Signals if known == number), str(number))
+    return f"{name} (often for lack of memory: fewer workers help)" if name == "SIGKILL" else name
+
+
 class _Worker:
     """A process of this machine that does one job after the other."""
 
@@ -131,9 +159,7 @@ class _Worker:
         code = self.process.exitcode
         if code is None or code >= 0:
             return f"its process ended with code {code}"
-        name = next((known.name for known in signal.Signals if known == -code), str(-code))
-        hint = "; where that was for lack of memory, fewer workers help" if name == "SIGKILL" else ""
-        return f"its process was ended by {name}{hint}"
+        return f"its process was ended by {signal_name(-code)}"
 
 
 def _serve(pipe: Connection) -> None:

@@ -6,18 +6,23 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any, Union
 
-from . import _core
-from ._call import Progress, calling
-from ._convert import as_mesh
-from ._errors import ArrayError, CurvmeshError, OptionError
-from ._mesh import Mesh
-from ._table import table
+from .. import _core
+from .._call import Progress, calling
+from .._errors import ArrayError, CurvmeshError, OptionError
+from .._options import checked
+from .._table import table
+from .curvature import Curvature
+from .files import as_mesh
+from .info import info
+from .mesh import Data, Mesh
 
 if TYPE_CHECKING:
     import os
 
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
+
+    from .._options import Layout, On
 
 __all__ = ["Page", "Picture", "render", "view"]
 
@@ -101,33 +106,53 @@ class Page:
         )
 
 
-def _named(mesh: Mesh, values: Values) -> tuple[str, NDArray[np.float64] | None]:
-    """What is shown, and what it is called."""
+def _shown(
+    mesh: Mesh, values: Values, on: On | None
+) -> tuple[On, NDArray[np.float64]]:
+    """Values of vertices or faces, and which of the two; a guess is made only where one is possible."""
     import numpy as np
 
-    if values is None:
-        return "", None
     if isinstance(values, str):
-        for data in (mesh.vertex_data, mesh.face_data):
-            found = data.get(values)
-            if found is not None and found.ndim == 1:
-                return values, np.require(found, np.float64, "A")
-        names = [n for data in (mesh.vertex_data, mesh.face_data) for n in data if data[n].ndim == 1]
-        raise OptionError(f"there is no data {values!r}; there are {names or 'none'}")
-    array = np.require(values, np.float64, "A")
+        named = {kind: data for kind, data in _data_of(mesh) if data.get(values) is not None}
+        found = [kind for kind, data in named.items() if data[values].ndim == 1 and on in (None, kind)]
+        if not found:
+            names = sorted({name for _, data in _data_of(mesh) for name in data if data[name].ndim == 1})
+            raise OptionError(f"there is no data {values!r}; there are {names or 'none'}")
+        if len(found) > 1:
+            raise OptionError(f'vertices and faces have {values!r}; say on="vertex" or on="face"')
+        return found[0], np.require(named[found[0]][values], np.float64, "A")
+    array = np.ma.filled(values, np.nan) if np.ma.isMaskedArray(values) else values
+    array = np.require(array, np.float64, "A")
     if array.ndim != 1:
         raise ArrayError(f"values have the shape {array.shape}; give one for each vertex or face")
-    return "", array
+    counts: dict[On, int] = {"vertex": mesh.vertex_count, "face": mesh.face_count}
+    fitting = [kind for kind, count in counts.items() if count == len(array)]
+    if on is None and len(fitting) > 1:
+        message = f'there are {len(array)} vertices and as many faces; say on="vertex" or on="face"'
+        raise OptionError(message)
+    if not fitting or on not in (None, *fitting):
+        expected = f"one for each {on}" if on else "one for each vertex or for each face"
+        raise ArrayError(
+            f"there are {len(array)} values, but {mesh.vertex_count} vertices and {mesh.face_count} faces; "
+            f"give {expected}"
+        )
+    return on or fitting[0], array
+
+
+def _data_of(mesh: Mesh) -> list[tuple[On, Data]]:
+    return [("vertex", mesh.vertex_data), ("face", mesh.face_data)]
 
 
 def _range(range: str | tuple[float, float]) -> str:
     return range if isinstance(range, str) else f"{range[0]!r},{range[1]!r}"
 
 
+@checked
 def render(
     mesh: Any,
     values: Values = None,
     *,
+    on: On | None = None,
     direction: str | Sequence[str] | Sequence[float] = (0.4, 0.3, 1.0),
     up: Sequence[float] = (0.0, 1.0, 0.0),
     size: tuple[int, int] = (900, 900),
@@ -153,7 +178,10 @@ def render(
         See :func:`curvmesh.as_mesh`; an oriented manifold.
     values : str or array_like, optional
         What the colours show: the name of data of the mesh, or a number for each vertex or each face.
-        Without, the mesh has its own colours or materials.
+        By default the mesh has its own colours or materials.
+    on : str, optional
+        Whether `values` belong to each ``"vertex"`` or each ``"face"``; needed where both counts are equal, or
+        both have data of that name.
     direction : sequence of float, str or sequence of str
         From the model to the camera; or a side (``"front"``, ``"back"``, ``"left"``, ``"right"``,
         ``"top"``, ``"bottom"``, ``"corner"``), several of which make a sheet.
@@ -197,7 +225,8 @@ def render(
     Picture(... x 200)
     """
     given = as_mesh(mesh)
-    name, shown = _named(given, values)
+    shown = None if values is None else _shown(given, values, on)
+    name = values if isinstance(values, str) else ""
     if isinstance(direction, str):
         direction = [direction]
     style = {
@@ -222,15 +251,17 @@ def render(
     return Picture(png, pixels, None if ends is None else (ends[0], ends[1]))
 
 
+@checked
 def view(
     *meshes: Any,
     names: Sequence[str] | None = None,
     values: Mapping[str, Any] | Sequence[Mapping[str, Any]] | None = None,
+    on: On | None = None,
     directions: bool = False,
     color: str | None = None,
     colormap: str | None = None,
     range: tuple[float, float] | None = None,
-    layout: str = "side",
+    layout: Layout = "side",
     smooth: bool | None = None,
     edges: bool | None = None,
     title: str | None = None,
@@ -256,6 +287,8 @@ def view(
         What the meshes are called.
     values : mapping or sequence of mappings, optional
         More numbers by name for each vertex or face: of all meshes, or one mapping for each.
+    on : str, optional
+        Whether `values` belong to each ``"vertex"`` or each ``"face"``; needed where both counts are equal.
     directions : bool
         Whether principal directions of the vertices are found and shown on demand.
     color : str, optional
@@ -290,8 +323,6 @@ def view(
     >>> page.html.startswith("<!DOCTYPE html>") or page.html[:15]
     True
     """
-    from ._curvature import Curvature
-
     if not meshes:
         raise OptionError("give a mesh to show")
     if names is not None and len(names) != len(meshes):
@@ -304,12 +335,12 @@ def view(
         raise OptionError(f"there are {len(of_each)} mappings of values for {len(meshes)} meshes")
     exhibits = []
     for number, (thing, more) in enumerate(zip(meshes, of_each)):
-        fields = dict(more)
         arrows: Any = None
+        fields: dict[str, tuple[On, NDArray[np.float64]]] = {}
         if isinstance(thing, Curvature):
             mesh = thing.mesh
             shown = ("mean", "gaussian", "k1", "k2", "shape_index", "curvedness")
-            fields = {**{name: thing[name] for name in shown}, **fields}
+            fields = {name: (thing.on, thing[name]) for name in shown}
             if thing.on == "vertex":
                 arrows = thing.directions
             if color is None:
@@ -318,11 +349,12 @@ def view(
             mesh = as_mesh(thing, check=False)
         if directions and arrows is None:
             arrows = _core.principal_directions(_core.Call(None, None, threads, False), mesh._data)
+        fields |= {name: _shown(mesh, array, on) for name, array in more.items()}
         exhibits.append(
             {
                 "name": names[number] if names is not None else _name(thing, number, len(meshes)),
                 "mesh": mesh._data,
-                "values": [(name, _number(array)) for name, array in fields.items()],
+                "values": list(fields.items()),
                 "directions": arrows,
             }
         )
@@ -351,17 +383,9 @@ def _name(thing: Any, number: int, count: int) -> str:
     return "mesh" if count == 1 else f"mesh {number + 1}"
 
 
-def _number(array: Any) -> NDArray[np.float64]:
-    import numpy as np
-
-    return np.require(array, np.float64, "A")
-
-
 def card(mesh: Mesh) -> str:
     """What a mesh shows of itself in a notebook: a picture, counts, defects."""
     import base64
-
-    from ._info import info
 
     found = info(mesh)
     rows: list[tuple[str, object]] = [

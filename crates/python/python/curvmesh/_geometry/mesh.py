@@ -1,31 +1,54 @@
-"""The mesh, and its data by name."""
+"""The class :class:`Mesh`, and its data by name."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from importlib import import_module
+from types import MethodType
 from typing import TYPE_CHECKING, Any
 
-from . import _core
-from ._call import calling, plain
-from ._errors import ArrayError
+from .. import _core
+from .._call import plain
+from .._errors import ArrayError, CurvmeshError
+from .arrays import column, content, coordinates
 
 if TYPE_CHECKING:
-    import os
-
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
-    from ._call import Progress
+    from . import curvature as _curvature
+    from . import distance as _distance
+    from . import files as _files
+    from . import flip as _flip
+    from . import info as _info
+    from . import show as _show
+    from . import simplify as _simplify
+    from .packages import meshio, open3d, pyvista, trimesh
 
-__all__ = ["Data", "Mesh", "read", "write"]
+__all__ = ["Data", "Mesh"]
+
+
+class _Method:
+    """A function of a module that builds on this one, as a method: the mesh is its first argument.
+
+    The module is imported at the first call, so that no module imports a module above it.
+    """
+
+    def __init__(self, module: str, name: str) -> None:
+        self._module = module
+        self._name = name
+
+    def __get__(self, mesh: Mesh | None, owner: type[Mesh]) -> Callable[..., Any]:
+        module = import_module(f".{self._module}", __package__)
+        function: Callable[..., Any] = getattr(module, self._name)
+        return function if mesh is None else MethodType(function, mesh)
 
 
 class Data(MutableMapping[str, "NDArray[Any]"]):
     """Arrays by name, one row for each vertex, corner or face.
 
-    Reading gives a read-only view without a copy. Setting or deleting a name changes the mesh that this
-    belongs to, and no other one; each time the data of the mesh is copied once, so give several arrays
-    to :meth:`update`.
+    Reading gives a read-only view without a copy. Setting or deleting a name changes the data of this mesh
+    only, and copies all its data once; :meth:`update` sets several arrays with one copy.
     """
 
     def __init__(self, mesh: Mesh, on: str) -> None:
@@ -33,7 +56,7 @@ class Data(MutableMapping[str, "NDArray[Any]"]):
         self._on = on
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        found = _core.data(self._mesh._data, self._on, name)
+        found: NDArray[Any] | None = _core.data(self._mesh._data, self._on, name)
         if found is None:
             raise KeyError(name)
         return found
@@ -57,40 +80,12 @@ class Data(MutableMapping[str, "NDArray[Any]"]):
         self._put(dict(*others, **named).items())
 
     def _put(self, items: Any) -> None:
-        made = [(name, _column(self._on, name, values)) for name, values in items]
-        self._mesh._data = _core.with_data(self._mesh._data, self._on, made)
+        made = [(name, column(self._on, name, values)) for name, values in items]
+        if made:
+            self._mesh._data = _core.with_data(self._mesh._data, self._on, made)
 
     def __repr__(self) -> str:
         return f"{{{', '.join(f'{name!r}: {self[name].shape}' for name in self)}}}"
-
-
-def _column(on: str, name: str, values: ArrayLike) -> NDArray[Any]:
-    """The array in the type that the mesh keeps it in."""
-    import numpy as np
-
-    array = np.asarray(values)
-    if name == "colors" and on in ("vertex", "face"):
-        if array.dtype.kind in "ui":
-            array = array.astype(np.float32) / np.float32(255)
-        if array.ndim == 2 and array.shape[1] == 3:
-            opaque = np.ones((len(array), 1), np.float32)
-            array = np.hstack([array.astype(np.float32), opaque])
-    if name in ("colors", "normals", "uvs"):
-        kind: Any = np.float32
-    elif on == "face" and name in ("groups", "materials"):
-        kind = np.int64
-    else:
-        kind = np.float64
-    if array.dtype.kind not in "fiub":
-        raise ArrayError(f"{name!r} is of type {array.dtype}; it must be of numbers")
-    if kind is np.float64 and array.ndim != 1:
-        raise ArrayError(
-            f"{name!r} has the shape {array.shape}; named numbers are one for each {on}: "
-            "give each column a name of its own"
-        )
-    if kind is np.float32 and array.ndim != 2:
-        raise ArrayError(f"{name!r} has the shape {array.shape}; it must have rows and columns")
-    return np.require(array, kind, "A")
 
 
 class Mesh:
@@ -149,8 +144,7 @@ class Mesh:
         check: bool = True,
         join: bool = False,
     ) -> None:
-        from ._convert import content
-
+        
         self._data = content(vertices, faces, check)
         if join:
             self._data = self._data.with_joins(True)
@@ -229,22 +223,40 @@ class Mesh:
 
     @property
     def materials(self) -> list[dict[str, Any]]:
-        """The materials, which ``face_data["materials"]`` counts from 0."""
-        return self._data.materials()
+        """The materials, to which ``face_data["materials"]`` refers by index.
+
+        Each has ``name``, ``base_color`` (red, green, blue, opacity), ``image`` (an index into
+        :attr:`images`, or ``None``), ``metallic``, ``roughness``, ``emissive``, ``double_sided`` and
+        ``alpha`` (``"opaque"``, ``"blend"``, or the opacity below which nothing is drawn).
+        """
+        return _core.materials(self._data)
+
+    @materials.setter
+    def materials(self, materials: Sequence[Mapping[str, Any]]) -> None:
+        self._data = _core.with_materials(self._data, [dict(material) for material in materials])
 
     @property
     def images(self) -> list[dict[str, Any]]:
-        """The pictures of the materials: ``data`` are the bytes of an encoded image, ``uri`` its file."""
-        return self._data.images()
+        """The textures: ``name``, ``media_type``, and either ``data``, the bytes of the image file, or ``uri``,
+        its path."""
+        return _core.images(self._data)
+
+    @images.setter
+    def images(self, images: Sequence[Mapping[str, Any]]) -> None:
+        self._data = _core.with_images(self._data, [{"name": "", **image} for image in images])
 
     @property
     def groups(self) -> list[tuple[str, str]]:
-        """The groups, which ``face_data["groups"]`` counts from 0, as object and name."""
-        return self._data.groups()
+        """The groups, to which ``face_data["groups"]`` refers by index: object and name of each."""
+        return _core.groups(self._data)
+
+    @groups.setter
+    def groups(self, groups: Sequence[tuple[str, str]]) -> None:
+        self._data = _core.with_groups(self._data, [(str(one), str(other)) for one, other in groups])
 
     @property
     def notes(self) -> list[str]:
-        """What the reader of the file passed over, for people."""
+        """What was lost, repaired or passed over when this mesh was made, for people."""
         return self._data.notes
 
     @property
@@ -271,11 +283,9 @@ class Mesh:
     def with_vertices(self, vertices: ArrayLike) -> Mesh:
         """The same faces and data at other positions, shape (n, 3).
 
-        Normals are left out, since they were those of the old positions.
+        Normals are left out, since they belong to the old positions.
         """
-        from ._convert import content_like
-
-        return content_like(self, vertices)
+        return Mesh._of(self._data.with_positions(coordinates(vertices)))
 
     def validate(self, *, threads: int | None = None) -> Mesh:
         """This mesh, if it is an oriented manifold.
@@ -304,29 +314,35 @@ class Mesh:
         the mesh :attr:`joins`, vertices at equal positions are one."""
         return Mesh._of(self._data.triangulated(plain(threads)))
 
-    def to_trimesh(self) -> Any:
-        """A ``trimesh.Trimesh``, with colours, texture coordinates and named numbers."""
-        from ._convert import to_trimesh
-
-        return to_trimesh(self)
-
-    def to_pyvista(self) -> Any:
-        """A ``pyvista.PolyData``, with all data."""
-        from ._convert import to_pyvista
-
-        return to_pyvista(self)
-
-    def to_open3d(self) -> Any:
-        """An ``open3d.geometry.TriangleMesh``, with normals, colours and texture coordinates."""
-        from ._convert import to_open3d
-
-        return to_open3d(self)
-
-    def to_meshio(self) -> Any:
-        """A ``meshio.Mesh``, with all data of vertices and faces."""
-        from ._convert import to_meshio
-
-        return to_meshio(self)
+    # Functions of the modules above as methods; type checkers see the functions themselves.
+    if TYPE_CHECKING:
+        curvature = _curvature.curvature
+        distance = _distance.distance
+        flip = _flip.flip
+        info = _info.info
+        plot = _show.view
+        repair = _info.repair
+        save = _files.save
+        simplify = _simplify.simplify
+        to_meshio = meshio.to_meshio
+        to_open3d = open3d.to_open3d
+        to_pyvista = pyvista.to_pyvista
+        to_trimesh = trimesh.to_trimesh
+        _repr_html_ = _show.card
+    else:
+        curvature = _Method("curvature", "curvature")
+        distance = _Method("distance", "distance")
+        flip = _Method("flip", "flip")
+        info = _Method("info", "info")
+        plot = _Method("show", "view")
+        repair = _Method("info", "repair")
+        save = _Method("files", "save")
+        simplify = _Method("simplify", "simplify")
+        to_meshio = _Method("packages.meshio", "to_meshio")
+        to_open3d = _Method("packages.open3d", "to_open3d")
+        to_pyvista = _Method("packages.pyvista", "to_pyvista")
+        to_trimesh = _Method("packages.trimesh", "to_trimesh")
+        _repr_html_ = _Method("show", "card")
 
     def __repr__(self) -> str:
         def some(count: int, one: str, more: str) -> str:
@@ -341,162 +357,28 @@ class Mesh:
             parts.append("with " + ", ".join(dict.fromkeys(names)))
         return f"Mesh({', '.join(parts)})"
 
-    def _repr_html_(self) -> str:
-        from ._show import card
-
-        return card(self)
-
     def __eq__(self, other: object) -> bool:
+        """Whether all content is the same to the last bit; :attr:`notes` do not count."""
         if not isinstance(other, Mesh):
             return NotImplemented
-        import numpy as np
-
-        return (
-            np.array_equal(self.vertices, other.vertices)
-            and np.array_equal(self.corners, other.corners)
-            and np.array_equal(self.face_ends, other.face_ends)
-        )
+        return self._data is other._data or self._data.equals(other._data)
 
     __hash__ = object.__hash__
 
+    def __copy__(self) -> Mesh:
+        return self.copy()
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Mesh:
+        # The content never changes, so that it can be shared.
+        return self.copy()
+
     def __reduce__(self) -> tuple[Any, ...]:
-        data = [dict(d) for d in (self.vertex_data, self.corner_data, self.face_data)]
-        for unkept in ("groups", "materials"):
-            data[2].pop(unkept, None)
-        arrays = (self.vertices, self.corners, self.face_ends)
-        return _restored, (*arrays, *data, self.joins)
+        return _restored, (_core.VERSION, self._data.dump())
 
 
-def _restored(
-    vertices: Any, corners: Any, ends: Any, of_vertices: Any, of_corners: Any, of_faces: Any, join: bool
-) -> Mesh:
-    from ._convert import polygons
-
-    mesh = Mesh._of(polygons(vertices, corners, ends, False).with_joins(join))
-    for data, values in (
-        (mesh.vertex_data, of_vertices),
-        (mesh.corner_data, of_corners),
-        (mesh.face_data, of_faces),
-    ):
-        if values:
-            data.update(values)
-    return mesh
-
-
-def read(
-    source: str | os.PathLike[str] | bytes,
-    *,
-    format: str | None = None,
-    external: str = "folder",
-    max_memory: int | None = None,
-    allow_empty: bool = False,
-    join: bool | None = None,
-    progress: Progress = None,
-    threads: int | None = None,
-) -> Mesh:
-    """Read a mesh: OBJ, PLY, STL, OFF, glTF or GLB.
-
-    Files of strangers are safe to read: no other files are read than those below the folder of the
-    file, and no more memory is taken than in proportion to its size.
-
-    Parameters
-    ----------
-    source : path or bytes
-        The file, or its content.
-    format : str, optional
-        ``"obj"``, ``"ply"``, ``"stl"``, ``"off"``, ``"gltf"`` or ``"glb"``; found out from the content
-        otherwise.
-    external : str
-        Which files that it names are read with it: ``"none"``, those in its ``"folder"`` and below, or
-        ``"any"``.
-    max_memory : int, optional
-        The most bytes that reading may take; 64 MiB and 60 times the size of the file otherwise.
-    allow_empty : bool
-        Take a file without any vertex for an empty mesh, not for an error.
-    join : bool, optional
-        Whether vertices at equal positions count as one. By default that is so where the format splits
-        them, as glTF and files with texture coordinates or normals of corners do.
-
-    Returns
-    -------
-    Mesh
-        Nothing is repaired; :func:`curvmesh.info` counts defects, :func:`curvmesh.repair` mends them.
-
-    Raises
-    ------
-    ReadError
-        The file cannot be read; the error has the place and what was expected.
-
-    Examples
-    --------
-    >>> import curvmesh as cm
-    >>> cm.read(b"OFF\\n3 1 0\\n0 0 0\\n1 0 0\\n0 1 0\\n3 0 1 2\\n")
-    Mesh(3 vertices, 1 face)
-    """
-    import os
-
-    options: dict[str, Any] = {
-        "format": format,
-        "external": external,
-        "max_memory": max_memory,
-        "allow_empty": allow_empty,
-        "join": join,
-    }
-    with calling("reading", progress, threads) as call:
-        if isinstance(source, (bytes, bytearray, memoryview)):
-            return Mesh._of(_core.read(call, None, bytes(source), **options))
-        return Mesh._of(_core.read(call, os.fspath(source), None, **options))
-
-
-def write(
-    path: str | os.PathLike[str],
-    mesh: Any,
-    *,
-    format: str | None = None,
-    encoding: str = "usual",
-    precision: str = "exact",
-    overwrite_companions: bool = False,
-    progress: Progress = None,
-    threads: int | None = None,
-) -> dict[str, Any]:
-    """Write a mesh with all its data: the file is replaced whole or not at all.
-
-    Parameters
-    ----------
-    path : path
-        The file; its extension is the format, unless `format` says otherwise.
-    mesh : Mesh or mesh-like
-        See :func:`curvmesh.as_mesh`.
-    encoding : str
-        ``"usual"``, ``"text"``, ``"little-endian"`` or ``"big-endian"``.
-    precision : str
-        Width of the numbers in PLY: ``"single"``, ``"double"``, or ``"exact"`` for 32 bits where they
-        suffice.
-    overwrite_companions : bool
-        Whether the material library and pictures beside an OBJ file may replace files of others.
-
-    Returns
-    -------
-    dict
-        ``rounding``, by how much coordinates were rounded; ``dropped``, what the format has no place
-        for; ``kept``, files beside it that stay.
-
-    Raises
-    ------
-    WriteError
-        The file cannot be written.
-    """
-    import os
-
-    from ._convert import as_mesh
-
-    with calling("writing", progress, threads) as call:
-        return _core.write(
-            call,
-            os.fspath(path),
-            as_mesh(mesh)._data,
-            format=format,
-            encoding=encoding,
-            precision=precision,
-            overwrite_companions=overwrite_companions,
-        )
+def _restored(version: str, content: bytes) -> Mesh:
+    """A mesh from its pickle."""
+    if version != _core.VERSION:
+        message = f"the mesh was pickled by curvmesh {version}; this is {_core.VERSION}"
+        raise CurvmeshError(message, cure="exchange meshes between versions as files: mesh.save(path)")
+    return Mesh._of(_core.MeshData.load(content))

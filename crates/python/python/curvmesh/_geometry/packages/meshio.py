@@ -1,0 +1,124 @@
+"""Meshes of meshio."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..._errors import ArrayError
+from ..arrays import polygons
+from ..mesh import Mesh
+from .parts import EXTRAS, extras, given, in_bytes, noted, of_vertices, put, split, taken, with_extras
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+#: Cells that are faces, and the number of their corners; those of higher order have more nodes.
+_FACES = {"triangle": 3, "quad": 4, "triangle6": 3, "triangle7": 3, "quad8": 4, "quad9": 4}
+
+
+def of_meshio(source: Any, check: bool) -> Mesh:
+    """A ``meshio.Mesh``: its faces; other cells are noted."""
+    import numpy as np
+
+    points = np.asarray(source.points)
+    if points.ndim == 2 and points.shape[1] == 2:
+        points = np.hstack([points, np.zeros((len(points), 1))])
+    notes: list[str] = []
+    flat: list[NDArray[Any]] = []
+    sizes: list[int] = []
+    blocks: list[int] = []
+    for number, block in enumerate(source.cells):
+        if block.type not in _FACES and block.type != "polygon":
+            notes.append(f"{len(block.data)} cells of type {block.type!r} were left out")
+            continue
+        cells = [np.asarray(cell)[: _FACES.get(block.type)] for cell in block.data]
+        if block.type[-1].isdigit():
+            notes.append(f"{len(cells)} cells of type {block.type!r} were taken as flat")
+        flat.extend(cells)
+        sizes.extend(len(cell) for cell in cells)
+        blocks.append(number)
+    if not flat:
+        kinds = sorted({block.type for block in source.cells})
+        raise ArrayError(f"the mesh has no faces, only {', '.join(kinds) or 'points'}")
+    mesh = Mesh._of(polygons(points, np.concatenate(flat), np.cumsum(sizes), check))
+    of_points = taken(source.point_data, mesh.vertex_count, notes)
+    joined = {
+        name: np.concatenate([np.asarray(parts[i]) for i in blocks])
+        for name, parts in source.cell_data.items()
+    }
+    of_faces = taken(joined, mesh.face_count, notes)
+    of_faces.pop("normals", None)
+    uvs = [of_points.pop(f"uvs_{axis}") for axis in "xy" if f"uvs_{axis}" in of_points]
+    kept = (getattr(source, "info", None) or {}).get(EXTRAS)
+    if kept:
+        with_extras(mesh, kept)
+    else:
+        _take_sets(mesh, source, blocks, of_faces)
+    put(mesh.vertex_data, of_points, notes)
+    put(mesh.face_data, of_faces, notes)
+    if len(uvs) == 2:
+        mesh.corner_data["uvs"] = np.column_stack(uvs)[mesh.corners]
+        mesh = mesh.joined()
+    return noted(mesh, notes)
+
+
+def _take_sets(mesh: Mesh, source: Any, blocks: list[int], of_faces: dict[str, Any]) -> None:
+    """Sets of cells as groups; a face belongs to the last set that it is in."""
+    import numpy as np
+
+    sets = getattr(source, "cell_sets", None) or {}
+    if not sets or "groups" in of_faces:
+        return
+    starts = np.cumsum([0, *(len(source.cells[i].data) for i in blocks)])
+    groups = np.full(mesh.face_count, -1)
+    for number, parts in enumerate(sets.values()):
+        for start, block in zip(starts, blocks):
+            if parts[block] is not None:
+                groups[start + np.asarray(parts[block], int)] = number
+    mesh.groups = [("", str(name)) for name in sets]
+    of_faces["groups"] = groups
+
+
+def to_meshio(mesh: Mesh) -> Any:
+    """A ``meshio.Mesh`` with all data: vertices are split where texture coordinates or normals of their
+    corners differ. Groups are sets of cells; materials and images are in ``info["curvmesh"]``."""
+    import meshio
+    import numpy as np
+
+    sources, first, corners = split(mesh)
+    ends = mesh.face_ends.astype(np.int64)
+    sizes = np.diff(ends, prepend=0)
+    names = {3: "triangle", 4: "quad"}
+    cells, orders = [], []
+    for size in np.unique(sizes):
+        of_size = np.flatnonzero(sizes == size)
+        rows = corners[(ends[of_size] - size)[:, None] + np.arange(size)]
+        cells.append((names.get(int(size), "polygon"), rows))
+        orders.append(of_size)
+    points = {name: values[sources] for name, values in given(mesh.vertex_data).items()}
+    of_faces = given(mesh.face_data)
+    if "colors" in mesh.vertex_data:
+        points["colors"] = in_bytes(mesh.vertex_data["colors"])[sources]
+    if "colors" in mesh.face_data:
+        of_faces["colors"] = in_bytes(mesh.face_data["colors"])
+    if "normals" in mesh.corner_data:
+        points["normals"] = of_vertices(mesh.corner_data["normals"], first, len(sources))
+    elif "normals" in mesh.vertex_data:
+        points["normals"] = mesh.vertex_data["normals"][sources]
+    if "uvs" in mesh.corner_data:
+        points["uvs"] = of_vertices(mesh.corner_data["uvs"], first, len(sources))
+    sets = {}
+    of_groups = mesh.face_data.get("groups")
+    if of_groups is not None:
+        for number, group in enumerate(mesh.groups):
+            name = "/".join(filter(None, group)) or f"group {number}"
+            sets[name] = [np.flatnonzero(of_groups[order] == number) for order in orders]
+    has_extras = mesh.groups or mesh.materials or mesh.images
+    return meshio.Mesh(
+        mesh.vertices[sources],
+        cells,
+        point_data=points,
+        cell_data={name: [values[order] for order in orders] for name, values in of_faces.items()},
+        cell_sets=sets or None,
+        info={EXTRAS: extras(mesh)} if has_extras else None,
+    )

@@ -1,0 +1,137 @@
+"""Meshes of Open3D, of both kinds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..mesh import Mesh
+from .parts import given, image_of, noted, picture_of, put, taken, warn
+
+
+def of_open3d(source: Any, check: bool) -> Mesh:
+    """An ``open3d.geometry.TriangleMesh``."""
+    import numpy as np
+
+    mesh = Mesh(np.asarray(source.vertices), np.asarray(source.triangles), check=check)
+    notes: list[str] = []
+    found: dict[str, Any] = {}
+    if source.has_vertex_colors():
+        found["colors"] = np.asarray(source.vertex_colors)
+    if source.has_vertex_normals():
+        found["normals"] = np.asarray(source.vertex_normals)
+    put(mesh.vertex_data, found, notes)
+    ids = np.asarray(source.triangle_material_ids)
+    images = [image_of(np.asarray(picture)) for picture in source.textures if not picture.is_empty()]
+    if None in images:
+        notes.append("textures were left out: they need Pillow")
+    elif images:
+        mesh.images = [image for image in images if image is not None]
+        mesh.materials = [{"name": f"texture {number}", "image": number} for number in range(len(images))]
+    if mesh.materials and len(ids) == mesh.face_count:
+        mesh.face_data["materials"] = np.where(ids < len(mesh.materials), ids, -1)
+    if source.has_triangle_uvs():
+        mesh.corner_data["uvs"] = np.asarray(source.triangle_uvs)
+        mesh = mesh.joined()
+    return noted(mesh, notes)
+
+
+def of_tensors(source: Any, check: bool) -> Mesh:
+    """An ``open3d.t.geometry.TriangleMesh``."""
+    import numpy as np
+
+    def arrays(tensors: Any, *others: str) -> dict[str, Any]:
+        return {name: tensors[name].cpu().numpy() for name in list(tensors) if name not in others}
+
+    points = source.vertex.positions.cpu().numpy()
+    mesh = Mesh(points, source.triangle.indices.cpu().numpy(), check=check)
+    notes: list[str] = []
+    put(mesh.vertex_data, taken(arrays(source.vertex, "positions", "texture_uvs"), mesh.vertex_count, notes), notes)
+    of_faces = taken(arrays(source.triangle, "indices", "texture_uvs"), mesh.face_count, notes)
+    of_faces.pop("normals", None)
+    maps = source.material.texture_maps if source.has_valid_material() else {}
+    picture = image_of(maps["albedo"].as_tensor().cpu().numpy()) if "albedo" in maps else None
+    if picture is not None:
+        mesh.images = [picture]
+        mesh.materials = [{"name": source.material.material_name, "image": 0}]
+        of_faces["materials"] = np.zeros(mesh.face_count, int)
+    notes += [f"the texture map {name!r} was left out" for name in maps if name != "albedo"]
+    put(mesh.face_data, of_faces, notes)
+    if "texture_uvs" in source.triangle:
+        mesh.corner_data["uvs"] = source.triangle.texture_uvs.cpu().numpy().reshape(-1, 2)
+        mesh = mesh.joined()
+    elif "texture_uvs" in source.vertex:
+        mesh.corner_data["uvs"] = source.vertex.texture_uvs.cpu().numpy()[mesh.corners]
+        mesh = mesh.joined()
+    return noted(mesh, notes)
+
+
+def to_open3d(mesh: Mesh, *, tensor: bool = False) -> Any:
+    """An ``open3d.geometry.TriangleMesh``; with ``tensor=True`` an ``open3d.t.geometry.TriangleMesh``, which
+    has named numbers as well.
+
+    A warning names what has no place in it.
+    """
+    import numpy as np
+    import open3d
+
+    if not mesh.is_triangular:
+        mesh = mesh.triangulated()
+    if tensor:
+        return _tensors(mesh)
+    vector = open3d.utility.Vector3dVector
+    # Read-only arrays are not accepted.
+    made = open3d.geometry.TriangleMesh(
+        vector(mesh.vertices.copy()), open3d.utility.Vector3iVector(mesh.faces.copy())
+    )
+    if "colors" in mesh.vertex_data:
+        made.vertex_colors = vector(mesh.vertex_data["colors"][:, :3].astype(np.float64))
+    if "normals" in mesh.vertex_data:
+        made.vertex_normals = vector(mesh.vertex_data["normals"].astype(np.float64))
+    if "uvs" in mesh.corner_data:
+        uvs = mesh.corner_data["uvs"].astype(np.float64)
+        made.triangle_uvs = open3d.utility.Vector2dVector(uvs)
+    lost = [*given(mesh.vertex_data), *(n for n in given(mesh.face_data) if n not in ("materials", "groups"))]
+    lost += ["colours of faces"] * ("colors" in mesh.face_data) + ["groups"] * bool(mesh.groups)
+    lost += ["normals of corners"] * ("normals" in mesh.corner_data)
+    if mesh.materials and "materials" in mesh.face_data:
+        pictures = [picture_of(mesh, material) for material in mesh.materials]
+        lost += [f"material {m['name']!r}" for m, p in zip(mesh.materials, pictures) if p is None]
+        rows: list[Any] = [None if picture is None else np.array(picture.convert("RGB")) for picture in pictures]
+        image = open3d.geometry.Image
+        made.textures = [image() if array is None else image(array) for array in rows]
+        ids = np.maximum(mesh.face_data["materials"], 0).astype(np.int32)
+        made.triangle_material_ids = open3d.utility.IntVector(ids)
+    warn("Open3D", lost)
+    return made
+
+
+def _tensors(mesh: Mesh) -> Any:
+    import numpy as np
+    import open3d
+
+    def tensor(array: Any) -> Any:
+        return open3d.core.Tensor.from_numpy(np.ascontiguousarray(array))
+
+    made = open3d.t.geometry.TriangleMesh(tensor(mesh.vertices), tensor(mesh.faces))
+    of_points = {**given(mesh.vertex_data)}
+    of_faces = {n: v for n, v in given(mesh.face_data).items() if n not in ("materials", "groups")}
+    for name in ("colors", "normals"):
+        if name in mesh.vertex_data:
+            of_points[name] = mesh.vertex_data[name][:, :3]
+    if "colors" in mesh.face_data:
+        of_faces["colors"] = mesh.face_data["colors"][:, :3]
+    if "uvs" in mesh.corner_data:
+        of_faces["texture_uvs"] = mesh.corner_data["uvs"].reshape(-1, 3, 2)
+    for name, values in of_points.items():
+        made.vertex[name] = tensor(values.reshape(len(values), -1) if values.ndim == 1 else values)
+    for name, values in of_faces.items():
+        made.triangle[name] = tensor(values.reshape(len(values), -1) if values.ndim == 1 else values)
+    pictures = [picture_of(mesh, material) for material in mesh.materials]
+    lost = ["groups"] * bool(mesh.groups) + ["normals of corners"] * ("normals" in mesh.corner_data)
+    if pictures and pictures[0] is not None:
+        made.material.material_name = "defaultLit"
+        image = open3d.t.geometry.Image(tensor(np.array(pictures[0].convert("RGB"))))
+        made.material.texture_maps["albedo"] = image
+    lost += [f"material {m['name']!r}" for m, p in list(zip(mesh.materials, pictures))[1:]]
+    warn("Open3D", lost)
+    return made

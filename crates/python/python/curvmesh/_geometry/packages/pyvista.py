@@ -1,0 +1,151 @@
+"""Meshes of PyVista and VTK."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+from ..arrays import polygons
+from ..mesh import Mesh
+from .parts import EXTRAS, extras, given, in_bytes, merged, noted, of_vertices, put, split, taken, with_extras
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+#: What VTK's filters add to the data of the surface of a volume.
+_OF_FILTERS = ("vtkOriginalPointIds", "vtkOriginalCellIds", "vtkGhostType")
+
+
+def of_vtk(source: Any, check: bool) -> Mesh:
+    """A mesh of VTK that is not wrapped."""
+    import pyvista
+
+    return of_pyvista(pyvista.wrap(source), check)
+
+
+def of_blocks(source: Any, check: bool) -> Mesh:
+    """A ``pyvista.MultiBlock``: each block a group."""
+    meshes, names = [], []
+    for number, (name, block) in enumerate(zip(source.keys(), source)):
+        if block is not None and block.n_cells:
+            is_tree = hasattr(block, "n_blocks")
+            meshes.append(of_blocks(block, check) if is_tree else of_pyvista(block, check))
+            names.append(str(name or f"block {number}"))
+    return merged(meshes, names)
+
+
+def of_pyvista(source: Any, check: bool) -> Mesh:
+    """A ``pyvista.PolyData``, or the surface of another data set."""
+    import numpy as np
+
+    notes: list[str] = []
+    if not hasattr(source, "faces"):
+        if source.n_cells and any(kind not in (3, 5, 6, 7, 8, 9) for kind in np.unique(_cell_types(source))):
+            notes.append("cells that are no polygons were replaced by their surface")
+        with warnings.catch_warnings():
+            # Newer versions want the algorithm named, which older ones do not know.
+            warnings.simplefilter("ignore")
+            source = source.extract_surface(pass_pointid=False, pass_cellid=False)
+    corners, ends, cells, lost = _faces(source)
+    if lost:
+        notes.append(f"{lost} points and lines were left out")
+    mesh = Mesh._of(polygons(source.points, corners, ends, check))
+    of_points = taken(getattr(source, "point_data", None), mesh.vertex_count, notes)
+    of_cells = taken(getattr(source, "cell_data", None), getattr(source, "n_cells", len(cells)), notes)
+    uvs = getattr(source, "active_texture_coordinates", None)
+    if uvs is not None:
+        name = source.GetPointData().GetTCoords().GetName()
+        for end in ("_x", "_y"):
+            of_points.pop(f"{name}{end}", None)
+        mesh.corner_data["uvs"] = np.asarray(uvs)[:, :2][mesh.corners]
+        mesh = mesh.joined()
+    fields = getattr(source, "field_data", None)
+    if fields is not None and EXTRAS in list(fields.keys()):
+        with_extras(mesh, str(np.asarray(fields[EXTRAS]).ravel()[0]))
+    for name in _OF_FILTERS:
+        of_points.pop(name, None)
+        of_cells.pop(name, None)
+    of_cells.pop("normals", None)
+    put(mesh.vertex_data, of_points, notes)
+    put(mesh.face_data, {name: values[cells] for name, values in of_cells.items()}, notes)
+    return noted(mesh, notes)
+
+
+def _cell_types(source: Any) -> Any:
+    return source.celltypes if hasattr(source, "celltypes") else [source.GetCellType(0)]
+
+
+def _faces(source: Any) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], int]:
+    """Corners and ends of all faces, the cell of each, and the number of other cells."""
+    import numpy as np
+
+    padded = np.asarray(source.faces)
+    if padded.ndim == 2:
+        padded = np.column_stack([np.full(len(padded), padded.shape[1]), padded]).ravel()
+    corners, ends = _unpadded(padded)
+    faces = len(ends)
+    others = getattr(source, "n_verts", 0) + getattr(source, "n_lines", 0)
+    cells = [others + np.arange(faces)]
+    if getattr(source, "n_strips", 0):
+        strips, strip_ends = _unpadded(np.asarray(source.strips))
+        starts = np.concatenate([[0], strip_ends[:-1]])
+        made, of = [], []
+        for number, (start, end) in enumerate(zip(starts, strip_ends)):
+            k = np.arange(start, end - 2)
+            odd = (k - start) % 2
+            made.append(np.column_stack([strips[k], strips[k + 1 + odd], strips[k + 2 - odd]]))
+            of.append(np.full(len(k), others + faces + number))
+        rows = np.concatenate(made)
+        last = ends[-1] if faces else 0
+        ends = np.concatenate([ends, last + 3 * np.arange(1, len(rows) + 1)])
+        corners = np.concatenate([corners, rows.ravel()])
+        cells += of
+    return corners, ends, np.concatenate(cells), others
+
+
+def _unpadded(padded: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Corners and ends of faces, of a list where the number of corners precedes each face."""
+    import numpy as np
+
+    padded = padded.astype(np.int64)
+    if len(padded) and len(padded) % 4 == 0 and (padded[::4] == 3).all():
+        corners = padded.reshape(-1, 4)[:, 1:].reshape(-1)
+        return corners, np.arange(3, len(corners) + 1, 3)
+    places: list[int] = []
+    at = 0
+    while at < len(padded):
+        places.append(at)
+        at += int(padded[at]) + 1
+    keep = np.ones(len(padded), bool)
+    keep[places] = False
+    return padded[keep], np.cumsum(padded[places]).astype(np.int64)
+
+
+def to_pyvista(mesh: Mesh) -> Any:
+    """A ``pyvista.PolyData`` with all data: vertices are split where texture coordinates or normals of
+    their corners differ. Groups, materials and images are in ``field_data["curvmesh"]``."""
+    import numpy as np
+    import pyvista
+
+    sources, first, corners = split(mesh)
+    ends = mesh.face_ends.astype(np.int64)
+    starts = np.concatenate([[0], ends[:-1]]).astype(np.int64)
+    padded = np.insert(corners.astype(np.int64), starts, ends - starts)
+    made = pyvista.PolyData(mesh.vertices[sources], faces=padded)
+    for name, values in given(mesh.vertex_data).items():
+        made.point_data[name] = values[sources]
+    for name, values in given(mesh.face_data).items():
+        made.cell_data[name] = values
+    if "colors" in mesh.vertex_data:
+        made.point_data["colors"] = in_bytes(mesh.vertex_data["colors"])[sources]
+    if "colors" in mesh.face_data:
+        made.cell_data["colors"] = in_bytes(mesh.face_data["colors"])
+    if "normals" in mesh.corner_data:
+        made.point_data["Normals"] = of_vertices(mesh.corner_data["normals"], first, len(sources))
+    elif "normals" in mesh.vertex_data:
+        made.point_data["Normals"] = mesh.vertex_data["normals"][sources]
+    if "uvs" in mesh.corner_data:
+        made.active_texture_coordinates = of_vertices(mesh.corner_data["uvs"], first, len(sources))
+    if mesh.groups or mesh.materials or mesh.images:
+        made.field_data[EXTRAS] = [extras(mesh)]
+    return made

@@ -1,0 +1,192 @@
+"""Meshes and scenes of trimesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..mesh import Mesh
+from .parts import (
+    EXTRAS,
+    extras,
+    given,
+    image_of,
+    in_bytes,
+    merged,
+    noted,
+    of_vertices,
+    picture_of,
+    put,
+    split,
+    taken,
+    warn,
+    with_extras,
+)
+
+
+def of_scene(source: Any, check: bool) -> Mesh:
+    """A ``trimesh.Scene``: the meshes of all nodes, each a group."""
+    meshes, names = [], []
+    for node in source.graph.nodes_geometry:
+        transform, geometry = source.graph[node]
+        part = source.geometry[geometry]
+        if hasattr(part, "faces"):
+            part = part.copy()
+            part.apply_transform(transform)
+            meshes.append(of_trimesh(part, check))
+            names.append(str(node))
+    return merged(meshes, names)
+
+
+def of_trimesh(source: Any, check: bool) -> Mesh:
+    """A ``trimesh.Trimesh``."""
+    import numpy as np
+
+    mesh, notes = Mesh(source.vertices, source.faces, check=check), list[str]()
+    of_points = taken(getattr(source, "vertex_attributes", None), mesh.vertex_count, notes)
+    of_faces = taken(getattr(source, "face_attributes", None), mesh.face_count, notes)
+    normals = getattr(getattr(source, "_cache", None), "cache", {}).get("vertex_normals")
+    if normals is not None and np.shape(normals) == (mesh.vertex_count, 3):
+        of_points["normals"] = np.asarray(normals)
+    look: Any = getattr(source, "visual", None)
+    kind = getattr(look, "kind", None)
+    if kind == "vertex":
+        of_points["colors"] = np.asarray(look.vertex_colors)
+    elif kind == "face":
+        of_faces["colors"] = np.asarray(look.face_colors)
+    kept = (getattr(source, "metadata", None) or {}).get(EXTRAS)
+    if kept:
+        with_extras(mesh, kept)
+    elif kind == "texture":
+        _take_materials(mesh, look, of_faces, notes)
+    put(mesh.vertex_data, of_points, notes)
+    put(mesh.face_data, of_faces, notes)
+    uv = getattr(look, "uv", None) if kind == "texture" else None
+    if uv is not None and len(uv) == mesh.vertex_count:
+        mesh.corner_data["uvs"] = np.asarray(uv)[mesh.corners]
+        mesh = mesh.joined()
+    return noted(mesh, notes)
+
+
+def _take_materials(mesh: Mesh, look: Any, of_faces: dict[str, Any], notes: list[str]) -> None:
+    import numpy as np
+
+    several = getattr(look.material, "materials", None)
+    materials: list[dict[str, Any]] = []
+    images: list[dict[str, Any]] = []
+    for material in several or [look.material]:
+        found, picture, lost = _material(material)
+        if picture is not None:
+            image = image_of(picture, found["name"])
+            if image is None:
+                notes.append("textures were left out: they need Pillow")
+            else:
+                found["image"] = len(images)
+                images.append(image)
+        notes += [f"{what} of material {found['name']!r} was left out" for what in lost]
+        materials.append(found)
+    mesh.images = images
+    mesh.materials = materials
+    which = getattr(look, "face_materials", None) if several else None
+    of_faces["materials"] = np.zeros(mesh.face_count, int) if which is None else np.asarray(which)
+
+
+def _material(material: Any) -> tuple[dict[str, Any], Any, list[str]]:
+    """A material, its picture, and the names of what is lost."""
+    import numpy as np
+
+    if hasattr(material, "to_pbr"):
+        material = material.to_pbr()
+
+    def number(name: str, usual: float) -> float:
+        value = getattr(material, name, None)
+        return usual if value is None else float(value)
+
+    color = getattr(material, "baseColorFactor", None)
+    color = np.ones(4) if color is None else np.asarray(color)
+    color = color / 255 if color.dtype.kind in "ui" else color
+    emissive = getattr(material, "emissiveFactor", None)
+    alpha: Any = {"MASK": number("alphaCutoff", 0.5), "BLEND": "blend"}.get(
+        getattr(material, "alphaMode", None) or "OPAQUE", "opaque"
+    )
+    found = {
+        "name": str(getattr(material, "name", None) or ""),
+        "base_color": [float(x) for x in color] + [1.0] * (4 - len(color)),
+        "image": None,
+        "metallic": number("metallicFactor", 0.0),
+        "roughness": number("roughnessFactor", 1.0),
+        "emissive": [0.0] * 3 if emissive is None else [float(x) for x in np.asarray(emissive)[:3]],
+        "double_sided": bool(getattr(material, "doubleSided", False)),
+        "alpha": alpha,
+    }
+    others = ("normalTexture", "emissiveTexture", "metallicRoughnessTexture", "occlusionTexture")
+    lost = [name for name in others if getattr(material, name, None) is not None]
+    return found, getattr(material, "baseColorTexture", None), lost
+
+
+def to_trimesh(mesh: Mesh) -> Any:
+    """A ``trimesh.Trimesh`` with all data: vertices are split where texture coordinates or normals of
+    their corners differ. Groups are in ``metadata``."""
+    import numpy as np
+    import trimesh
+
+    if not mesh.is_triangular:
+        mesh = mesh.triangulated()
+    sources, first, corners = split(mesh)
+    points, of_points = mesh.vertex_data, given(mesh.vertex_data)
+    normals = None
+    if "normals" in mesh.corner_data:
+        normals = of_vertices(mesh.corner_data["normals"], first, len(sources))
+    elif "normals" in points:
+        normals = points["normals"][sources]
+    made = trimesh.Trimesh(
+        mesh.vertices[sources], corners.reshape(-1, 3), vertex_normals=normals, process=False
+    )
+    kinds = []
+    if "uvs" in mesh.corner_data:
+        uvs = of_vertices(mesh.corner_data["uvs"], first, len(sources))
+        made.visual = _texture(mesh, uvs)
+        kinds.append("texture")
+    for name, data in (("vertex_colors", points), ("face_colors", mesh.face_data)):
+        if "colors" in data and not kinds:
+            rows = data["colors"][sources] if data is points else data["colors"]
+            setattr(made.visual, name, in_bytes(rows))
+            kinds.append(name)
+        elif "colors" in data:
+            warn("trimesh", [f"{name} beside {kinds[0]}"])
+    for name, values in of_points.items():
+        made.vertex_attributes[name] = values[sources]
+    for name, values in given(mesh.face_data).items():
+        made.face_attributes[name] = values
+    if kinds == ["texture"] or mesh.groups or mesh.materials:
+        # Without it, the material that trimesh makes up for texture coordinates would come back.
+        made.metadata[EXTRAS] = extras(mesh)
+        made.metadata["groups"] = np.array(["/".join(filter(None, group)) for group in mesh.groups])
+    return made
+
+
+def _texture(mesh: Mesh, uvs: Any) -> Any:
+    import numpy as np
+    import trimesh
+    from trimesh.visual.material import MultiMaterial, PBRMaterial
+
+    def made(material: dict[str, Any]) -> Any:
+        alpha = material["alpha"]
+        return PBRMaterial(
+            name=material["name"],
+            baseColorFactor=in_bytes(np.array(material["base_color"])),
+            baseColorTexture=picture_of(mesh, material),
+            metallicFactor=material["metallic"],
+            roughnessFactor=material["roughness"],
+            emissiveFactor=material["emissive"],
+            doubleSided=material["double_sided"],
+            alphaMode={"opaque": "OPAQUE", "blend": "BLEND"}.get(alpha, "MASK"),
+            alphaCutoff=alpha if not isinstance(alpha, str) else None,
+        )
+
+    materials = [made(material) for material in mesh.materials]
+    if len(materials) > 1 and "materials" in mesh.face_data:
+        several = MultiMaterial(materials=materials)
+        return trimesh.visual.TextureVisuals(
+            uv=uvs, material=several, face_materials=mesh.face_data["materials"]
+        )
+    return trimesh.visual.TextureVisuals(uv=uvs, material=materials[0] if materials else None)

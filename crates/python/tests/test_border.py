@@ -1,0 +1,376 @@
+"""Arrays at the border: converted exactly, or refused with the cure; nothing is lost in copies and pickles."""
+
+from __future__ import annotations
+
+import copy
+import errno
+import io
+import pickle
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import curvmesh as cm
+
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], float)
+TWO = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def rich() -> cm.Mesh:
+    """A mesh with content of every kind."""
+    mesh = cm.examples.globe(2)
+    mesh.groups = [("globe", "north"), ("globe", "south")]
+    high = mesh.vertices[mesh.faces].mean(axis=1)[:, 2] > 0
+    mesh.face_data["groups"] = np.where(high, 0, 1)
+    mesh.vertex_data["height"] = np.where(mesh.vertices[:, 2] > 0.5, np.nan, mesh.vertices[:, 2])
+    mesh.vertex_data["colors"] = np.round(127 * (mesh.vertices + 1)).astype(np.uint8)
+    return mesh
+
+
+WAYS: list[Callable[[Any], Any]] = [
+    lambda thing: pickle.loads(pickle.dumps(thing)),
+    copy.copy,
+    copy.deepcopy,
+]
+
+
+@pytest.mark.parametrize("way", WAYS, ids=["pickle", "copy", "deepcopy"])
+def test_copies_keep_everything(way: Callable[[Any], Any]) -> None:
+    mesh = rich()
+    again = way(mesh)
+    assert again == mesh
+    assert again.materials == mesh.materials and again.images == mesh.images and again.groups == mesh.groups
+    for name in ("groups", "materials"):
+        np.testing.assert_array_equal(again.face_data[name], mesh.face_data[name])
+    again.vertex_data["height"] = np.zeros(mesh.vertex_count)
+    assert np.isnan(mesh.vertex_data["height"]).any() and again != mesh
+
+
+def test_equality_sees_all_content() -> None:
+    mesh = rich()
+    for change in (
+        lambda m: setattr(m, "materials", [{**m.materials[0], "roughness": 0.25}]),
+        lambda m: setattr(m, "images", [{**m.images[0], "name": "other"}]),
+        lambda m: setattr(m, "groups", [("a", "b"), ("c", "d")]),
+        lambda m: m.face_data.__delitem__("groups"),
+        lambda m: m.vertex_data.update(height=np.zeros(m.vertex_count)),
+    ):
+        other = mesh.copy()
+        change(other)
+        assert other != mesh and mesh == mesh.copy()
+    assert mesh != mesh.joined()
+
+
+def test_moved_vertices_keep_everything() -> None:
+    mesh = rich()
+    moved = mesh.with_vertices(2 * mesh.vertices)
+    assert moved.with_vertices(mesh.vertices) == mesh
+    assert moved.materials == mesh.materials and moved.groups == mesh.groups
+
+
+@pytest.mark.parametrize("way", WAYS, ids=["pickle", "copy", "deepcopy"])
+def test_results_are_pickled(way: Callable[[Any], Any]) -> None:
+    mesh = rich()
+    small = cm.simplify(mesh, faces=100, verify=True)
+    again = way(small)
+    assert again.mesh == small.mesh and again.error == small.error
+    np.testing.assert_array_equal(again.log.columns["removed"], small.log.columns["removed"])
+    assert len(again.log) == len(small.log)
+    levels = cm.lod(mesh, ratios=[0.5, 0.2])
+    others = way(levels)
+    assert [level.mesh for level in others] == [level.mesh for level in levels]
+    np.testing.assert_array_equal(others.record.vertex_map(9), levels.record.vertex_map(9))
+    cover = cm.patch(mesh, tolerance="5%")
+    other = way(cover)
+    assert (other.patches == cover.patches).all() and other.mesh == cover.mesh
+    np.testing.assert_array_equal(other.tessellate().vertices, cover.tessellate().vertices)
+    k = cm.curvature(mesh, estimator="fit")
+    np.testing.assert_array_equal(way(k).directions, k.directions)
+    assert way(cm.info(mesh)) == cm.info(mesh)
+    assert way(cm.flip(mesh)).mesh == cm.flip(mesh).mesh
+    assert way(cm.distance(mesh, small, samples=100)).of_vertices.shape == (mesh.vertex_count,)
+
+
+# -- unknown values
+
+
+def test_unused_vertices_have_no_curvature() -> None:
+    ball = cm.shapes.sphere(2)
+    mesh = cm.Mesh(np.vstack([[[5, 5, 5]], ball.vertices]), ball.faces + 1)
+    for estimator in ("vertex", "fit", "ball"):
+        k = cm.curvature(mesh, estimator=estimator)
+        for name in k.names:
+            if k[name].dtype.kind == "f":
+                assert np.isnan(k[name][0]).all(), (estimator, name)
+                assert not np.isnan(k[name][1:]).all(), (estimator, name)
+        assert np.isnan(k.directions[0]).all()
+
+
+def test_info_sees_the_joins_of_the_algorithms(tmp_path: Path) -> None:
+    torus = cm.shapes.torus(12, 6)
+    torus.corner_data["uvs"] = np.random.default_rng(1).random((len(torus.corners), 2))
+    cm.write(tmp_path / "torus.glb", torus)
+    back = cm.read(tmp_path / "torus.glb")
+    found = cm.info(back)
+    assert back.vertex_count > torus.vertex_count
+    assert (found.closed, found.components, found.vertices) == (True, 1, torus.vertex_count)
+    assert found.joined_vertices == back.vertex_count - torus.vertex_count
+    assert cm.info(back.joined(False)).components == torus.face_count
+
+
+def test_face_curvature_belongs_to_the_triangles_that_it_comes_with() -> None:
+    cube = cm.subdivide(cm.shapes.cube(), steps=2)
+    faces = cube.faces.reshape(-1, 3)
+    quads = cm.Mesh([[x, y, 0.1 * x * y] for x in range(6) for y in range(6)],
+                    [[6 * i + j, 6 * i + 6 + j, 6 * i + 7 + j, 6 * i + 1 + j] for i in range(5) for j in range(5)])
+    for mesh, count in ((cube, len(faces)), (quads, 50)):
+        k = cm.curvature(mesh, estimator="face")
+        assert k.mesh.face_count == len(k.mean) == count
+        assert cm.view(k).html and cm.render(k.mesh, k.mean, on="face").pixels.any()
+    cover = cm.patch(quads, tolerance="5%")
+    assert len(cover.patch_of_face) == cover.mesh.face_count == 50
+
+
+def test_values_are_not_guessed_where_the_counts_are_equal() -> None:
+    fan = cm.shapes.tetrahedron()
+    assert fan.vertex_count == fan.face_count
+    with pytest.raises(cm.OptionError, match='on="vertex"'):
+        cm.render(fan, [0, 1, 2, 3.0])
+    with pytest.raises(cm.OptionError, match='on="vertex"'):
+        cm.view(fan, values={"x": [0, 1, 2, 3.0]})
+    one = cm.render(fan, [0, 1, 2, 3.0], on="vertex").pixels
+    other = cm.render(fan, [0, 1, 2, 3.0], on="face").pixels
+    assert (one != other).any()
+    assert cm.view(fan, values={"x": [0, 1, 2, 3.0]}, on="face").html
+    fan.vertex_data["x"] = fan.face_data["x"] = [0, 1, 2, 3.0]
+    with pytest.raises(cm.OptionError, match="vertices and faces"):
+        cm.render(fan, "x")
+    assert cm.render(fan, "x", on="face").pixels.any()
+    with pytest.raises(cm.ArrayError, match="one for each face"):
+        cm.render(cm.shapes.cube(), np.zeros(8), on="face")
+
+
+# -- arrays
+
+
+def test_masked_arrays() -> None:
+    points = np.ma.masked_array(SQUARE, mask=False)
+    assert cm.Mesh(points, np.ma.masked_array(TWO, mask=False)).face_count == 2
+    points[1, 1] = np.ma.masked
+    with pytest.raises(cm.ArrayError, match="1 masked.*fill"):
+        cm.Mesh(points, TWO)
+    mesh = cm.Mesh(SQUARE, TWO)
+    with pytest.raises(cm.ArrayError, match="masked") as caught:
+        mesh.vertex_data["x"] = np.ma.masked_array([1, 2, 3, 4.0], mask=[False, False, True, False])
+    assert caught.value.cure
+    # The unused corners of shorter polygons.
+    faces = np.ma.masked_array([[0, 1, 2, 3], [0, 2, 3, 99]], mask=[[False] * 4, [False, False, False, True]])
+    assert cm.Mesh(SQUARE, faces).face_ends.tolist() == [4, 7]
+
+
+def test_padded_faces() -> None:
+    ball = cm.shapes.sphere(2)
+    padded = np.column_stack([np.full(ball.face_count, 3), ball.faces])
+    assert cm.Mesh(ball.vertices, padded) == ball
+    cube = cm.shapes.cube()
+    quads = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    grid = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    assert cm.Mesh(grid, np.column_stack([np.full(6, 4), quads])) == cm.Mesh(grid, quads)
+    assert cm.info(cube).closed
+    # Two triangles with their counts, or two quadrilaterals around vertex 3?
+    with pytest.raises(cm.ArrayError, match="around vertex 3") as caught:
+        cm.Mesh(np.vstack([SQUARE, SQUARE + 1]), [[3, 0, 1, 2], [3, 4, 5, 6]])
+    assert "np.roll" in caught.value.cure
+    short = cm.Mesh(SQUARE, [[0, 1, 2, 3], [0, 1, 2, -1]])
+    assert short.face_ends.tolist() == [4, 7]
+    ragged = cm.Mesh(SQUARE, [[0, 1, 2, 3], [0, 1, 2]])
+    assert ragged == short
+    with pytest.raises(cm.ArrayError, match="reshape"):
+        cm.Mesh(SQUARE, [3, 0, 1, 2])
+    with pytest.raises(cm.ArrayError, match="astype"):
+        cm.Mesh(SQUARE, TWO.astype(float))
+
+
+def test_whole_numbers_stay_exact() -> None:
+    mesh = cm.Mesh(SQUARE, TWO)
+    mesh.vertex_data["id"] = np.array([2**53, 1, 2, 3])
+    assert mesh.vertex_data["id"][0] == 2**53
+    big = np.array([2**53 + 1, 1, 2, 3])
+    try:
+        mesh.vertex_data["id"] = big
+    except cm.ArrayError as error:
+        assert "2**53" in str(error) and error.cure
+    else:
+        np.testing.assert_array_equal(mesh.vertex_data["id"], big)
+
+
+@pytest.mark.parametrize(
+    "colors",
+    [
+        np.array([[255, 0, 51]] * 4, np.uint8),
+        np.array([[65535, 0, 13107]] * 4, np.uint16),
+        [[255, 0, 51]] * 4,
+        np.array([[1, 0, 0.2]] * 4),
+        np.array([[1, 0, 0.2, 1]] * 4, np.float32),
+    ],
+)
+def test_colours_of_every_type_are_the_same(colors: Any) -> None:
+    mesh = cm.Mesh(SQUARE, TWO, vertex_data={"colors": colors})
+    np.testing.assert_allclose(mesh.vertex_data["colors"], [[1, 0, 0.2, 1]] * 4, atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    "colors",
+    [
+        [[255.0, 0, 51]] * 4,
+        [[-0.1, 0, 0]] * 4,
+        [[1, 0, 0]] * 4,
+        [[300, 0, 0]] * 4,
+        np.array([[-1, 0, 0]] * 4),
+        [[0.5, 0.5]] * 4,
+    ],
+)
+def test_colours_of_unknown_scale_are_refused(colors: Any) -> None:
+    with pytest.raises(cm.ArrayError) as caught:
+        cm.Mesh(SQUARE, TWO, vertex_data={"colors": colors})
+    assert caught.value.cure or "shape" in str(caught.value)
+
+
+def test_ids_of_groups_are_whole_numbers() -> None:
+    mesh = cm.Mesh(SQUARE, TWO)
+    mesh.groups = [("", "a"), ("", "b")]
+    mesh.face_data["groups"] = [0.0, 1.0]
+    assert mesh.face_data["groups"].tolist() == [0, 1]
+    with pytest.raises(cm.ArrayError, match="fraction"):
+        mesh.face_data["groups"] = [0.7, 1.0]
+    with pytest.raises(cm.OutOfRangeError):
+        mesh.groups = [("", "only")]
+    with pytest.raises(cm.OutOfRangeError):
+        mesh.materials = [{"name": "a", "image": 3}]
+    with pytest.raises(cm.OptionError, match="a material has no"):
+        mesh.materials = [{"gloss": 3}]
+
+
+# -- options and files
+
+
+#: The package without its types.
+loose: Any = cm
+
+
+@pytest.mark.parametrize(
+    "work, says",
+    [
+        (lambda m: loose.simplify(m, faces=3.7), "faces is 3.7; it must be a whole number"),
+        (lambda m: loose.simplify(m, faces=-4), "faces is -4"),
+        (lambda m: loose.simplify(m, faces="many"), "faces is 'many'"),
+        (lambda m: loose.simplify(m, faces=True), "faces is True"),
+        (lambda m: loose.simplify(m, faces=10, threads=-1), "threads is -1"),
+        (lambda m: loose.simplify(m, faces=10, threads=1.5), "threads is 1.5"),
+        (lambda m: loose.simplify(m, ratio="0.1"), "ratio is '0.1'; it must be a number"),
+        (lambda m: loose.simplify(m, faces=10, verify="yes"), "verify is 'yes'; it must be True or False"),
+        (lambda m: loose.simplify(m, faces=10, preset=3), "preset is 3; it must be a text"),
+        (lambda m: loose.simplify(m, faces=10, max_error=[1]), "max_error is"),
+        (lambda m: loose.simplify(m, faces=10, components=2.5), "components is 2.5"),
+        (lambda m: loose.lod(m, faces=[2.5]), "faces is 2.5"),
+        (lambda m: loose.flip(m, look_ahead=1.5), "look_ahead is 1.5"),
+        (lambda m: loose.curvature(m, rings=2.5), "rings is 2.5"),
+        (lambda m: loose.patch(m, tolerance=object()), "tolerance is"),
+        (lambda m: loose.distance(m, m, samples=-1), "samples is -1"),
+        (lambda m: loose.repair(m, fill_holes=1.5), "fill_holes is 1.5"),
+        (lambda m: loose.subdivide(m, steps=1.5), "steps is 1.5"),
+        (lambda m: loose.render(m, supersampling=1.5), "supersampling is 1.5"),
+        (lambda m: loose.view(m, height="tall"), "height is 'tall'"),
+        (lambda m: loose.shapes.sphere(-1), "level is -1"),
+        (lambda m: loose.info(m, threads=-2), "threads is -2"),
+    ],
+)
+def test_wrong_values_are_answered_in_words(work: Any, says: str) -> None:
+    with pytest.raises(cm.OptionError) as caught:
+        work(cm.shapes.octahedron())
+    assert says in str(caught.value)
+
+
+def test_whole_numbers_of_any_type() -> None:
+    ball = cm.shapes.sphere(3)
+    expected = cm.simplify(ball, faces=100).mesh
+    for faces in (100.0, np.int64(100), np.uint8(100), np.float32(100), np.array(100)):
+        assert loose.simplify(ball, faces=faces).mesh == expected
+
+
+def test_missing_files_are_those_of_python(tmp_path: Path) -> None:
+    path = tmp_path / "nothing.ply"
+    for work in (lambda: cm.read(path), lambda: cm.Record.load(path, cm.shapes.sphere(1))):
+        with pytest.raises(FileNotFoundError) as caught:
+            work()
+        error = caught.value
+        assert isinstance(error, cm.ReadError)
+        assert (error.errno, error.filename) == (errno.ENOENT, str(path)) and "nothing.ply" in str(error)
+        again = pickle.loads(pickle.dumps(error))
+        assert type(again) is type(error) and again.errno == errno.ENOENT and str(again) == str(error)
+    with pytest.raises(FileNotFoundError) as missing:
+        cm.write(tmp_path / "none" / "a.ply", cm.shapes.sphere(1))
+    assert isinstance(missing.value, cm.WriteError) and missing.value.errno == errno.ENOENT
+
+
+@pytest.mark.parametrize("format", ["obj", "ply", "stl", "off", "gltf", "glb"])
+def test_open_files_are_read_and_written(format: Any, tmp_path: Path) -> None:
+    ball = cm.shapes.sphere(2)
+    file = io.BytesIO()
+    told = cm.write(file, ball, format=format)
+    named = tmp_path / f"mesh.{format}"
+    cm.write(named, ball)
+    assert file.getvalue() == named.read_bytes()
+    file.seek(0)
+    if format != "gltf":
+        assert told["dropped"] == [] and cm.read(file, format=format) == cm.read(named)
+        with open(named, "rb") as opened:
+            assert cm.as_mesh(opened) == cm.read(named)
+    with pytest.raises(cm.OptionError, match="format"):
+        cm.write(io.BytesIO(), ball)
+    with pytest.raises(cm.OptionError, match="wb"):
+        loose.write(io.StringIO(), ball, format=format)
+    with pytest.raises(cm.ReadError) as caught:
+        loose.read(io.StringIO("OFF"))
+    assert "rb" in caught.value.cure
+
+
+def test_what_stands_beside_an_open_file_is_told() -> None:
+    told = cm.write(io.BytesIO(), cm.examples.globe(1), format="obj")
+    assert any("no place beside it" in dropped for dropped in told["dropped"])
+
+
+def test_other_threads_go_on_while_a_mesh_is_made() -> None:
+    ball = cm.shapes.sphere(9)
+    vertices, faces = np.array(ball.vertices), np.array(ball.faces)
+    count, done = [0], threading.Event()
+
+    def tick() -> None:
+        while not done.is_set():
+            count[0] += 1
+            time.sleep(0.0005)
+
+    ticker = threading.Thread(target=tick)
+    ticker.start()
+    before, start = count[0], time.perf_counter()
+    cm.Mesh(vertices, faces)
+    seconds, ticks = time.perf_counter() - start, count[0] - before
+    done.set()
+    ticker.join()
+    assert ticks >= min(3, int(seconds / 0.02)), (ticks, seconds)
+
+
+def test_levels_are_typed() -> None:
+    levels = cm.lod(cm.shapes.sphere(3), ratios=[0.5, 0.25])
+    fine: cm.Level = levels[0]
+    rest: list[cm.Level] = levels[1:]
+    total: int = sum(level.mesh.face_count for level in levels)
+    assert total == fine.mesh.face_count + rest[0].mesh.face_count
+    found = cm.info(fine.mesh)
+    volume: float | None = found.volume
+    assert volume is not None and found["volume"] == volume and dict(found)["closed"] is True
