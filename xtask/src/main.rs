@@ -10,6 +10,7 @@ mod files;
 mod package;
 mod programs;
 mod python;
+mod release;
 
 use std::process::ExitCode;
 
@@ -46,6 +47,11 @@ enum Task {
     ///     cargo xtask python --release --peers
     #[command(verbatim_doc_comment)]
     Python(python::Python),
+    /// Build the packages of a release, check them and install them in an empty environment
+    ///
+    ///     cargo xtask release --dry-run
+    #[command(verbatim_doc_comment)]
+    Release(release::Release),
 }
 
 fn main() -> ExitCode {
@@ -55,5 +61,6 @@ fn main() -> ExitCode {
         Task::Circles(options) => circles::run(&options),
         Task::Package(options) => package::run(&options),
         Task::Python(options) => python::run(&options),
+        Task::Release(options) => release::run(&options),
     })
 }

@@ -37,7 +37,7 @@ pub(crate) struct Python {
 const TOOLS: [&str; 5] = ["maturin>=1.9,<2", "pytest", "hypothesis", "mypy", "numpy"];
 
 /// What tests compare with.
-const PEERS: [&str; 5] = ["trimesh", "meshio", "libigl", "pymeshlab", "scipy"];
+const PEERS: [&str; 6] = ["trimesh", "meshio", "libigl", "pymeshlab", "scipy", "pillow"];
 
 /// What `curvmesh.batch` hands its tasks to, and reads and writes with.
 const ENGINES: [&str; 4] = ["distributed", "ray", "fsspec", "pyarrow"];
@@ -90,7 +90,7 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     // From here on nothing of the source tree can be imported by accident.
     let outside = folder.join("outside");
     let _ = fs::remove_dir_all(&outside);
-    for part in ["tests", "notebooks"] {
+    for part in ["tests", "notebooks", "src"] {
         copy_folder(&root.join(PACKAGE).join(part), &outside.join(part))?;
     }
     let readme = outside.join("README.md");
