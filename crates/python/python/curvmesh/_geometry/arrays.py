@@ -46,17 +46,14 @@ def coordinates(vertices: Any) -> NDArray[Any]:
     if array.ndim != 2 or array.shape[1] != 3:
         raise ArrayError(f"vertices have the shape {array.shape}; it must be (n, 3)")
     kind = np.float32 if array.dtype == np.float32 else np.float64
-    return np.require(_exact("vertices", array, kind), kind, "A")
-
-
-def _exact(name: str, array: NDArray[Any], kind: Any) -> NDArray[Any]:
-    """The array, if conversion to float64 keeps its whole numbers."""
     if array.dtype.kind in "iu" and array.dtype.itemsize == 8 and array.size:
         largest = max(abs(int(array.min())), abs(int(array.max())))
         if largest > _EXACT:
-            cure = "number them from 0 (np.unique(..., return_inverse=True)), or split them in two columns"
-            raise _refused(f"{name!r} has {largest}: whole numbers above 2**53 are not exact here", cure)
-    return array
+            raise _refused(
+                f"vertices have {largest}: whole numbers above 2**53 are no exact coordinates",
+                "move them closer to the origin: vertices - vertices[0]",
+            )
+    return np.require(array, kind, "A")
 
 
 def faces_of(faces: Any) -> tuple[NDArray[Any], NDArray[Any] | None]:
@@ -178,7 +175,12 @@ def column(on: str, name: str, values: Any) -> NDArray[Any]:
         if array.dtype.kind == "f" and not (array == np.floor(array)).all():
             raise _refused(f"{name!r} has numbers with a fraction", "give whole numbers, -1 for none")
         return np.require(array, np.int64, "A")
-    return np.require(_exact(name, array, np.float64), np.float64, "A")
+    kind = array.dtype
+    if kind.kind == "b":
+        kind = np.dtype(np.uint8)
+    elif kind.kind == "f":
+        kind = np.dtype(np.float32 if kind.itemsize <= 4 else np.float64)
+    return np.require(array, kind.newbyteorder("="), "A")
 
 
 def _colors(array: NDArray[Any]) -> NDArray[Any]:

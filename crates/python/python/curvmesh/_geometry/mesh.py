@@ -100,7 +100,7 @@ class Mesh:
     faces : array_like, shape (m, 3) or (m, k)
         Vertex indices, counter-clockwise seen from outside, counted from 0; of any integer type.
     vertex_data, corner_data, face_data : mapping, optional
-        Arrays by name. Vertices have ``"normals"`` (n, 3), ``"colors"`` (n, 3) or (n, 4) and numbers
+        Arrays by name. Vertices have ``"normals"`` (n, 3), ``"colors"`` (n, 3) or (n, 4) and numbers of any type
         under any other name; corners, which are the vertices of the faces one after the other, have
         ``"uvs"`` and ``"normals"``; faces have ``"colors"`` and numbers.
     check : bool, optional
@@ -127,7 +127,7 @@ class Mesh:
     array([[0, 1, 2]], dtype=int32)
     >>> mesh.vertex_data["quality"] = [1, 2, 3]
     >>> mesh.vertex_data["quality"]
-    array([1., 2., 3.])
+    array([1, 2, 3])
     """
 
     __slots__ = ("_data", "__weakref__")
