@@ -2,7 +2,8 @@
 //!
 //! A virtual environment under `target/python` gets everything from the package index by pip. The
 //! wheel is installed there like any other, and tests, doctests, the type checker and the notebooks
-//! run on it in a folder of their own. Clippy looks at the crate, which no other command does.
+//! run on it in a folder of their own. Clippy compiles the crate of the wheel that is tested: `cargo clippy`
+//! would check all libraries once more for it.
 
 use std::env;
 use std::fs;
@@ -64,6 +65,8 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     maturin.env("VIRTUAL_ENV", &environment.folder);
     if options.release {
         maturin.arg("--release");
+    } else if !options.wheel_only {
+        maturin.args(["--", "-D", "warnings"]).env("RUSTC_WORKSPACE_WRAPPER", "clippy-driver");
     }
     check(&mut maturin)?;
     let wheel = only_file(&wheels)?;
@@ -75,12 +78,6 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     let mut install = environment.python();
     install.args(["-m", "pip", "install", "--quiet", "--no-deps", "--force-reinstall"]);
     check(install.arg(&wheel))?;
-
-    step("lints");
-    let mut clippy = Command::new("cargo");
-    clippy.args(["clippy", "--locked", "--quiet", "--manifest-path"]);
-    clippy.arg(root.join(PACKAGE).join("Cargo.toml")).arg("--target-dir").arg(&target);
-    check(clippy.args(["--", "-D", "warnings"]))?;
 
     let program = match &options.program {
         Some(program) => std::path::absolute(program).map_err(Failure::reading(program))?,
@@ -129,11 +126,8 @@ fn environment(folder: &Path, options: &Python) -> Result<VirtualEnvironment, Fa
     let made = VirtualEnvironment::make(folder, &options.python)?;
     made.install(&TOOLS)?;
     let without = "nothing is tested with it";
-    made.install_if_there(&PEERS, without);
-    made.install_if_there(&ENGINES, without);
-    if options.peers {
-        made.install_if_there(&LARGE_PEERS, without);
-    }
+    let large = if options.peers { &LARGE_PEERS[..] } else { &[] };
+    made.install_if_there(&[&PEERS[..], &ENGINES[..], large].concat(), without);
     Ok(made)
 }
 

@@ -49,6 +49,7 @@ pub(crate) fn info<'py>(
     for (name, count) in counts {
         told.set_item(name, count)?;
     }
+    told.set_item("inside_out", found.inside_out)?;
     told.set_item("euler_characteristic", found.euler_characteristic)?;
     told.set_item("closed", found.is_closed())?;
     told.set_item("manifold", found.is_manifold())?;

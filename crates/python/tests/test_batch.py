@@ -264,7 +264,7 @@ def test_what_is_asked_of_run_is_checked(scans: Path, tmp_path: Path) -> None:
         ({"workers": 0}, "at least 1"),
         ({"engine": "dask", "client": "tcp://x", "workers": 2}, "one of the two"),
         ({"cores": 0}, "at least 1"),
-        ({"retries": -1}, "at least 0"),
+        ({"retries": -1}, "not negative"),
     ):
         with pytest.raises(cm.OptionError, match=says):
             run(scans, WORK, tmp_path / "out", **options)

@@ -203,7 +203,7 @@ def test_padded_faces() -> None:
 def test_named_numbers_keep_their_type(kind: str) -> None:
     dtype = np.dtype(kind)
     ends = np.iinfo(dtype) if dtype.kind in "iu" else None
-    values = np.array([ends.min, ends.max, 2, 3] if ends else [0.5, 1, 2, 3]).astype(dtype)
+    values = np.array([ends.min, ends.max, 2, 3] if ends else [0.5, 1, 2, 3], object).astype(dtype)
     mesh = cm.Mesh(SQUARE, TWO, vertex_data={"id": values}, face_data={"id": values[:2]})
     for back in (mesh.vertex_data["id"], pickle.loads(pickle.dumps(mesh)).vertex_data["id"]):
         np.testing.assert_array_equal(back, values)

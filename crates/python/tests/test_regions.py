@@ -262,9 +262,10 @@ def test_a_step_that_dies_does_not_kill_its_caller(name: str, tmp_path: Path) ->
 def test_the_program_of_the_package_is_used_and_tells_its_progress(giant: Path, tmp_path: Path) -> None:
     steps: list[str] = []
     output = tmp_path / "small.ply"
-    options: dict[str, Any] = {**SETTINGS, "preset": "default", "ratio": 0.4}
+    # A result that fits is fitted by the last step.
+    options: dict[str, Any] = {**SETTINGS, "preset": "default"}
     regions.simplify(giant, output, work_dir=tmp_path / "work", workers=2, callback=steps.append, **options)
     told = [step for step in steps if step.startswith("finish: ")]
     assert told and " of " in told[0] and steps[-1] == "finish"
-    assert cm.read(output).face_count == pytest.approx(0.4 * cm.read(giant).face_count, rel=0.01)
+    assert cm.read(output).face_count == pytest.approx(0.05 * cm.read(giant).face_count, rel=0.01)
     assert not (tmp_path / "work" / "progress.txt").exists()

@@ -30,9 +30,12 @@ impl VirtualEnvironment {
         check(pip.args(packages))
     }
 
-    /// Installs packages one by one, because not every system has all of them. Prints what is left out for
+    /// Installs packages, each by itself if not all can be had on this system. Prints what is left out for
     /// each that cannot be installed.
     pub fn install_if_there(&self, packages: &[&str], without: &str) {
+        if self.install(packages).is_ok() {
+            return;
+        }
         for package in packages {
             if self.install(&[package]).is_err() {
                 println!("{package} cannot be installed here: {without}");

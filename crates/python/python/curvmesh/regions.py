@@ -388,8 +388,12 @@ class _Run:
                 raise RegionError(f"level {level + 1} was joined, and is not there", step="plan")
             cells.append(plan["cells"])
             self._finish(do, plan)
+        last = self._step("finish", "finish", self.folder, *target)
         with _followed(self._progress, self.callback):
-            return self._one(do, "finish", "finish", self.folder, *target), cells
+            told = _all(do, [last], self.retries, None)[0]
+        if self.callback is not None:
+            self.callback("finish")
+        return told, cells
 
     def _finish(self, do: Engine, plan: dict[str, Any]) -> None:
         """Finishes a level that is a result, and does not fit, cell by cell."""
@@ -448,16 +452,14 @@ def _followed(path: str, callback: Callable[[str], object] | None) -> Iterator[N
     tell, is_done = callback, threading.Event()
 
     def follow() -> None:
-        last = ""
-        while not is_done.wait(0.2):
-            try:
-                with open(path, encoding="utf-8") as file:
-                    now = file.read()
-            except OSError:
-                continue
-            if now != last:
+        last, is_last = "", False
+        while not is_last:
+            is_last = is_done.wait(0.2)
+            with suppress(OSError), open(path, encoding="utf-8") as file:
+                now = file.read()
+                if now != last:
+                    tell(f"finish: {now}")
                 last = now
-                tell(f"finish: {now}")
 
     thread = threading.Thread(target=follow, daemon=True)
     thread.start()

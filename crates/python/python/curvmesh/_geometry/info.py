@@ -26,6 +26,7 @@ _REPAIRS = {
     "non_manifold_edges": "cut_non_manifold",
     "non_manifold_vertices": "cut_non_manifold",
     "inconsistent_edges": "reorient",
+    "inside_out": "reorient",
     "duplicate_faces": "drop_duplicates",
     "repeated_vertex_faces": "drop_degenerate",
     "unreferenced_vertices": "drop_unreferenced",
@@ -51,6 +52,8 @@ class Info(Mapping[str, Any]):
         Defects; degenerate faces repeat a vertex or have no area.
     repeated_vertex_faces, zero_area_faces, sliver_faces, unreferenced_vertices, non_finite_vertices : int
         More defects.
+    inside_out : int or None
+        Components that are inside out, vertices at equal positions joined; ``None`` where it is not known.
     euler_characteristic : int
         Vertices minus edges plus faces.
     closed, manifold, oriented : bool
@@ -83,6 +86,7 @@ class Info(Mapping[str, Any]):
     sliver_faces: int
     unreferenced_vertices: int
     non_finite_vertices: int
+    inside_out: int | None
     euler_characteristic: int
     closed: bool
     manifold: bool
@@ -105,7 +109,7 @@ class Info(Mapping[str, Any]):
     @property
     def defects(self) -> dict[str, int]:
         """The number of each kind of defect; empty for a sound mesh."""
-        return {name: self[name] for name in _REPAIRS if self[name]}
+        return {name: count for name in _REPAIRS if (count := self[name])}
 
     @property
     def repairs(self) -> list[str]:

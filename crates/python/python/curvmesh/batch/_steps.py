@@ -377,6 +377,7 @@ STEPS = {
     "render": Step(
         {
             "values": _TEXT,
+            "on": _TEXT,
             "direction": _DIRECTION,
             "up": _POINT,
             "size": _SIZE,

@@ -39,6 +39,8 @@ def of_pyvista(source: Any, check: bool) -> Mesh:
     import numpy as np
 
     notes: list[str] = []
+    # The surface of a grid has the corners of each cell by themselves.
+    is_grid = not hasattr(source, "faces") and not hasattr(source, "celltypes")
     if not hasattr(source, "faces"):
         if source.n_cells and any(kind not in (3, 5, 6, 7, 8, 9) for kind in np.unique(_cell_types(source))):
             notes.append("cells that are no polygons were replaced by their surface")
@@ -68,7 +70,7 @@ def of_pyvista(source: Any, check: bool) -> Mesh:
     of_cells.pop("normals", None)
     put(mesh.vertex_data, of_points, notes)
     put(mesh.face_data, {name: values[cells] for name, values in of_cells.items()}, notes)
-    return noted(mesh, notes)
+    return noted(mesh.joined() if is_grid else mesh, notes)
 
 
 def _cell_types(source: Any) -> Any:
