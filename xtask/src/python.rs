@@ -20,7 +20,8 @@ pub(crate) struct Python {
     /// Build as users get it, optimised as a whole, which takes some minutes
     #[arg(long)]
     release: bool,
-    /// Install the large packages too that tests compare with: open3d and pyvista
+    /// Install the large packages too that tests compare with, open3d and pyvista, and take all meshes of
+    /// `CURVMESH_MODELS` through all packages, not only small ones
     #[arg(long)]
     peers: bool,
     /// The Python that the environment is made with
@@ -97,6 +98,9 @@ pub(crate) fn run(options: &Python) -> Result<(), Failure> {
     let run = |arguments: &[&str]| -> Result<(), Failure> {
         let mut python = environment.python();
         python.current_dir(&outside).args(arguments).env("CURVMESH_PROGRAM", &program);
+        if options.peers {
+            python.env("CURVMESH_ALL_MODELS", "1");
+        }
         check(&mut python)
     };
 
