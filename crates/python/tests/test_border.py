@@ -174,6 +174,30 @@ def test_masked_arrays() -> None:
     assert cm.Mesh(SQUARE, faces).face_ends.tolist() == [4, 7]
 
 
+def test_values_that_are_no_real_numbers() -> None:
+    ball = cm.shapes.sphere(2)
+    waves = np.exp(1j * ball.vertices[:, 0])
+    for work in (
+        lambda: cm.render(ball, waves),
+        lambda: cm.render(ball, ["a"] * ball.vertex_count),
+        lambda: ball.vertex_data.update(x=waves),
+        lambda: cm.simplify(ball, faces=100, cost=lambda edges: edges.lengths * 1j),
+        lambda: cm.simplify(ball, faces=100, guard=lambda edges: None),
+        lambda: cm.flip(ball, cost=cm.EdgeCost(lambda edges: np.full(len(edges), 1j), 1)),
+    ):
+        with pytest.raises(cm.ArrayError, match="real numbers"):
+            work()
+    with pytest.raises(cm.ArrayError, match="it must be below 3.4"):
+        ball.vertex_data["normals"] = np.full((ball.vertex_count, 3), 1e300)
+
+
+def test_masked_values_are_drawn_as_unknown() -> None:
+    ball = cm.shapes.sphere(2)
+    counts: Any = np.ma.masked_array(np.arange(ball.vertex_count), mask=np.arange(ball.vertex_count) < 9)
+    floats = counts.astype(float).filled(np.nan)
+    assert (cm.render(ball, counts).pixels == cm.render(ball, floats).pixels).all()
+
+
 def test_padded_faces() -> None:
     ball = cm.shapes.sphere(2)
     padded = np.column_stack([np.full(ball.face_count, 3), ball.faces])
@@ -296,6 +320,16 @@ loose: Any = cm
         (lambda m: loose.render(m, supersampling=1.5), "supersampling is 1.5"),
         (lambda m: loose.view(m, height="tall"), "height is 'tall'"),
         (lambda m: loose.shapes.sphere(-1), "level is -1"),
+        (lambda m: loose.lod(m, faces=4), "faces is 4; it must be a list, like [4]"),
+        (lambda m: loose.lod(m, ratios="0.5"), "ratios is '0.5'; it must be a list"),
+        (lambda m: loose.simplify(m, faces=4, guard=3), "guard is 3; it must be a function"),
+        (lambda m: loose.simplify(m, faces=4, callback=3), "callback is 3; it must be a function"),
+        (lambda m: loose.simplify(m, faces=4, progress=3), "progress is 3; it must be True, False or a function"),
+        (lambda m: loose.flip(m, cost=3), "cost is 3; it must be a name"),
+        (lambda m: loose.distance(m, m, samples=0), "samples is 0; it must be at least 1"),
+        (lambda m: loose.render(m, [1] * 8, on="edge"), "on is 'edge'; it must be"),
+        (lambda m: loose.render(m, size=10), "size is 10; it must be two whole numbers"),
+        (lambda m: loose.render(m, size=(1.5, 10)), "size is 1.5; it must be a whole number"),
         (lambda m: loose.info(m, threads=-2), "threads is -2"),
     ],
 )

@@ -100,6 +100,39 @@ def _flag(name: str, value: Any) -> bool:
     raise OptionError(f"{name} is {value!r}; it must be True or False")
 
 
+def _side(name: str, value: Any) -> str:
+    if isinstance(value, str) and value in ("vertex", "face"):
+        return value
+    raise OptionError(f'{name} is {value!r}; it must be "vertex" or "face"')
+
+
+def _function(name: str, value: Any) -> Any:
+    if callable(value):
+        return value
+    raise OptionError(f"{name} is {value!r}; it must be a function")
+
+
+def _progress(name: str, value: Any) -> Any:
+    if isinstance(value, bool) or callable(value):
+        return value
+    raise OptionError(f"{name} is {value!r}; it must be True, False or a function")
+
+
+def _several(kind: Callable[[str, Any], Any]) -> Callable[[str, Any], list[Any]]:
+    def check(name: str, values: Any) -> list[Any]:
+        if isinstance(values, str) or not hasattr(values, "__iter__"):
+            raise OptionError(f"{name} is {values!r}; it must be a list, like [{values!r}]")
+        return [kind(name, value) for value in values]
+
+    return check
+
+
+def _pair(name: str, values: Any) -> tuple[int, ...]:
+    if not hasattr(values, "__iter__") or isinstance(values, str) or len(list(values)) != 2:
+        raise OptionError(f"{name} is {values!r}; it must be two whole numbers")
+    return tuple(whole(name, value) for value in values)
+
+
 def _text(name: str, value: Any) -> str:
     if isinstance(value, str):
         return value
@@ -112,9 +145,17 @@ _KINDS: dict[str, Callable[[str, Any], Any]] = {
     "float": _number,
     "bool": _flag,
     "Length": _length,
+    "Sequence[float]": _several(_number),
+    "Sequence[int]": _several(whole),
+    "Sequence[Length]": _several(_length),
+    "tuple[int, int]": _pair,
+    "On": _side,
+    "Callback": _function,
+    "EdgeFunction": _function,
+    "Progress": _progress,
     **dict.fromkeys(
         ("str", "Preset", "Placement", "Norm", "Estimator", "Area", "Sections", "Outline", "CoverMethod")
-        + ("Format", "External", "Encoding", "Precision", "Layout", "On", "Engine"),
+        + ("Format", "External", "Encoding", "Precision", "Layout", "Engine"),
         _text,
     ),
 }

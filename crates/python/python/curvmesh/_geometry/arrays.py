@@ -18,7 +18,7 @@ def _refused(what: str, cure: str) -> ArrayError:
     return ArrayError(f"{what}; {cure}", cure=cure)
 
 
-def _numbers(name: str, values: Any) -> NDArray[Any]:
+def real_numbers(name: str, values: Any) -> NDArray[Any]:
     """An array of real numbers without masked entries."""
     import numpy as np
 
@@ -37,7 +37,7 @@ def coordinates(vertices: Any) -> NDArray[Any]:
     """Positions as rows of float32 or float64; copied only if they are of another type."""
     import numpy as np
 
-    array = _numbers("vertices", vertices)
+    array = real_numbers("vertices", vertices)
     if array.size == 0:
         array = array.reshape(0, 3)
     if array.ndim == 2 and array.shape[1] == 2:
@@ -159,13 +159,17 @@ def column(on: str, name: str, values: Any) -> NDArray[Any]:
     """Data of a mesh in the type that it is stored in."""
     import numpy as np
 
-    array = _numbers(name, values)
+    array = real_numbers(name, values)
     if name == "colors" and on in ("vertex", "face"):
         return _colors(array)
     if name in ("normals", "uvs"):
         if array.ndim != 2:
             raise ArrayError(f"{name!r} has the shape {array.shape}; it must have rows and columns")
-        return np.require(array, np.float32, "A")
+        with np.errstate(over="ignore"):
+            single = np.require(array, np.float32, "A")
+        if (np.isfinite(array) & np.isinf(single)).any():
+            raise _refused(f"{name!r} has {np.abs(array).max():g}", f"it must be below {np.finfo(np.float32).max:g}")
+        return single
     if array.ndim != 1:
         raise _refused(
             f"{name!r} has the shape {array.shape}; named numbers are one for each {on}",

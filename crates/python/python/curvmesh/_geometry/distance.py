@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .. import _core
 from .._call import Progress, calling, plain
+from .._errors import OptionError
 from .._options import checked
 from .._table import table, text
 from .files import as_mesh
@@ -154,6 +155,8 @@ def distance(
     >>> round(d.mean, 2), d.bounds.lower <= d.max <= d.bounds.upper
     (0.1, True)
     """
+    if samples < 1:
+        raise OptionError("samples is 0; it must be at least 1")
     a, b = as_mesh(first, check=False), as_mesh(second, check=False)
     with calling("measuring", progress, threads) as call:
         found = _core.distance(call, a._data, b._data, samples, exact, relative, seed)

@@ -11,6 +11,7 @@ from .._call import Callback, Progress, calling
 from .._errors import OptionError
 from .._options import checked
 from .._table import table, text
+from .arrays import real_numbers
 from .files import as_mesh
 from .mesh import Mesh
 
@@ -56,7 +57,7 @@ class FaceCost:
         """The terms of some triangles."""
         import numpy as np
 
-        return np.ascontiguousarray(self.of(points), dtype=np.float64)
+        return np.ascontiguousarray(real_numbers("result of the function", self.of(points)), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class EdgeCost:
         """The terms of some edges."""
         import numpy as np
 
-        return np.ascontiguousarray(self.of(points), dtype=np.float64)
+        return np.ascontiguousarray(real_numbers("result of the function", self.of(points)), dtype=np.float64)
 
 
 @dataclass(frozen=True, repr=False)
@@ -212,6 +213,8 @@ def flip(
     >>> better.cost_after < better.cost_before, better.stop
     (True, 'local-minimum')
     """
+    if not isinstance(cost, (str, FaceCost, EdgeCost)):
+        raise OptionError(f"cost is {cost!r}; it must be a name, a FaceCost or an EdgeCost")
     if not 1 <= look_ahead <= 6:
         raise OptionError(f"look_ahead is {look_ahead}; it must be from 1 to 6")
     if random_ties is None:

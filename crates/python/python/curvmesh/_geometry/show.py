@@ -11,6 +11,7 @@ from .._call import Progress, calling
 from .._errors import ArrayError, CurvmeshError, OptionError
 from .._options import checked
 from .._table import table
+from .arrays import real_numbers
 from .curvature import Curvature
 from .files import as_mesh
 from .info import info
@@ -121,8 +122,9 @@ def _shown(
         if len(found) > 1:
             raise OptionError(f'vertices and faces have {values!r}; say on="vertex" or on="face"')
         return found[0], np.require(named[found[0]][values], np.float64, "A")
-    array = np.ma.filled(values, np.nan) if np.ma.isMaskedArray(values) else values
-    array = np.require(array, np.float64, "A")
+    if np.ma.isMaskedArray(values):
+        values = np.ma.filled(np.ma.asarray(values, np.float64), np.nan)
+    array = np.require(real_numbers("values", values), np.float64, "A")
     if array.ndim != 1:
         raise ArrayError(f"values have the shape {array.shape}; give one for each vertex or face")
     counts: dict[On, int] = {"vertex": mesh.vertex_count, "face": mesh.face_count}

@@ -11,6 +11,7 @@ from .._call import Callback, Progress, calling, plain
 from .._errors import OptionError
 from .._options import checked, whole
 from .._table import grid, table, text
+from .arrays import real_numbers
 from .files import as_mesh
 from .mesh import Mesh
 
@@ -246,7 +247,8 @@ def _asked(function: EdgeFunction | None) -> Callable[[Any, Any, Any], Any] | No
     def ask(vertices: Any, ends: Any, apexes: Any) -> Any:
         import numpy as np
 
-        return np.ascontiguousarray(given(Edges(vertices, ends, apexes)), dtype=np.float64)
+        found = real_numbers("result of the function", given(Edges(vertices, ends, apexes)))
+        return np.ascontiguousarray(found, dtype=np.float64)
 
     return ask
 
