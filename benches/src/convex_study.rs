@@ -284,7 +284,9 @@ impl Strategy {
             Self::Anneal => (1, Some(Anneal::default())),
             Self::AnnealLookAhead3 => (3, Some(Anneal::default())),
         };
-        FlipOptions { look_ahead, anneal, rebuild, ..FlipOptions::default() }
+        // As in the papers.
+        let shape = Some(ShapeConstraint::Unrestricted);
+        FlipOptions { look_ahead, anneal, rebuild, shape, ..FlipOptions::default() }
     }
 }
 

@@ -7,6 +7,8 @@
 use mesh_core::edit::FlipRefusal;
 use mesh_core::{EdgeId, FaceId, Topology, VertexId};
 
+use crate::shape::ShapeViolation;
+
 /// Why a flip that would lower the cost is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rejection {
@@ -18,6 +20,10 @@ pub(crate) enum Rejection {
     Flat,
     /// A face would turn by more than the limit.
     Fold,
+    /// A new face would be a sliver.
+    Sliver,
+    /// The quadrilateral is not convex.
+    NotConvex,
     /// A new face would cross this face.
     Intersection(FaceId),
     /// The edge has reached the limit of flips per edge.
@@ -32,6 +38,16 @@ impl From<FlipRefusal> for Rejection {
             FlipRefusal::ValenceThree(vertex) => Self::ValenceThree(vertex),
             FlipRefusal::DiagonalExists(edge) => Self::DiagonalExists(edge),
             _ => Self::Never,
+        }
+    }
+}
+
+impl From<ShapeViolation> for Rejection {
+    fn from(violation: ShapeViolation) -> Self {
+        match violation {
+            ShapeViolation::NotConvex => Self::NotConvex,
+            ShapeViolation::Fold => Self::Fold,
+            ShapeViolation::Sliver => Self::Sliver,
         }
     }
 }
@@ -78,7 +94,12 @@ impl BlockedEdges {
             Rejection::DiagonalExists(diagonal) => self.edges_from + diagonal.index(),
             Rejection::Intersection(face) => self.faces_from + face.index(),
             // Every cost depends on the shape of the quadrilateral, so its changes requeue the edge.
-            Rejection::Flat | Rejection::Fold | Rejection::Cycle | Rejection::Never => return,
+            Rejection::Flat
+            | Rejection::Fold
+            | Rejection::Sliver
+            | Rejection::NotConvex
+            | Rejection::Cycle
+            | Rejection::Never => return,
         };
         if core::mem::replace(&mut self.blocker_of[edge.index()], blocker as u32) == blocker as u32
         {

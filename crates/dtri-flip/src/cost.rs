@@ -3,6 +3,7 @@
 use mesh_core::TriMesh;
 
 use crate::quad::Quad;
+use crate::shape::ShapeConstraint;
 
 /// A cost of a triangulation that edge flips lower.
 ///
@@ -105,6 +106,12 @@ pub trait FlipCost: Sync {
     /// total. If not, only the limit of flips per edge guarantees termination.
     fn is_potential(&self) -> bool {
         true
+    }
+
+    /// The default shape constraint. [`ShapeConstraint::KeepShape`] unless the theory of the cost needs
+    /// convex quadrilaterals.
+    fn shape_constraint(&self) -> ShapeConstraint {
+        ShapeConstraint::KeepShape
     }
 }
 

@@ -252,6 +252,8 @@ impl Greedy {
             Rejection::DiagonalExists(_) => counts.diagonal_exists += 1,
             Rejection::Flat => counts.flat += 1,
             Rejection::Fold => counts.fold += 1,
+            Rejection::Sliver => counts.sliver += 1,
+            Rejection::NotConvex => counts.not_convex += 1,
             Rejection::Intersection(_) => counts.intersection += 1,
             Rejection::Cycle => counts.cycle += 1,
             Rejection::Never => {}

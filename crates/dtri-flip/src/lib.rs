@@ -24,6 +24,7 @@ mod ruin_recreate;
 mod rules;
 mod run;
 mod self_intersection;
+mod shape;
 
 pub use cost::{Change, FlipCost, Stencil};
 pub use cost_name::{CostName, UnknownCost};
@@ -39,3 +40,4 @@ pub use options::{Anneal, FlipOptions, Rebuild, Ties, Update};
 pub use progress::{Phase, Progress};
 pub use quad::Quad;
 pub use report::{FlipReport, Rejections, Stop};
+pub use shape::{ShapeConstraint, UnknownShapeConstraint};

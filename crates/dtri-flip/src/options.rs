@@ -5,6 +5,7 @@ use core::time::Duration;
 use mesh_core::EdgeMap;
 
 use crate::error::FlipError;
+use crate::shape::ShapeConstraint;
 
 /// Options of a run. The default is the greedy algorithm of DHKL01 with an exact queue.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,9 @@ pub struct FlipOptions {
     pub feature_angle: Option<f64>,
     /// Marked edges never flip.
     pub locked: Option<EdgeMap<bool>>,
+    /// Constraint on the shape of new faces. `None`: the default of the cost,
+    /// [`FlipCost::shape_constraint`](crate::FlipCost::shape_constraint).
+    pub shape: Option<ShapeConstraint>,
     /// Largest angle, in radians, between the normal of a new face and its quadrilateral, unless an
     /// old face makes a larger one. The normal of the quadrilateral is its vector area, which a flip
     /// does not change. Below a right angle, no face can fold back.
@@ -50,6 +54,7 @@ impl Default for FlipOptions {
             anneal: None,
             feature_angle: None,
             locked: None,
+            shape: None,
             max_fold: None,
             forbid_intersections: false,
             ties: Ties::EdgeId,

@@ -36,6 +36,10 @@ pub struct Rejections {
     pub flat: u64,
     /// A face would turn by more than the limit; see [`FlipOptions::max_fold`](crate::FlipOptions).
     pub fold: u64,
+    /// A new face would be a sliver; see [`ShapeConstraint`](crate::ShapeConstraint).
+    pub sliver: u64,
+    /// The quadrilateral is not convex; see [`ShapeConstraint`](crate::ShapeConstraint).
+    pub not_convex: u64,
     /// A new triangle would cross another triangle.
     pub intersection: u64,
     /// The edge has reached the limit of flips per edge; see
@@ -50,13 +54,15 @@ pub struct Rejections {
 
 impl Rejections {
     /// All counts with the names of their reasons.
-    pub fn by_reason(&self) -> [(&'static str, u64); 8] {
+    pub fn by_reason(&self) -> [(&'static str, u64); 10] {
         // Destructured, so that the compiler finds a forgotten field.
         let Self {
             valence_three,
             diagonal_exists,
             flat,
             fold,
+            sliver,
+            not_convex,
             intersection,
             cycle,
             rounding,
@@ -67,6 +73,8 @@ impl Rejections {
             ("diagonal_exists", diagonal_exists),
             ("flat", flat),
             ("fold", fold),
+            ("sliver", sliver),
+            ("not_convex", not_convex),
             ("intersection", intersection),
             ("cycle", cycle),
             ("rounding", rounding),

@@ -11,6 +11,7 @@ use crate::features::locked_edges;
 use crate::fold::{folds, is_degenerate, makes_degenerate};
 use crate::options::FlipOptions;
 use crate::quad::Quad;
+use crate::shape::ShapeConstraint;
 use crate::self_intersection::crossed_by_flip;
 
 /// The part of a run that trial flips do not change, so that threads can share it.
@@ -18,6 +19,7 @@ pub(crate) struct Rules<'a, C: FlipCost> {
     pub(crate) cost: &'a C,
     pub(crate) options: &'a FlipOptions,
     pub(crate) locked: EdgeMap<bool>,
+    pub(crate) shape: ShapeConstraint,
     /// Number of flips of each edge.
     pub(crate) flips_of_edge: EdgeMap<u32>,
     /// The end of the time limit.
@@ -40,6 +42,7 @@ impl<'a, C: FlipCost> Rules<'a, C> {
             cost,
             options,
             locked: locked_edges(mesh, options),
+            shape: options.shape.unwrap_or_else(|| cost.shape_constraint()),
             flips_of_edge: mesh.topology().edge_map(0),
             deadline,
             noise: noise_floor(mesh, cost.length_exponent()),
@@ -78,6 +81,12 @@ impl<'a, C: FlipCost> Rules<'a, C> {
         is_degenerate(mesh, triangle, self.resolution)
     }
 
+    /// The largest turn of a face that is always allowed, if turns are limited.
+    pub(crate) fn max_turn(&self) -> Option<f64> {
+        let limits = [self.options.max_fold, self.shape.max_turn()];
+        limits.into_iter().flatten().reduce(f64::min)
+    }
+
     /// Whether an edge may flip: the check of the mesh and the constraints of the options.
     pub(crate) fn allow(
         &self,
@@ -96,6 +105,7 @@ impl<'a, C: FlipCost> Rules<'a, C> {
         if self.options.max_fold.is_some_and(|limit| folds(mesh, &quad, limit)) {
             return Err(Rejection::Fold);
         }
+        self.shape.check(mesh, &quad)?;
         match tree.and_then(|tree| crossed_by_flip(tree, mesh, &quad)) {
             Some(face) => Err(Rejection::Intersection(face)),
             None => Ok(flip),

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use dtri_flip::{
-    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Ties, optimise_with,
+    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, ShapeConstraint, Ties,
+    UnknownShapeConstraint, optimise_with,
 };
 use mesh_work::Seams;
 use pyo3::prelude::*;
@@ -25,6 +26,7 @@ pub(crate) struct FlipsGiven {
     rebuild_largest: usize,
     anneal_steps: Option<usize>,
     feature_angle: Option<f64>,
+    shape_constraint: Option<String>,
     max_fold: Option<f64>,
     no_intersections: bool,
     random_ties: bool,
@@ -34,6 +36,11 @@ pub(crate) struct FlipsGiven {
 }
 
 impl FlipsGiven {
+    fn shape(&self) -> Result<Option<ShapeConstraint>, Failure> {
+        let name = self.shape_constraint.as_deref();
+        name.map(str::parse).transpose().map_err(Failure::option::<UnknownShapeConstraint>)
+    }
+
     fn options(&self) -> Result<FlipOptions, Failure> {
         let anneal =
             |steps_per_edge| Anneal { seed: self.seed, steps_per_edge, ..Anneal::default() };
@@ -43,6 +50,7 @@ impl FlipsGiven {
             rebuild: self.rebuild_effort.map(|effort| Rebuild { seed, effort, largest }),
             anneal: self.anneal_steps.map(anneal),
             feature_angle: angle("feature_angle", self.feature_angle)?,
+            shape: self.shape()?,
             max_fold: angle("max_fold", self.max_fold)?,
             forbid_intersections: self.no_intersections,
             ties: if self.random_ties { Ties::Seeded(self.seed) } else { Ties::EdgeId },

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use dcurv::{CurvatureOptions, Curvatures};
 use dtri_flip::{
-    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Rejections, Ties,
+    Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, Rejections,
+    ShapeConstraint, Ties,
 };
 use glam::DVec3;
 use indicatif::ProgressBar;
@@ -26,12 +27,12 @@ use crate::session::{Outcome, Session};
 use crate::task::{Done, Report, Task};
 use crate::view::{self, Look, name_of};
 
-/// Optimise the triangulation by edge flips; the vertices stay where they are
+/// Optimise the triangulation by edge flips; vertices do not move
 ///
-/// Borders between texture charts, groups and materials are kept; normals are left out of the
-/// output, since flips change them.
+/// Borders between texture charts, groups and materials are kept. The output has no normals, because
+/// flips change them.
 ///
-/// Without -o nothing is written, and only the numbers are printed.
+/// Without -o, only the numbers are printed.
 ///
 ///     curvmesh flip rocker-arm.obj -o better.ply --cost f2
 ///     curvmesh flip part.stl -o part.obj --cost f2 --feature-angle 40 --lenient
@@ -54,62 +55,71 @@ pub(crate) struct Flip {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Optimisation")]
 struct Optimise {
-    /// What to lower
+    /// The cost to minimise
     ///
-    /// - f1: the integral of H²       - f2: the integral of |H|
-    /// - f3: that of |k1| + |k2|      - gauss: that of |K|
-    /// - area: the area               - delaunay: cotangents, for well-shaped faces
-    /// - willmore: as Brink, Alboul, Rodrigues 2006 print it
-    /// - willmore-potential: the Willmore energy itself
+    /// - f1: integral of H²                   - f2: integral of |H|
+    /// - f3: integral of |k1| + |k2|          - gauss: sum of |K|
+    /// - area: total area                     - delaunay: sum of cotangents of all angles
+    /// - willmore: virtual Willmore energy of Brink, Alboul, Rodrigues 2006
+    /// - willmore-potential: Willmore energy
     #[arg(
         long, value_name = "COST", verbatim_doc_comment,
         value_parser = |s: &str| s.parse::<CostName>(),
     )]
     cost: CostName,
-    /// The area that belongs to a vertex, for f1 and f3
+    /// Area of a vertex, for f1 and f3
     #[arg(long, value_enum, default_value_t)]
     area: AreaName,
-    /// Where no single flip helps, try up to this many in a row, at most 6: each more takes about six
-    /// times as long
+    /// Where no single flip lowers the cost, try sequences of up to K flips; at most 6. Each further flip
+    /// multiplies the time by about 6
     #[arg(long, value_name = "K", default_value_t = 1, value_parser = parse_look_ahead)]
     look_ahead: usize,
-    /// Leave the local minimum by rebuilding patches: vertices are taken out and put back where they cost
-    /// least, until each was taken out N times without anything getting better; 10 is usual
+    /// Leave local minima by ruin and recreate: remove the vertices of a patch and insert each where it
+    /// costs least. Ends when each vertex was removed N times without improvement; 10 is typical
     #[arg(long, value_name = "N")]
     rebuild_effort: Option<usize>,
-    /// The most vertices that --rebuild-effort takes out at once
+    /// Largest number of vertices that --rebuild-effort removes at once
     #[arg(
         long, value_name = "N", default_value_t = Rebuild::default().largest,
         value_parser = parse_largest,
     )]
     rebuild_largest: usize,
-    /// Leave the local minimum by simulated annealing, with so many tries per edge and round; 50
-    /// is usual
+    /// Leave local minima by simulated annealing with N trial flips per edge and round; 50 is typical
     #[arg(long, value_name = "N")]
     anneal_steps: Option<usize>,
     #[arg(long, hide = true, conflicts_with_all = ["anneal_steps", "seed"], value_parser = parse_anneal)]
     anneal: Option<Anneal>,
-    /// Keep edges where the normals of the two faces are farther apart than this
+    /// Keep edges with a larger dihedral angle than this
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     feature_angle: Option<f64>,
-    /// Refuse flips that turn a face by more than this
+    /// Constraint on the shape of new faces [default: convex for area and delaunay, else keep-shape]
+    ///
+    /// - unrestricted: as in the papers; faces may fold back and become slivers
+    /// - keep-shape: no new face folds back, no new slivers
+    /// - convex: as keep-shape, and the two faces of the edge form a convex quadrilateral
+    #[arg(
+        long, value_name = "CONSTRAINT", verbatim_doc_comment,
+        value_parser = |s: &str| s.parse::<ShapeConstraint>(),
+    )]
+    shape_constraint: Option<ShapeConstraint>,
+    /// Reject flips that turn a face by more than this
     #[arg(long, value_name = "DEGREES", value_parser = parse_angle)]
     max_fold: Option<f64>,
-    /// Refuse flips that would make the surface cross itself
+    /// Reject flips that would make the surface cross itself
     #[arg(long)]
     no_intersections: bool,
-    /// Break ties in a random order, not by edge number
+    /// Break ties in a random order instead of by edge number
     #[arg(long)]
     random_ties: bool,
     #[arg(long, hide = true, conflicts_with_all = ["random_ties", "seed"])]
     tie_seed: Option<u64>,
-    /// Where the random numbers of --rebuild-effort, --anneal-steps and --random-ties start
+    /// Seed of the random numbers of --rebuild-effort, --anneal-steps and --random-ties
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     seed: u64,
-    /// Stop after so many flips
+    /// Stop after N flips
     #[arg(long, value_name = "N")]
     max_flips: Option<u64>,
-    /// Stop after so many seconds
+    /// Stop after this time
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     time_limit: Option<std::time::Duration>,
 }
@@ -129,7 +139,7 @@ struct Results {
 pub(crate) fn run(options: &Flip, session: &Session) -> Result<Outcome, Failure> {
     options.optimise.check_given(&session.given)?;
     if options.interruption.keep_partial && options.job.output.is_none() {
-        session.given.refuse(&[KEEP_PARTIAL], "without -o nothing is written")?;
+        session.given.refuse(&[KEEP_PARTIAL], "without -o there is no output file")?;
     }
     check_output(&options.job, &session.given)?;
     options.look.check(&options.job.inputs)?;
@@ -141,7 +151,7 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
     let mut loaded = task.load(&options.job.loading, &mut seconds, console)?;
     let seams = Seams::find(loaded.mesh.topology(), &loaded.provenance, &loaded.model);
     if seams.count() > 0 {
-        console.message(format_args!("{} edges are borders that stay", seams.count()));
+        console.message(format_args!("{} border edges are kept", seams.count()));
     }
     let before = options.look.is_wanted().then(|| loaded.mesh.clone());
     let flipped = Seconds::time(&mut seconds.compute, || {
@@ -164,7 +174,7 @@ fn one(options: &Flip, task: &Task, console: &Console) -> Result<Done, Failure> 
     report.done(console, summary(&report), brief)
 }
 
-/// Before and after, with the edges that are new.
+/// A page with both meshes and the edges that differ.
 fn page(input: &Path, before: &TriMesh, after: &TriMesh) -> Page {
     let new_edges = |mesh: &TriMesh, other: &TriMesh| -> Vec<[DVec3; 2]> {
         let topology = mesh.topology();
@@ -197,17 +207,17 @@ fn page(input: &Path, before: &TriMesh, after: &TriMesh) -> Page {
 }
 
 impl Optimise {
-    /// Refuses options that would do nothing.
+    /// Refuses options without effect.
     fn check_given(&self, given: &Given) -> Result<(), Failure> {
         if self.rebuild_effort.is_none() {
-            given.refuse(&["rebuild_largest"], "it is for --rebuild-effort")?;
+            given.refuse(&["rebuild_largest"], "it needs --rebuild-effort")?;
             if self.anneal_steps.is_none() && !self.random_ties {
-                let cure = "it is for --rebuild-effort, --anneal-steps and --random-ties";
+                let cure = "it needs --rebuild-effort, --anneal-steps or --random-ties";
                 given.refuse(&["seed"], cure)?;
             }
         }
         if !matches!(self.cost, CostName::F1 | CostName::F3) {
-            given.refuse(&["area"], "it is for the costs f1 and f3")?;
+            given.refuse(&["area"], "only the costs f1 and f3 use it")?;
         }
         Ok(())
     }
@@ -241,6 +251,7 @@ fn optimise(
         anneal: options.annealing(),
         feature_angle: options.feature_angle,
         locked: Some(seams.edges.clone()),
+        shape: options.shape_constraint,
         max_fold: options.max_fold,
         forbid_intersections: options.no_intersections,
         ties: options.ties(),
@@ -255,7 +266,7 @@ fn optimise(
     result.map_err(|error| Failure::Usage(error.to_string()))
 }
 
-/// What is left to do shrinks; the bar shows what is done of the most there ever was.
+/// Shows the completed share of the largest amount of remaining work so far.
 fn show(bar: &ProgressBar, now: Progress) -> ControlFlow<()> {
     bar.set_message(match now.phase {
         Phase::Greedy => "flipping",
@@ -296,29 +307,29 @@ fn summary(report: &Report<Results>) -> String {
     )
 }
 
-/// At most so many flips in a row.
-const MOST_AHEAD: usize = 6;
+/// Largest look-ahead.
+const MAX_LOOK_AHEAD: usize = 6;
 
 fn parse_look_ahead(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(count @ 1..=MOST_AHEAD) => Ok(count),
-        _ => Err(format!("expected a number from 1 to {MOST_AHEAD}")),
+        Ok(count @ 1..=MAX_LOOK_AHEAD) => Ok(count),
+        _ => Err(format!("expected a number from 1 to {MAX_LOOK_AHEAD}")),
     }
 }
 
-/// Fewer vertices are no patch.
-const LEAST: usize = 3;
+/// Smallest patch.
+const MIN_PATCH: usize = 3;
 
 fn parse_largest(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(count @ LEAST..) => Ok(count),
-        _ => Err(format!("expected a number from {LEAST}")),
+        Ok(count @ MIN_PATCH..) => Ok(count),
+        _ => Err(format!("expected a number of at least {MIN_PATCH}")),
     }
 }
 
-/// The older spelling `--anneal SEED[,STEPS]`.
+/// The old spelling `--anneal SEED[,STEPS]`.
 fn parse_anneal(text: &str) -> Result<Anneal, String> {
-    let usage = || "expected a seed, or a seed and tries per edge, like 7 or 7,200".to_owned();
+    let usage = || "expected SEED or SEED,STEPS, for example 7 or 7,200".to_owned();
     let (seed, steps) =
         text.split_once(',').map_or((text, None), |(seed, steps)| (seed, Some(steps)));
     let mut anneal = Anneal { seed: seed.parse().map_err(|_| usage())?, ..Anneal::default() };

@@ -9,6 +9,9 @@ use super::edge_term::EdgeTerm;
 ///
 /// Each interior edge counts at both ends, so `F2 = 1/2 sum over edges of |e| |beta|`, with the
 /// dihedral angles `beta`. Boundary edges have no dihedral angle. In model units.
+///
+/// Shape constraint: [`KeepShape`](crate::ShapeConstraint::KeepShape). A face that folds back has a
+/// dihedral angle near pi, so F2 rarely prefers it. But F2 is indifferent to slivers in a plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AbsMean;
 

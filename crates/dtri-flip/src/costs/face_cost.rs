@@ -4,8 +4,13 @@ use mesh_core::{FaceId, Handle, TriMesh, VertexId, parallel};
 
 use crate::cost::{Change, FlipCost, Stencil};
 use crate::quad::Quad;
+use crate::shape::ShapeConstraint;
 
 /// Sum over the faces of a function of their corners.
+///
+/// Shape constraint: [`ShapeConstraint::Convex`]. Both functions compare the two diagonals of a
+/// quadrilateral. In a quadrilateral that is not convex, the second diagonal is outside. The two new
+/// triangles then overlap and may have smaller terms than the old ones although they fold the sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct FaceCost(pub FaceFunction);
 
@@ -18,9 +23,9 @@ pub enum FaceFunction {
     /// Sum of the cotangents of the three angles, `(a² + b² + c²) / (4 area)`: the harmonic index.
     /// No unit. At most 10¹⁵, the value for faces without area.
     ///
-    /// In the plane, a flip lowers the sum exactly when the edge violates the Delaunay criterion,
-    /// so that the Delaunay triangulation is its only local minimum (Musin 1997). On a surface it
-    /// differs from the intrinsic criterion in that the flipped edge is the straight one.
+    /// In the plane, the flip of a convex quadrilateral lowers the sum exactly if the edge violates the
+    /// Delaunay criterion, so the Delaunay triangulation is the only local minimum (Musin 1997). On a
+    /// surface it differs from the intrinsic criterion: the flipped edge is a straight segment.
     Cotangents,
 }
 
@@ -75,6 +80,10 @@ impl FlipCost for FaceCost {
 
     fn stencil(&self) -> Stencil {
         Stencil::Triangles
+    }
+
+    fn shape_constraint(&self) -> ShapeConstraint {
+        ShapeConstraint::Convex
     }
 
     fn length_exponent(&self) -> i32 {

@@ -15,6 +15,9 @@ use crate::quad::Quad;
 
 /// Sum over vertices of a function of the integrated curvatures and the area of each vertex.
 ///
+/// Shape constraint: [`KeepShape`](crate::ShapeConstraint::KeepShape). At rough places a fold can lower
+/// these costs: they measure curvature per vertex and not the orientation of faces.
+///
 /// Conventions as in [`dcurv::Totals`]: the Gaussian curvature of a boundary vertex is 0, and a vertex
 /// without area adds nothing to F1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

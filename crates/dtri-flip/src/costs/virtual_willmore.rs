@@ -16,6 +16,10 @@ use crate::quad::Quad;
 /// of the mesh without virtual points; it may rise. For a true potential, see
 /// [`Willmore`](crate::Willmore).
 ///
+/// Shape constraint: [`KeepShape`](crate::ShapeConstraint::KeepShape). Angles between circumcircles do
+/// not tell a folded face from an unfolded one. BAR06 has no constraint
+/// ([`Unrestricted`](crate::ShapeConstraint::Unrestricted)).
+///
 /// Boundary sides of a quadrilateral have no intersection angle and add nothing. No unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VirtualWillmore;

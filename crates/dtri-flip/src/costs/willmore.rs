@@ -12,6 +12,9 @@ use super::edge_term::EdgeTerm;
 /// flip changes the triangles at the four sides and so their angles: W does change. Unlike the virtual
 /// energy of the paper, W is a true potential, so greedy descent terminates. No unit. On closed meshes
 /// it is [`dcurv::total_willmore_energy`] plus `2 pi` per vertex.
+///
+/// Shape constraint: [`KeepShape`](crate::ShapeConstraint::KeepShape), as for
+/// [`VirtualWillmore`](crate::VirtualWillmore).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Willmore;
 

@@ -94,17 +94,17 @@ class Flipped:
     cost_before, cost_after : float
         The cost of the whole mesh.
     flips : int
-        How many flips lead from one to the other.
+        Number of flips.
     rebuilt : int
-        How many rounds of rebuilding have lowered the cost.
+        Number of rebuilding rounds that lowered the cost.
     annealed_flips : int
-        How many of them come from annealing.
+        Number of flips from annealing.
     locked_edges : int
-        Feature edges and borders that were never considered.
+        Number of feature edges and borders, which never flip.
     stop : str
         ``"local-minimum"``, ``"cycle-guard"``, ``"flip-limit"``, ``"time-limit"`` or ``"cancelled"``.
     refused : dict
-        How often the flip that would have come next was refused, by reason.
+        Number of rejected flips, by reason.
     """
 
     mesh: Mesh
@@ -147,6 +147,7 @@ def flip(
     rebuild_largest: int = 1000,
     anneal_steps: int | None = None,
     feature_angle: float | None = None,
+    shape_constraint: str | None = None,
     max_fold: float | None = None,
     no_intersections: bool = False,
     random_ties: bool | None = None,
@@ -158,7 +159,7 @@ def flip(
     keep_partial: bool = False,
     threads: int | None = None,
 ) -> Flipped:
-    """Lower a cost by edge flips; the vertices stay where they are.
+    """Lower a cost by edge flips; vertices do not move.
 
     Borders between texture charts, groups and materials are kept.
 
@@ -171,34 +172,39 @@ def flip(
         \\|k1\\| + \\|k2\\|), ``"gauss"`` (\\|K\\|), ``"area"``, ``"delaunay"`` (cotangents), ``"willmore"``
         (Brink, Alboul, Rodrigues 2006), ``"willmore-potential"``; or functions of one's own.
     area : str
-        The area that belongs to a vertex, for ``"f1"`` and ``"f3"``: ``"voronoi"`` or
+        Area of a vertex, for ``"f1"`` and ``"f3"``: ``"voronoi"`` or
         ``"barycentric"``.
     look_ahead : int
-        Where no single flip helps, try up to this many in a row, from 1 to 6; each more takes about six
-        times as long.
+        Where no single flip lowers the cost, try sequences of up to this many flips, from 1 to 6. Each
+        further flip multiplies the time by about 6.
     rebuild_effort : int, optional
-        Leave the local minimum by rebuilding patches: vertices are taken out and put back where they cost
-        least, until each was taken out so many times without anything getting better; 10 is usual.
+        Leave local minima by ruin and recreate: remove the vertices of a patch and insert each where it
+        costs least. Ends when each vertex was removed this many times without improvement; 10 is typical.
     rebuild_largest : int
-        The most vertices that are taken out at once, at least 3.
+        Largest number of vertices that are removed at once, at least 3.
     anneal_steps : int, optional
-        Leave the local minimum by simulated annealing, with so many tries per edge and round; 50 is
-        usual.
+        Leave local minima by simulated annealing with this many trial flips per edge and round; 50 is
+        typical.
     feature_angle : float, optional
-        Keep edges where the normals of the faces are farther apart than this, in degrees.
+        Keep edges with a larger dihedral angle than this, in degrees.
+    shape_constraint : str, optional
+        Constraint on the shape of new faces: ``"unrestricted"`` (as in the papers), ``"keep-shape"`` (no
+        face folds back, no new slivers) or ``"convex"`` (also, the two faces of the edge form a convex
+        quadrilateral). The default is ``"convex"`` for ``"area"`` and ``"delaunay"``, else
+        ``"keep-shape"``.
     max_fold : float, optional
-        Refuse flips that turn a face by more than this, in degrees.
+        Reject flips that turn a face by more than this, in degrees.
     no_intersections : bool
-        Refuse flips that would make the surface cross itself.
+        Reject flips that would make the surface cross itself.
     random_ties : bool, optional
-        Break ties in a random order, not by edge number; by default where a `seed` is given without
+        Break ties in a random order instead of by edge number. The default is true if a `seed` is given without
         `rebuild_effort` and `anneal_steps`.
     seed : int, optional
-        Where the random numbers start; 1 otherwise.
+        Seed of the random numbers; the default is 1.
     max_flips : int, optional
-        Stop after so many flips.
+        Stop after this many flips.
     time_limit : float, optional
-        Stop after so many seconds.
+        Stop after this many seconds.
     progress, callback, keep_partial, threads
         As for :func:`curvmesh.simplify`.
 
@@ -226,6 +232,7 @@ def flip(
         "rebuild_largest": rebuild_largest,
         "anneal_steps": anneal_steps,
         "feature_angle": feature_angle,
+        "shape_constraint": shape_constraint,
         "max_fold": max_fold,
         "no_intersections": no_intersections,
         "random_ties": random_ties,

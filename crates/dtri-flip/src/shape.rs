@@ -1,0 +1,192 @@
+//! Shape constraints on the two new faces of a flip: convexity, turn, slivers.
+
+use core::f64::consts::FRAC_PI_2;
+use core::fmt;
+use core::str::FromStr;
+
+use glam::{DVec2, DVec3};
+use mesh_core::{TriMesh, VertexId};
+use robust::{Coord, Coord3D, orient2d, orient3d};
+
+use crate::fold::{folds, twice_vector_area};
+use crate::quad::Quad;
+
+/// Constraint on the shape of the two new faces of a flip.
+///
+/// Each cost has a default, [`FlipCost::shape_constraint`](crate::FlipCost::shape_constraint). The option
+/// [`FlipOptions::shape`](crate::FlipOptions::shape) overrides it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum ShapeConstraint {
+    /// Only degenerate faces are rejected, as in DHKL01 and BAR06. A flip may fold a face back.
+    Unrestricted,
+    /// New faces are not worse than the old ones. A flip is rejected
+    ///
+    /// - if a new normal makes more than a right angle with the vector area of the quadrilateral, and
+    ///   more than the old normals do;
+    /// - if there are more slivers than before, or a sliver that is thinner than the old ones.
+    ///
+    /// A sliver is a triangle with a height below a thousandth of its longest side.
+    ///
+    /// In the plane the first rule rejects exactly the flips of quadrilaterals that are not convex, so the
+    /// area of a flat sheet never grows.
+    #[default]
+    KeepShape,
+    /// As `KeepShape`, and the quadrilateral must be convex, with the two faces unfolded into a plane. The
+    /// intrinsic Delaunay criterion is defined for such quadrilaterals only: in any other one, the second
+    /// diagonal is outside, and the flip would overlap neighbours.
+    Convex,
+}
+
+impl ShapeConstraint {
+    /// All constraints.
+    pub const ALL: &'static [Self] = &[Self::Unrestricted, Self::KeepShape, Self::Convex];
+
+    /// The name.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Unrestricted => "unrestricted",
+            Self::KeepShape => "keep-shape",
+            Self::Convex => "convex",
+        }
+    }
+}
+
+impl fmt::Display for ShapeConstraint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.as_str())
+    }
+}
+
+/// An unknown name of a shape constraint.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("unknown shape constraint {0:?}; the constraints are unrestricted, keep-shape, convex")]
+pub struct UnknownShapeConstraint(String);
+
+impl FromStr for ShapeConstraint {
+    type Err = UnknownShapeConstraint;
+
+    fn from_str(name: &str) -> Result<Self, UnknownShapeConstraint> {
+        let found = Self::ALL.iter().copied().find(|constraint| constraint.as_str() == name);
+        found.ok_or_else(|| UnknownShapeConstraint(name.to_owned()))
+    }
+}
+
+/// Height of a sliver, as a share of its longest side.
+pub(crate) const SLIVER: f64 = 1e-3;
+
+/// A violated shape constraint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ShapeViolation {
+    NotConvex,
+    Fold,
+    Sliver,
+}
+
+impl ShapeConstraint {
+    /// The largest turn that is always allowed, if turns are limited.
+    pub(crate) fn max_turn(self) -> Option<f64> {
+        (self != Self::Unrestricted).then_some(FRAC_PI_2)
+    }
+
+    /// Checks the flip of a quadrilateral.
+    pub(crate) fn check(self, mesh: &TriMesh, quad: &Quad) -> Result<(), ShapeViolation> {
+        if self == Self::Convex && !is_convex(mesh, quad) {
+            return Err(ShapeViolation::NotConvex);
+        }
+        if self.max_turn().is_some_and(|limit| folds(mesh, quad, limit)) {
+            return Err(ShapeViolation::Fold);
+        }
+        let keeps_slivers = || {
+            Slivers::of(mesh, quad.flipped_triangles()).is_at_most(&Slivers::of(mesh, quad.triangles()))
+        };
+        if self != Self::Unrestricted && !keeps_slivers() {
+            return Err(ShapeViolation::Sliver);
+        }
+        Ok(())
+    }
+}
+
+/// The slivers among some triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slivers {
+    count: usize,
+    /// The smallest height, as a share of the longest side.
+    thinnest: f64,
+}
+
+impl Slivers {
+    pub(crate) fn of(mesh: &TriMesh, triangles: impl IntoIterator<Item = [VertexId; 3]>) -> Self {
+        let mut found = Self { count: 0, thinnest: SLIVER };
+        for triangle in triangles {
+            let height = relative_height(mesh, triangle);
+            found.count += usize::from(height < SLIVER);
+            found.thinnest = found.thinnest.min(height);
+        }
+        found
+    }
+
+    /// Whether there are no more slivers than in another set, and none is thinner.
+    pub(crate) fn is_at_most(&self, other: &Self) -> bool {
+        self.count <= other.count && self.thinnest >= other.thinnest
+    }
+}
+
+/// The smallest height of a triangle divided by its longest side; 0 if all corners coincide.
+fn relative_height(mesh: &TriMesh, triangle: [VertexId; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|v| mesh.position(v));
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    let ratio = twice_vector_area(mesh, triangle).length() / longest;
+    if ratio.is_finite() { ratio } else { 0.0 }
+}
+
+/// Whether the quadrilateral is strictly convex, with its two faces unfolded into a plane: the diagonals
+/// cross inside it.
+///
+/// If the four corners are coplanar, which an exact predicate decides, exact predicates in a coordinate
+/// plane decide. If not, the angles at both ends of the edge must be below pi.
+fn is_convex(mesh: &TriMesh, quad: &Quad) -> bool {
+    let corners = quad.corners.map(|v| mesh.position(v));
+    if orient3d_of(corners) == 0.0 {
+        return is_convex_in_plane(corners, vector_area(mesh, quad));
+    }
+    let [a, b, c, d] = corners;
+    has_angle_below_pi(a, b, c, d) && has_angle_below_pi(b, a, c, d)
+}
+
+fn vector_area(mesh: &TriMesh, quad: &Quad) -> DVec3 {
+    let [first, second] = quad.triangles().map(|t| twice_vector_area(mesh, t));
+    first + second
+}
+
+fn orient3d_of(corners: [DVec3; 4]) -> f64 {
+    let [a, b, c, d] = corners.map(|p| Coord3D { x: p.x, y: p.y, z: p.z });
+    orient3d(a, b, c, d)
+}
+
+/// Whether the segment from c to d crosses the line through a and b strictly between them. The corners are
+/// projected along the largest coordinate of the normal, which keeps convexity.
+fn is_convex_in_plane(corners: [DVec3; 4], normal: DVec3) -> bool {
+    let size = normal.abs();
+    let project = |p: DVec3| -> DVec2 {
+        if size.z >= size.x && size.z >= size.y {
+            p.truncate()
+        } else if size.x >= size.y {
+            DVec2::new(p.y, p.z)
+        } else {
+            DVec2::new(p.z, p.x)
+        }
+    };
+    let [a, b, c, d] = corners.map(project).map(|p| Coord { x: p.x, y: p.y });
+    let (at_a, at_b) = (orient2d(c, d, a), orient2d(c, d, b));
+    (at_a > 0.0 && at_b < 0.0) || (at_a < 0.0 && at_b > 0.0)
+}
+
+/// Whether the angles of both faces at `end` add up to less than pi: the sine of their sum is positive.
+fn has_angle_below_pi(end: DVec3, other: DVec3, c: DVec3, d: DVec3) -> bool {
+    let (edge, left, right) = (other - end, c - end, d - end);
+    let sine = |side: DVec3| edge.cross(side).length();
+    sine(left) * edge.dot(right) + sine(right) * edge.dot(left) > 0.0
+}
