@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use clap::ValueEnum;
 use dcurv::VertexArea;
-use dtri_flip::{Anneal, CostName, FlipOptions, Quad, Rebuild};
+use dtri_flip::{Anneal, CostName, FlipOptions, Quad, Rebuild, ShapeConstraint};
 use glam::DVec3;
 use mesh_core::SplitMix64;
 use mesh_core::{EdgeId, PolygonSoup, Repair, TriMesh, build};
@@ -33,7 +33,7 @@ pub struct ConvexStudy {
     strategies: Vec<Strategy>,
     /// Which costs
     #[arg(
-        long, value_name = "COST", value_delimiter = ',', default_value = "f1,f2,f3",
+        long, value_name = "COST", value_delimiter = ',', default_value = "f1,f2,f3,gauss-extrinsic",
         value_parser = parse_cost,
     )]
     costs: Vec<CostName>,
@@ -90,10 +90,11 @@ pub enum Scramble {
     Embedded,
 }
 
-/// One of [`COSTS`].
+/// One of [`COSTS`], or the cost of Alboul and van Damme.
 fn parse_cost(text: &str) -> Result<CostName, String> {
-    let found = COSTS.iter().find(|cost| cost.to_string() == text);
-    found.copied().ok_or_else(|| "expected f1, f2 or f3".into())
+    let mut known = COSTS.into_iter().chain([CostName::GaussExtrinsic]);
+    let found = known.find(|cost| cost.as_str() == text);
+    found.ok_or_else(|| "expected f1, f2, f3 or gauss-extrinsic".into())
 }
 
 /// The costs of DHKL01.

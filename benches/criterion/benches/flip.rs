@@ -1,9 +1,10 @@
-//! Edge flips for F2, the whole run: from 10k to 1M faces, and on real meshes.
+//! Edge flips, the whole run: F2 from 10k to 1M faces and on real meshes, F1 and F3 up to 100k faces.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 use criterion::{BatchSize, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use criterion_benches::{SIZES, model_mesh};
-use dtri_flip::{AbsMean, FlipOptions, optimise};
+use dcurv::VertexArea;
+use dtri_flip::{AbsMean, FlipCost, FlipOptions, VertexCost, VertexFunction, optimise};
 use mesh_core::TriMesh;
 use mesh_shapes::Torus;
 
@@ -25,15 +26,23 @@ fn meshes() -> Vec<(String, TriMesh)> {
 }
 
 fn flip(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("flip f2");
+    let vertex_cost = |function| VertexCost { function, area: VertexArea::Voronoi };
+    run(criterion, "flip f1", &vertex_cost(VertexFunction::SquaredMean), 100_000);
+    run(criterion, "flip f2", &AbsMean, usize::MAX);
+    run(criterion, "flip f3", &vertex_cost(VertexFunction::AbsPrincipal), 100_000);
+}
+
+fn run<C: FlipCost>(criterion: &mut Criterion, name: &str, cost: &C, max_faces: usize) {
+    let mut group = criterion.benchmark_group(name);
     group.sample_size(10);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    for (name, mesh) in meshes() {
+    let meshes = meshes().into_iter();
+    for (name, mesh) in meshes.filter(|(_, mesh)| mesh.topology().face_count() <= max_faces) {
         group.throughput(Throughput::Elements(mesh.topology().face_count() as u64));
         group.bench_function(BenchmarkId::new("one thread", &name), |b| {
             b.iter_batched_ref(
                 || mesh.clone(),
-                |mesh| pool.install(|| optimise(mesh, &AbsMean, &FlipOptions::default()).unwrap()),
+                |mesh| pool.install(|| optimise(mesh, cost, &FlipOptions::default()).unwrap()),
                 BatchSize::LargeInput,
             );
         });

@@ -46,9 +46,9 @@ pub struct BallCurvature {
     pub gaussian: Integral,
     /// Mean curvature, signed, positive where convex, in model units.
     pub mean: Integral,
-    /// Absolute mean curvature, `1/2 sum of |e ∩ B| |beta(e)|`, in model units.
-    pub abs_mean: Integral,
-    /// The curvature tensor, in model units. Its trace is twice `mean`.
+    /// Absolute dihedral angles, `1/2 sum of |e ∩ B| |beta(e)|`, in model units.
+    pub abs_dihedral: Integral,
+    /// The curvature tensor, in model units; its trace is twice `mean`.
     pub tensor: DMat3,
     /// The vector area: the sum of area times normal over the faces, in squared model units.
     pub normal_area: DVec3,
@@ -61,7 +61,7 @@ impl Default for BallCurvature {
             area: Area::default(),
             gaussian: Integral::default(),
             mean: Integral::default(),
-            abs_mean: Integral::default(),
+            abs_dihedral: Integral::default(),
             tensor: DMat3::ZERO,
             normal_area: DVec3::ZERO,
         }
@@ -96,10 +96,10 @@ impl BallCurvature {
         self.mean / self.area
     }
 
-    /// The average of the absolute mean curvature over the ball, in 1 / length.
+    /// `1/2 sum of |e ∩ B| |beta(e)|` per area, per model unit.
     #[must_use]
-    pub fn abs_mean(&self) -> Pointwise {
-        self.abs_mean / self.area
+    pub fn abs_dihedral(&self) -> Pointwise {
+        self.abs_dihedral / self.area
     }
 
     /// The principal curvatures and directions: those of the tensor in the plane orthogonal to the mean
@@ -365,7 +365,7 @@ impl BallCurvature {
         let Some(beta) = angle else { return };
         let along = (to - from).normalize_or_zero();
         self.mean += Integral::new(0.5 * length * beta);
-        self.abs_mean += Integral::new(0.5 * length * beta.abs());
+        self.abs_dihedral += Integral::new(0.5 * length * beta.abs());
         let column = |coordinate: f64| length * beta * coordinate * along;
         self.tensor += DMat3::from_cols(column(along.x), column(along.y), column(along.z));
     }

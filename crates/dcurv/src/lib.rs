@@ -9,6 +9,7 @@ pub mod circumcircle_angle;
 pub mod curvatures;
 pub mod dihedral;
 pub mod edge;
+pub mod extrinsic;
 pub mod fit;
 pub mod principal;
 pub mod quantity;
@@ -37,6 +38,10 @@ pub use dihedral::{dihedral_angle, hinge_angle};
 pub use edge::{
     dihedral_angles, edge_dihedral_angle, edge_intersection_angle, edge_mean_curvature,
     edge_mean_curvatures, intersection_angles,
+};
+#[doc(inline)]
+pub use extrinsic::{
+    ExtrinsicCurvature, extrinsic_curvature, extrinsic_curvatures, total_extrinsic_curvature,
 };
 #[doc(inline)]
 pub use fit::{FitOptions, fitted_frame, fitted_frames, fitted_frames_until};

@@ -39,8 +39,9 @@ pub struct VertexIntegrals {
     /// Mean curvature: `1/4 sum of |e| beta` over the edges between two faces, with signed
     /// dihedral angles, positive where convex (KKL02 sec. 3.1). In model units.
     pub mean: Integral,
-    /// Absolute mean curvature: `1/4 sum of |e| |beta|` (DHKL01 eq. 1). In model units.
-    pub abs_mean: Integral,
+    /// `1/4 sum of |e| |beta|`: the absolute mean curvature of DHKL01 (eq. 1). At least the absolute
+    /// value of `mean`. In model units.
+    pub abs_dihedral: Integral,
     /// Area of the vertex.
     pub area: Area,
 }
@@ -100,10 +101,10 @@ impl VertexStar<'_> {
         self.integrals(VertexArea::Barycentric).mean
     }
 
-    /// The integral of absolute mean curvature; see [`VertexIntegrals::abs_mean`].
+    /// The integral of the absolute dihedral angles; see [`VertexIntegrals::abs_dihedral`].
     #[must_use]
-    pub fn abs_mean(&self) -> Integral {
-        self.integrals(VertexArea::Barycentric).abs_mean
+    pub fn abs_dihedral(&self) -> Integral {
+        self.integrals(VertexArea::Barycentric).abs_dihedral
     }
 
     /// Area of the vertex.
@@ -153,7 +154,7 @@ fn scaled_integrals(
     VertexIntegrals {
         angle_defect: found.angle_defect,
         mean: Integral::new(found.mean.value() / scale),
-        abs_mean: Integral::new(found.abs_mean.value() / scale),
+        abs_dihedral: Integral::new(found.abs_dihedral.value() / scale),
         area: Area::new(found.area.value() / scale / scale),
     }
 }
@@ -164,7 +165,7 @@ impl VertexIntegrals {
     #[inline]
     pub(crate) fn is_in_range(&self) -> bool {
         let area = self.area.value();
-        area > 1e-60 && area < 1e60 && self.abs_mean.value() < 1e100
+        area > 1e-60 && area < 1e60 && self.abs_dihedral.value() < 1e100
     }
 }
 
@@ -203,12 +204,12 @@ pub(crate) struct StarTotals {
     angle: AngleSum,
     area: f64,
     mean: f64,
-    abs_mean: f64,
+    abs_dihedral: f64,
 }
 
 impl StarTotals {
     pub(crate) const ZERO: Self =
-        Self { angle: AngleSum::ZERO, area: 0.0, mean: 0.0, abs_mean: 0.0 };
+        Self { angle: AngleSum::ZERO, area: 0.0, mean: 0.0, abs_dihedral: 0.0 };
 
     /// Adds a face: a unit-scaled vector with the angle of its corner, and its share of area.
     #[inline(always)]
@@ -221,7 +222,7 @@ impl StarTotals {
     #[inline(always)]
     pub(crate) fn add_edge(&mut self, bend: f64) {
         self.mean += bend;
-        self.abs_mean += bend.abs();
+        self.abs_dihedral += bend.abs();
     }
 
     /// Full angle minus the sum of the corner angles.
@@ -235,7 +236,7 @@ impl StarTotals {
         VertexIntegrals {
             angle_defect: Integral::new(angle_defect),
             mean: Integral::new(0.25 * self.mean),
-            abs_mean: Integral::new(0.25 * self.abs_mean),
+            abs_dihedral: Integral::new(0.25 * self.abs_dihedral),
             area: Area::new(self.area),
         }
     }
@@ -269,7 +270,7 @@ mod tests {
         let found = star.integrals(VertexArea::Voronoi);
         assert!((found.angle_defect.value() - 0.5 * PI).abs() < 1e-15);
         assert!((found.mean.value() - 3.0 / 4.0 * 0.5 * PI).abs() < 1e-15);
-        assert_eq!(found.mean, found.abs_mean);
+        assert_eq!(found.mean, found.abs_dihedral);
         assert!((found.area.value() - 0.75).abs() < 1e-15);
     }
 
@@ -284,7 +285,7 @@ mod tests {
                 mean += 0.25 * center.distance(at) * dihedral_angle(center, at, before, after);
             }
             assert!((star.mean().value() - mean).abs() < 1e-13 * mean.abs());
-            assert!((star.abs_mean().value() - mean.abs()).abs() < 1e-13 * mean.abs());
+            assert!((star.abs_dihedral().value() - mean.abs()).abs() < 1e-13 * mean.abs());
             assert!(mean * height > 0.0);
         }
     }
@@ -295,7 +296,7 @@ mod tests {
         let star = VertexStar { center: DVec3::ZERO, ring: &ring, closed: false };
         let found = star.integrals(VertexArea::Barycentric);
         assert!((found.angle_defect.value() - 0.5 * PI).abs() < 1e-15);
-        assert_eq!((found.mean, found.abs_mean), (Integral::default(), Integral::default()));
+        assert_eq!((found.mean, found.abs_dihedral), (Integral::default(), Integral::default()));
         assert_eq!(found.area, Area::new(1.0 / 6.0));
     }
 

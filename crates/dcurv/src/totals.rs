@@ -1,4 +1,4 @@
-//! Curvature summed over a mesh: the costs of DHKL01 and the norms of KKL02.
+//! Sums of curvature over a mesh: the costs of DHKL01 and the norms of KKL02.
 
 use mesh_core::{VertexId, parallel};
 
@@ -6,62 +6,74 @@ use crate::curvatures::Curvatures;
 use crate::quantity::{Area, Integral};
 use crate::vertex::VertexCurvature;
 
-/// Sums over the vertices of a mesh. Names with a paper's symbol keep it; bars are integrals.
+/// Sums over the vertices of a mesh. Symbols are those of the papers; a bar denotes an integral.
 ///
-/// At boundary vertices the Gaussian curvature is taken as 0, except in `gaussian`; see
-/// [`VertexCurvature`].
+/// The Gaussian curvature of boundary vertices is 0, except in `gaussian`; see [`VertexCurvature`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Totals {
-    /// The sum of all angle defects, those of the boundary included: `2 pi` times the Euler
-    /// characteristic of the part of the mesh that has faces.
+    /// Sum of all angle defects, including the boundary: `2 pi` times the Euler characteristic of the
+    /// vertices, edges and faces that belong to faces.
     pub gaussian: Integral,
-    /// The sum of `|K̄|`, as of Alboul and van Damme.
+    /// Sum of `|K̄|`. This is not the total absolute curvature of Alboul and van Damme, which is
+    /// [`total_extrinsic_curvature`](crate::total_extrinsic_curvature).
     pub abs_gaussian: Integral,
-    /// The sum of `H̄`.
+    /// Sum of `H̄`.
     pub mean: Integral,
-    /// The sum of `|H̄|`, which is F2 of DHKL01.
+    /// Sum of the absolute values of `H̄`.
     pub abs_mean: Integral,
-    /// F1 of DHKL01: the sum of `|H̄|² / S`, which is the integral of H². No unit. Vertices without
-    /// area add nothing.
+    /// Sum of `1/4 sum of |e| |beta|`, which is F2 of DHKL01.
+    pub abs_dihedral: Integral,
+    /// F1 of DHKL01: sum of `|H̄|² / S`, the integral of H². No unit. Vertices without area add nothing.
     pub f1: f64,
-    /// F3 of DHKL01: the sum of `S (|k1| + |k2|)`, which is `2 |H̄|` where `K̄` is not negative, else
+    /// F3 of DHKL01: sum of `S (|k1| + |k2|)`, which is `2 |H̄|` where `K̄` is not negative, else
     /// `2 sqrt(|H̄|² - S K̄)`. In model units.
     pub f3: f64,
-    /// KKL02 eq. 1: the sum of the pointwise `|k1| + |k2|`. Per model unit; the paper has
-    /// barycentric areas.
+    /// KKL02 eq. 1: sum of the pointwise `|k1| + |k2|`. Per model unit. The paper uses barycentric areas.
     pub norm_l1: f64,
-    /// KKL02 eq. 2: the sum of the pointwise `k1² + k2²`. Per square of the model unit; the paper
-    /// has barycentric areas.
+    /// KKL02 eq. 2: sum of the pointwise `k1² + k2²`. Per square of the model unit. The paper uses
+    /// barycentric areas.
     pub norm_l2_squared: f64,
-    /// The sum of the vertex areas, which is the area of the mesh.
+    /// Sum of the vertex areas: the area of the mesh.
     pub area: Area,
-    /// How many vertices had H² < K, so that their principal curvatures were clamped.
+    /// Number of vertices with H² < K, where principal curvatures use H² = K.
     pub clamped: usize,
-    /// How many vertices lie on the boundary.
+    /// Number of boundary vertices.
     pub boundary: usize,
-    /// How many vertices have no area, isolated ones included; their pointwise values are 0.
+    /// Number of vertices without area, including isolated ones. Their pointwise values are 0.
     pub without_area: usize,
 }
 
 impl Totals {
-    /// F2 of DHKL01: another name for [`Totals::abs_mean`]. In model units.
+    /// F2 of DHKL01, equal to [`Totals::abs_dihedral`]. In model units.
     #[must_use]
     pub fn f2(&self) -> f64 {
-        self.abs_mean.value()
+        self.abs_dihedral.value()
+    }
+
+    /// Thin-plate energy of DHKL01 sec. 3: `4 a` times the integral of H² plus `2 (1 - a - b)` times the
+    /// integral of K.
+    ///
+    /// The integral of H² is F1. The integral of K is [`Totals::gaussian`], which is `2 pi` times the
+    /// Euler characteristic. Flips do not change it, so they lower this energy exactly if they lower F1
+    /// (for `a > 0`). No unit.
+    #[must_use]
+    pub fn thin_plate_energy(&self, a: f64, b: f64) -> f64 {
+        4.0 * a * self.f1 + 2.0 * (1.0 - a - b) * self.gaussian.value()
     }
 
     fn of_vertex(curvature: &VertexCurvature) -> Self {
         let integrals = curvature.integrals();
-        let (h, s) = (integrals.abs_mean.value(), integrals.area.value());
+        let (h, s) = (integrals.abs_dihedral.value(), integrals.area.value());
         let defect = integrals.angle_defect;
         let k = if curvature.is_boundary() { Integral::default() } else { defect };
         Self {
             gaussian: defect,
             abs_gaussian: k.abs(),
             mean: integrals.mean,
-            abs_mean: integrals.abs_mean,
-            f1: h * curvature.abs_mean().value(),
+            abs_mean: integrals.mean.abs(),
+            abs_dihedral: integrals.abs_dihedral,
+            f1: h * curvature.abs_dihedral().value(),
             f3: 2.0 * (h * h - s * k.value().min(0.0)).sqrt(),
             norm_l1: curvature.abs_principal_sum().value(),
             norm_l2_squared: curvature.squared_principal_sum().value(),
@@ -72,7 +84,7 @@ impl Totals {
         }
     }
 
-    /// The sums over the vertices of two parts, none of which is in both.
+    /// The sums over two disjoint sets of vertices.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
@@ -80,6 +92,7 @@ impl Totals {
             abs_gaussian: self.abs_gaussian + other.abs_gaussian,
             mean: self.mean + other.mean,
             abs_mean: self.abs_mean + other.abs_mean,
+            abs_dihedral: self.abs_dihedral + other.abs_dihedral,
             f1: self.f1 + other.f1,
             f3: self.f3 + other.f3,
             norm_l1: self.norm_l1 + other.norm_l1,
@@ -99,7 +112,7 @@ impl Curvatures {
         self.totals_where(|_| true)
     }
 
-    /// The sums over the vertices that do not lie on the boundary.
+    /// The sums over the interior vertices.
     #[must_use]
     pub fn interior_totals(&self) -> Totals {
         self.totals_where(|curvature| !curvature.is_boundary())
@@ -108,14 +121,14 @@ impl Curvatures {
     /// The sums over some vertices.
     ///
     /// # Panics
-    /// One of them is not there.
+    /// When a vertex is out of range.
     #[must_use]
     pub fn totals_of(&self, vertices: &[VertexId]) -> Totals {
         let of_index = |index: usize| Totals::of_vertex(&self.vertices()[vertices[index]]);
         parallel::fold(vertices.len(), Totals::default(), of_index, Totals::plus)
     }
 
-    /// The sums over the vertices that are chosen.
+    /// The sums over the chosen vertices.
     pub fn totals_where(&self, chosen: impl Fn(&VertexCurvature) -> bool + Sync) -> Totals {
         let all = self.vertices().as_slice();
         let of_index = |index: usize| {

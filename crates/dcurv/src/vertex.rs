@@ -88,12 +88,19 @@ impl VertexCurvature {
         self.integrals.mean / self.integrals.area
     }
 
-    /// The absolute mean curvature |H|, per model unit: at least the size of [`mean`](Self::mean),
-    /// and more where convex and concave edges meet.
+    /// The absolute mean curvature |H|, per model unit.
     #[inline]
     #[must_use]
     pub fn abs_mean(&self) -> Pointwise {
-        self.integrals.abs_mean / self.integrals.area
+        self.mean().abs()
+    }
+
+    /// `1/4 sum of |e| |beta|` per area, per model unit: the |H| of DHKL01. At least
+    /// [`abs_mean`](Self::abs_mean), and larger where convex and concave edges meet, as at a saddle.
+    #[inline]
+    #[must_use]
+    pub fn abs_dihedral(&self) -> Pointwise {
+        self.integrals.abs_dihedral / self.integrals.area
     }
 
     /// The principal curvatures `k1 >= k2 = H ± sqrt(max(H² - K, 0))` (KKL02 sec. 3.1), per model

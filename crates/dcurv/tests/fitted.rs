@@ -145,7 +145,7 @@ fn a_ball_round_everything_holds_the_totals() {
         assert!((ball.area.value() - mesh.area()).abs() < 1e-12 * mesh.area());
         assert!((ball.gaussian.value() - inner.gaussian.value()).abs() < 1e-11);
         assert!((ball.mean.value() - all.mean.value()).abs() < 1e-10);
-        assert!((ball.abs_mean.value() - all.abs_mean.value()).abs() < 1e-10);
+        assert!((ball.abs_dihedral.value() - all.abs_dihedral.value()).abs() < 1e-10);
         let trace = ball.tensor.x_axis.x + ball.tensor.y_axis.y + ball.tensor.z_axis.z;
         assert!((trace - 2.0 * ball.mean.value()).abs() < 1e-10);
     }
@@ -219,7 +219,7 @@ fn other_sheets_near_by_do_not_count() {
     let ball = ball_curvature(&mesh, VertexId::new(40), 0.3).unwrap();
     let disk = core::f64::consts::PI * 0.09;
     assert!((ball.area.value() - disk).abs() < 1e-12, "{}", ball.area.value());
-    assert_eq!((ball.mean.value(), ball.abs_mean.value()), (0.0, 0.0));
+    assert_eq!((ball.mean.value(), ball.abs_dihedral.value()), (0.0, 0.0));
 }
 
 #[test]

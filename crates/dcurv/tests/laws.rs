@@ -141,7 +141,7 @@ fn reversing_the_orientation_changes_the_sign_of_mean_curvature_and_nothing_else
             let (bi, ai) = (b.integrals(), a.integrals());
             let close = |x: f64, y: f64| (x - y).abs() < 1e-12 * (1.0 + x.abs());
             assert!(close(bi.mean.value(), -ai.mean.value()));
-            assert!(close(bi.abs_mean.value(), ai.abs_mean.value()));
+            assert!(close(bi.abs_dihedral.value(), ai.abs_dihedral.value()));
             assert!(close(bi.angle_defect.value(), ai.angle_defect.value()));
             assert!(close(bi.area.value(), ai.area.value()));
             // Where H² is nearly K, the root magnifies the rounding.
@@ -267,7 +267,7 @@ fn vertices_without_faces_have_no_curvature() {
         let mesh = TriMesh::from_triangles(&positions, &triangles).unwrap();
         for area in [VertexArea::Voronoi, VertexArea::Barycentric] {
             let all = curvatures(&mesh, area);
-            let abs_means = all.map(|at| at.abs_mean().value());
+            let abs_means = all.map(|at| at.abs_dihedral().value());
             assert_eq!(abs_means.as_slice(), vec![0.0; positions.len()]);
             let totals = all.totals();
             assert_eq!([totals.f1, totals.f2(), totals.f3], [0.0; 3]);

@@ -3,6 +3,7 @@
 mod convergence;
 mod fitted;
 mod laws;
+mod properties;
 mod published;
 mod real_meshes;
 mod serde;

@@ -66,11 +66,11 @@ fn is_finite(at: &VertexCurvature) -> bool {
     let values = [
         integrals.angle_defect.value(),
         integrals.mean.value(),
-        integrals.abs_mean.value(),
+        integrals.abs_dihedral.value(),
         integrals.area.value(),
         at.gaussian().value(),
         at.mean().value(),
-        at.abs_mean().value(),
+        at.abs_dihedral().value(),
         at.shape_index(),
         k1,
         k2,
@@ -95,7 +95,7 @@ fn fits_and_averages_are_finite_on_real_meshes() {
             assert!(values.iter().all(|k| k.value().is_finite()), "{name}");
         }
         for ball in balls.as_slice() {
-            let values = [ball.mean(), ball.gaussian(), ball.abs_mean()];
+            let values = [ball.mean(), ball.gaussian(), ball.abs_dihedral()];
             assert!(values.iter().all(|k| k.value().is_finite()), "{name} {ball:?}");
             assert!(ball.area.value() >= 0.0 && ball.area.value() < 100.0 * mesh.area(), "{name}");
         }

@@ -9,7 +9,8 @@ use mesh_core::TriMesh;
 
 use crate::cost::FlipCost;
 use crate::costs::{
-    AbsMean, FaceCost, FaceFunction, VertexCost, VertexFunction, VirtualWillmore, Willmore,
+    AbsExtrinsic, AbsMean, FaceCost, FaceFunction, VertexCost, VertexFunction, VirtualWillmore,
+    Willmore,
 };
 use crate::error::FlipError;
 use crate::optimise::optimise_with;
@@ -30,6 +31,8 @@ pub enum CostName {
     F3,
     /// `gauss`: [`VertexFunction::AbsGaussian`].
     Gauss,
+    /// `gauss-extrinsic`: [`AbsExtrinsic`].
+    GaussExtrinsic,
     /// `area`: [`FaceFunction::Area`].
     Area,
     /// `delaunay`: [`FaceFunction::Cotangents`].
@@ -52,6 +55,7 @@ impl CostName {
         Self::F2,
         Self::F3,
         Self::Gauss,
+        Self::GaussExtrinsic,
         Self::Area,
         Self::Delaunay,
         Self::Willmore,
@@ -66,6 +70,7 @@ impl CostName {
             Self::F2 => "f2",
             Self::F3 => "f3",
             Self::Gauss => "gauss",
+            Self::GaussExtrinsic => "gauss-extrinsic",
             Self::Area => "area",
             Self::Delaunay => "delaunay",
             Self::Willmore => "willmore",
@@ -107,6 +112,7 @@ impl CostName {
             Self::F2 => task.run(&AbsMean),
             Self::F3 => task.run(&vertex_cost(VertexFunction::AbsPrincipal)),
             Self::Gauss => task.run(&vertex_cost(VertexFunction::AbsGaussian)),
+            Self::GaussExtrinsic => task.run(&AbsExtrinsic),
             Self::Area => task.run(&FaceCost(FaceFunction::Area)),
             Self::Delaunay => task.run(&FaceCost(FaceFunction::Cotangents)),
             Self::Willmore => task.run(&VirtualWillmore),

@@ -29,8 +29,8 @@ mod shape;
 pub use cost::{Change, FlipCost, Stencil};
 pub use cost_name::{CostName, UnknownCost};
 pub use costs::{
-    AbsMean, FaceCost, FaceFunction, VertexCost, VertexCostCache, VertexFunction, VirtualWillmore,
-    Willmore,
+    AbsExtrinsic, AbsMean, FaceCost, FaceFunction, VertexCost, VertexCostCache, VertexFunction,
+    VirtualWillmore, Willmore,
 };
 pub use error::FlipError;
 pub use features::feature_edges;

@@ -11,8 +11,8 @@ use crate::features::locked_edges;
 use crate::fold::{folds, is_degenerate, makes_degenerate};
 use crate::options::FlipOptions;
 use crate::quad::Quad;
-use crate::shape::ShapeConstraint;
 use crate::self_intersection::crossed_by_flip;
+use crate::shape::ShapeConstraint;
 
 /// The part of a run that trial flips do not change, so that threads can share it.
 pub(crate) struct Rules<'a, C: FlipCost> {

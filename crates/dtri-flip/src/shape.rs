@@ -100,7 +100,8 @@ impl ShapeConstraint {
             return Err(ShapeViolation::Fold);
         }
         let keeps_slivers = || {
-            Slivers::of(mesh, quad.flipped_triangles()).is_at_most(&Slivers::of(mesh, quad.triangles()))
+            Slivers::of(mesh, quad.flipped_triangles())
+                .is_at_most(&Slivers::of(mesh, quad.triangles()))
         };
         if self != Self::Unrestricted && !keeps_slivers() {
             return Err(ShapeViolation::Sliver);

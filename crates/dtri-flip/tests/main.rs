@@ -1,8 +1,10 @@
 //! The tests of this crate, in one program: it is linked once.
 
 mod common;
+mod extrinsic;
 mod guards;
 mod high_valence;
+mod postconditions;
 mod ruin_recreate;
 mod runs;
 mod serde;

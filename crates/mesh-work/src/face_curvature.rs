@@ -114,6 +114,6 @@ pub fn disc_quantity(disc: &DiscCurvature, quantity: Quantity) -> f64 {
         Quantity::AbsSum => k1.abs() + k2.abs(),
         Quantity::ShapeIndex => (k1 + k2).atan2(k1 - k2) * core::f64::consts::FRAC_2_PI,
         Quantity::Curvedness => (0.5 * (k1 * k1 + k2 * k2)).sqrt(),
-        Quantity::Willmore => f64::NAN,
+        Quantity::AbsDihedral | Quantity::Willmore | Quantity::KPlus | Quantity::KMinus => f64::NAN,
     }
 }

@@ -18,8 +18,6 @@ pub struct FrameValue {
     pub gaussian: f64,
     /// H, per model unit.
     pub mean: f64,
-    /// |H|, per model unit; averaged before the sign is lost, with balls.
-    pub abs_mean: f64,
 }
 
 /// Principal curvatures and directions of every vertex; nothing of those that have none.
@@ -123,7 +121,7 @@ impl FrameValues {
                 sums.integral_gaussian += third * value.gaussian;
                 sums.integral_abs_gaussian += third * value.gaussian.abs();
                 sums.integral_mean += third * value.mean;
-                sums.integral_abs_mean += third * value.abs_mean;
+                sums.integral_abs_mean += third * value.mean.abs();
                 sums.f1 += third * value.mean * value.mean;
                 sums.f3 += third * (k1.abs() + k2.abs());
             }
@@ -135,12 +133,12 @@ impl FrameValues {
 impl FrameValue {
     fn of_fit(frame: PrincipalFrame) -> Self {
         let (gaussian, mean) = (frame.gaussian().value(), frame.mean().value());
-        Self { frame, gaussian, mean, abs_mean: mean.abs() }
+        Self { frame, gaussian, mean }
     }
 
     fn of_ball(ball: &BallCurvature, frame: PrincipalFrame) -> Self {
         let (gaussian, mean) = (ball.gaussian().value(), ball.mean().value());
-        Self { frame, gaussian, mean, abs_mean: ball.abs_mean().value() }
+        Self { frame, gaussian, mean }
     }
 
     /// The principal curvatures, the larger one first.
@@ -156,13 +154,15 @@ impl FrameValue {
         match quantity {
             Quantity::Gaussian => self.gaussian,
             Quantity::Mean => self.mean,
-            Quantity::AbsMean => self.abs_mean,
+            Quantity::AbsMean => self.mean.abs(),
             Quantity::K1 => k1,
             Quantity::K2 => k2,
             Quantity::AbsSum => k1.abs() + k2.abs(),
             Quantity::ShapeIndex => (k1 + k2).atan2(k1 - k2) * core::f64::consts::FRAC_2_PI,
             Quantity::Curvedness => (0.5 * (k1 * k1 + k2 * k2)).sqrt(),
-            Quantity::Willmore => f64::NAN,
+            Quantity::AbsDihedral | Quantity::Willmore | Quantity::KPlus | Quantity::KMinus => {
+                f64::NAN
+            }
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Quantities of curvature by name, and their integrals.
+//! Curvature quantities by name, and their integrals.
 
 use core::fmt;
 use core::str::FromStr;
 
 use dcurv::Totals;
 
-/// What the curvature of a surface is told by.
+/// A curvature quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
@@ -18,6 +18,8 @@ pub enum Quantity {
     Mean,
     /// |H|, per length.
     AbsMean,
+    /// 1/4 sum of |e| |beta| per area, per length: the |H| of DHKL01.
+    AbsDihedral,
     /// The larger principal curvature, per length.
     K1,
     /// The smaller principal curvature, per length.
@@ -26,60 +28,73 @@ pub enum Quantity {
     AbsSum,
     /// Bobenko's Willmore energy of the vertex, without unit.
     Willmore,
+    /// K+ of Alboul and van Damme: the angle defect of the convex hull of the star, in radians.
+    KPlus,
+    /// K- = K+ - K, in radians.
+    KMinus,
     /// Koenderink's shape index, from -1 (cup) to 1 (cap).
     ShapeIndex,
     /// sqrt((k1² + k2²) / 2), per length.
     Curvedness,
 }
 
-/// A name that is none of a quantity.
+/// An unknown name of a quantity.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "there is no quantity {0:?}; there are gaussian, mean, abs-mean, k1, k2, abs-sum, willmore, shape-index, curvedness"
+    "unknown quantity {0:?}; the quantities are gaussian, mean, abs-mean, abs-dihedral, k1, k2, abs-sum, willmore, k-plus, k-minus, shape-index, curvedness"
 )]
 pub struct UnknownQuantity(pub String);
 
 impl Quantity {
-    /// All of them.
+    /// All quantities.
     pub const ALL: &'static [Self] = &[
         Self::Gaussian,
         Self::Mean,
         Self::AbsMean,
+        Self::AbsDihedral,
         Self::K1,
         Self::K2,
         Self::AbsSum,
         Self::Willmore,
+        Self::KPlus,
+        Self::KMinus,
         Self::ShapeIndex,
         Self::Curvedness,
     ];
 
-    /// The name, as [`FromStr`] takes it.
+    /// The name, as accepted by [`FromStr`].
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Gaussian => "gaussian",
             Self::Mean => "mean",
             Self::AbsMean => "abs-mean",
+            Self::AbsDihedral => "abs-dihedral",
             Self::K1 => "k1",
             Self::K2 => "k2",
             Self::AbsSum => "abs-sum",
             Self::Willmore => "willmore",
+            Self::KPlus => "k-plus",
+            Self::KMinus => "k-minus",
             Self::ShapeIndex => "shape-index",
             Self::Curvedness => "curvedness",
         }
     }
 
-    /// What it is, in a few words.
+    /// A short description.
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Gaussian => "K, per area",
             Self::Mean => "H, per length, signed",
             Self::AbsMean => "|H|, per length",
+            Self::AbsDihedral => "1/4 sum of |e| |dihedral angle| per area, per length",
             Self::K1 => "The larger principal curvature, per length",
             Self::K2 => "The smaller principal curvature, per length",
             Self::AbsSum => "|k1| + |k2|, per length",
             Self::Willmore => "Bobenko's Willmore energy of the vertex, without unit",
+            Self::KPlus => "Positive extrinsic curvature of the vertex, in radians",
+            Self::KMinus => "Negative extrinsic curvature of the vertex, in radians",
             Self::ShapeIndex => "Koenderink's shape index, from -1 (cup) to 1 (cap)",
             Self::Curvedness => "sqrt((k1² + k2²) / 2), per length",
         }
@@ -92,13 +107,23 @@ impl Quantity {
             Self::Gaussian => "gaussian_curvature",
             Self::Mean => "mean_curvature",
             Self::AbsMean => "abs_mean_curvature",
+            Self::AbsDihedral => "abs_dihedral_curvature",
             Self::K1 => "k1",
             Self::K2 => "k2",
             Self::AbsSum => "abs_principal_sum",
             Self::Willmore => "willmore_energy",
+            Self::KPlus => "k_plus",
+            Self::KMinus => "k_minus",
             Self::ShapeIndex => "shape_index",
             Self::Curvedness => "curvedness",
         }
+    }
+
+    /// Whether the quantity is defined by the star of a vertex, not at a point of a surface. Only the
+    /// estimator `vertex` has it.
+    #[must_use]
+    pub fn is_of_star(self) -> bool {
+        matches!(self, Self::AbsDihedral | Self::Willmore | Self::KPlus | Self::KMinus)
     }
 
     /// Whether it has values on both sides of zero.
@@ -123,7 +148,7 @@ impl FromStr for Quantity {
     }
 }
 
-/// Integrals over the mesh, which every estimator has.
+/// Integrals over the mesh, for every estimator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Integrals {
@@ -137,7 +162,8 @@ pub struct Integrals {
     pub integral_abs_mean: f64,
     /// F1 of DHKL01: of H², without unit.
     pub f1: f64,
-    /// F2 of DHKL01: of |H|, in model units.
+    /// F2 of DHKL01: of the |H| of that paper, in model units. For the estimator `vertex` the sum of the
+    /// absolute dihedral angles times half the edge lengths; else the integral of |H|.
     pub f2: f64,
     /// F3 of DHKL01: of |k1| + |k2|, in model units.
     pub f3: f64,

@@ -62,6 +62,7 @@ struct Optimise {
     /// - area: total area                     - delaunay: sum of cotangents of all angles
     /// - willmore: virtual Willmore energy of Brink, Alboul, Rodrigues 2006
     /// - willmore-potential: Willmore energy
+    /// - gauss-extrinsic: total absolute extrinsic curvature of Alboul and van Damme
     #[arg(
         long, value_name = "COST", verbatim_doc_comment,
         value_parser = |s: &str| s.parse::<CostName>(),

@@ -37,9 +37,8 @@ pub enum VertexFunction {
     /// F3 of DHKL01: `2 |Hbar|` where `Kbar >= 0`, else `2 sqrt(|Hbar|² - S Kbar)`, which is S times
     /// `|k1| + |k2|`. In model units.
     AbsPrincipal,
-    /// `|Kbar|`, the angle defect without its sign, in radians. Alboul and van Damme 1996 minimise
-    /// a finer quantity that tells the convex from the concave part within the star of a vertex;
-    /// the two agree at convex vertices and at proper saddles.
+    /// `|Kbar|`, the absolute angle defect, in radians. The total absolute curvature of Alboul and van
+    /// Damme is a different cost, [`AbsExtrinsic`](crate::AbsExtrinsic).
     AbsGaussian,
 }
 
@@ -60,7 +59,7 @@ impl Integrals {
         let integrals = curvature.integrals();
         Self {
             angle_defect: integrals.angle_defect.value(),
-            abs_mean: integrals.abs_mean.value(),
+            abs_mean: integrals.abs_dihedral.value(),
             area: integrals.area.value(),
             boundary: curvature.is_boundary(),
             differences_left: 0,

@@ -122,7 +122,7 @@ fn colored(
 ) -> Result<Model, Failure> {
     let mut model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let discs = values.discs.as_slice();
-    let of_faces = Quantity::ALL.iter().filter(|&&q| q != Quantity::Willmore);
+    let of_faces = Quantity::ALL.iter().filter(|q| !q.is_of_star());
     for &quantity in of_faces {
         let name = quantity.property();
         model.face_scalars.retain(|scalars| scalars.name != name);

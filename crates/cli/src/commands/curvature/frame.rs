@@ -126,7 +126,7 @@ fn colored(
         let values: Vec<f64> = known.iter().map(|v| v.as_ref().map_or(0.0, of)).collect();
         model.vertex_scalars.push(Scalars::new(name, values));
     };
-    let pointwise = Quantity::ALL.iter().filter(|&&q| q != Quantity::Willmore);
+    let pointwise = Quantity::ALL.iter().filter(|q| !q.is_of_star());
     for &quantity in pointwise {
         add(quantity.property(), &|v| v.quantity(quantity));
     }

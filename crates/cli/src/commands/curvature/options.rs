@@ -25,7 +25,7 @@ use crate::view::Look;
 ///
 ///     curvmesh curvature scan.ply --json
 ///     curvmesh curvature scan.ply -o mean.ply --quantity mean
-///     curvmesh curvature part.obj -o folds.glb --quantity abs-mean --colormap magma --range 0,2
+///     curvmesh curvature part.obj -o folds.glb --quantity abs-dihedral --colormap magma --range 0,2
 ///     curvmesh curvature scan.ply -o k1.ply --quantity k1 --estimator face --radius 1%
 ///     curvmesh curvature scan.ply -o lines.ply --estimator fit --as arrows
 ///     curvmesh curvature huge.ply -o huge-mean.ply --quantity mean --memory 1GiB
@@ -139,25 +139,24 @@ impl Curvature {
                 if self.estimate.shown == Shown::Arrows {
                     given.refuse(&COLOR_OPTIONS, "arrows have their own colours")?;
                 }
-                if self.quantity == Quantity::Willmore {
-                    return Err(Failure::usage(
-                        "the Willmore energy is found by --estimator vertex; its integral is in \
-                         the output of --json",
-                    ));
-                }
-                Ok(())
+                self.check_quantity()
             }
             EstimatorName::Face => {
                 given.refuse(&["area"], "curvature of faces is found pointwise")?;
                 given.refuse(&["rings", "as"], "they are for --estimator fit and ball")?;
-                if self.quantity == Quantity::Willmore {
-                    return Err(Failure::usage(
-                        "a face has no Willmore energy of its own; its integral is in the output \
-                         of --json, or use --estimator vertex",
-                    ));
-                }
-                Ok(())
+                self.check_quantity()
             }
         }
+    }
+
+    /// Refuses a quantity that only the estimator `vertex` has.
+    fn check_quantity(&self) -> Result<(), Failure> {
+        let quantity = self.quantity;
+        if quantity.is_of_star() {
+            return Err(Failure::usage(format!(
+                "{quantity} is defined by the star of a vertex; use --estimator vertex"
+            )));
+        }
+        Ok(())
     }
 }

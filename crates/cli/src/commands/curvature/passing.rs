@@ -63,7 +63,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     let summary = spool.summary();
     let counts = [summary.vertices as usize, summary.triangles as usize];
     let integrals = Integrals::new(&totals, willmore);
-    let results = Results::new(*quantity, integrals, &totals, &scale);
+    let results = Results::new(*quantity, integrals, &totals, None, &scale);
     done(&task.report(console, counts, results, seconds), console)
 }
 

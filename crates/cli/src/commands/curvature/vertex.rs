@@ -21,6 +21,9 @@ use crate::view::{self, name_of};
 pub(super) struct Results {
     #[serde(flatten)]
     integrals: Integrals,
+    /// Total absolute extrinsic curvature; absent out of core.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    extrinsic: Option<f64>,
     norm_l1: f64,
     norm_l2_squared: f64,
     clamped_vertices: usize,
@@ -52,8 +55,10 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         task.save(&model, &options.job.save, &mut seconds, console)?;
         console.message(options.colors.explain(&scale));
     }
+    let totals = values.curvatures.totals();
+    let extrinsic = Some(values.total_extrinsic());
     let results =
-        Results::new(options.quantity, values.integrals(), &values.curvatures.totals(), &scale);
+        Results::new(options.quantity, values.integrals(), &totals, extrinsic, &scale);
     let results = Results { inside_out: Some(inside_out), ..results };
     let report = task.report(console, counts, results, seconds);
     if let Some(page) = page {
@@ -102,7 +107,8 @@ fn colored(
     scale: &Scale,
 ) -> Model {
     let shown = shown.as_slice();
-    model.vertex_colors = Some(parallel::collect(shown.len(), |i| opaque(scale.color(shown[i]))));
+    let color = |value: f64| if value.is_nan() { UNKNOWN } else { opaque(scale.color(value)) };
+    model.vertex_colors = Some(parallel::collect(shown.len(), |i| color(shown[i])));
     if !matches!(format, Some(Format::Ply | Format::Gltf | Format::Glb)) {
         return model;
     }
@@ -115,15 +121,20 @@ fn colored(
     model
 }
 
+/// The colour of a vertex without curvature.
+const UNKNOWN: [f32; 4] = [0.5, 0.5, 0.5, 1.0];
+
 impl Results {
     pub(super) fn new(
         quantity: Quantity,
         integrals: Integrals,
         totals: &Totals,
+        extrinsic: Option<f64>,
         scale: &Scale,
     ) -> Self {
         Self {
             integrals,
+            extrinsic,
             norm_l1: totals.norm_l1,
             norm_l2_squared: totals.norm_l2_squared,
             clamped_vertices: totals.clamped,

@@ -38,7 +38,7 @@ class Curvature:
     totals : dict
         Integrals over the mesh: ``gaussian``, ``abs_gaussian``, ``mean``, ``abs_mean``, the costs
         ``f1``, ``f2`` and ``f3`` of Dyn, Hormann, Kim, Levin 2001, and ``willmore``; with ``"vertex"``
-        also the norms ``norm_l1`` and ``norm_l2_squared`` of Kim, Kim, Levin 2002 and counts.
+        also ``extrinsic`` (the total absolute curvature of Alboul and van Damme), the norms ``norm_l1`` and ``norm_l2_squared`` of Kim, Kim, Levin 2002 and counts.
     radius : float or None
         The radius of discs or balls, in model units.
     """
@@ -73,8 +73,14 @@ class Curvature:
 
     @property
     def abs_mean(self) -> NDArray[np.float64]:
-        """\\|H\\|, per model unit; more than the size of `mean` where convex and concave edges meet."""
+        """\\|H\\|, per model unit."""
         return self._found["abs_mean"]
+
+    @property
+    def abs_dihedral(self) -> NDArray[np.float64]:
+        """``1/4 sum of |e| |beta|`` per area, per model unit: the \\|H\\| of Dyn, Hormann, Kim, Levin 2001. At
+        least `abs_mean`, and larger where convex and concave edges meet (vertex)."""
+        return self._get("abs_dihedral")
 
     @property
     def principal(self) -> NDArray[np.float64]:
@@ -123,9 +129,25 @@ class Curvature:
         return self._get("integral_abs_mean")
 
     @property
+    def integral_abs_dihedral(self) -> NDArray[np.float64]:
+        """``1/4 sum of |e| |beta|`` of each vertex, in model units; the sum is F2 (vertex)."""
+        return self._get("integral_abs_dihedral")
+
+    @property
     def willmore(self) -> NDArray[np.float64]:
         """Bobenko's Willmore energy of each vertex, without unit (vertex)."""
         return self._get("willmore")
+
+    @property
+    def k_plus(self) -> NDArray[np.float64]:
+        """Positive extrinsic curvature of Alboul and van Damme, in radians: the angle defect of the convex
+        hull of the star (vertex)."""
+        return self._get("k_plus")
+
+    @property
+    def k_minus(self) -> NDArray[np.float64]:
+        """Negative extrinsic curvature: `k_plus` minus the angle defect, in radians (vertex)."""
+        return self._get("k_minus")
 
     def _get(self, name: str) -> NDArray[Any]:
         if name not in self._found:
@@ -158,7 +180,7 @@ class Curvature:
             "mean": "integral of H",
             "abs_mean": "integral of |H|",
             "f1": "F1, integral of H²",
-            "f2": "F2, integral of |H|",
+            "f2": "F2",
             "f3": "F3, integral of |k1| + |k2|",
             "willmore": "Willmore energy",
         }
