@@ -60,7 +60,7 @@ fn with_face_splits(mesh: &TriMesh) -> TriMesh {
     let mut points = mesh.positions().to_vec();
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     for face in mesh.topology().faces() {
-        let [a, b, c] = mesh.topology().face_vertices(face).map(|v| v.get());
+        let [a, b, c] = mesh.topology().face_vertices(face).map(mesh_core::VertexId::get);
         let new = points.len() as u32;
         points.push(mesh.triangle(face).iter().sum::<DVec3>() / 3.0);
         triangles.extend([[a, b, new], [b, c, new], [c, a, new]]);
