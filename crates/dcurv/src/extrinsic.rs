@@ -173,7 +173,7 @@ fn side(center: DVec3, p: DVec3, q: DVec3, r: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use mesh_core::shapes::SplitMix64;
+    use mesh_core::SplitMix64;
 
     /// The angle defect of a convex cone by sampling: the share of directions that support it.
     fn sampled_defect(rays: &[DVec3], random: &mut SplitMix64) -> f64 {

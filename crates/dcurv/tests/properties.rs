@@ -7,8 +7,9 @@ use dcurv::{
     CurvatureOptions, Curvatures, VertexArea, extrinsic_curvature, total_extrinsic_curvature,
 };
 use glam::{DQuat, DVec3};
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::{Sphere, SplitMix64, Torus, scramble};
+use mesh_shapes::{Sphere, Torus, scramble};
 use proptest::prelude::*;
 
 /// A closed surface, a surface with boundary, or a closed surface with folds.

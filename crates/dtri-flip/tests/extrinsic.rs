@@ -6,7 +6,8 @@ use core::f64::consts::PI;
 use crate::common::{face_set, mesh_of};
 use dcurv::total_extrinsic_curvature;
 use dtri_flip::{AbsExtrinsic, Change, FlipCost, FlipOptions, Quad, Stop, optimise};
-use mesh_core::shapes::{Sphere, SplitMix64, scramble, seven_points};
+use mesh_core::SplitMix64;
+use mesh_shapes::{Sphere, scramble, seven_points};
 
 #[test]
 fn seven_points_of_dhkl01_become_convex_in_three_greedy_flips() {

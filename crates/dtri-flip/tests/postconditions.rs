@@ -6,8 +6,8 @@ use core::ops::ControlFlow;
 use dcurv::VertexArea;
 use dtri_flip::{Anneal, CostName, FlipOptions, FlipReport, Rebuild, ShapeConstraint};
 use glam::DVec3;
+use mesh_core::SplitMix64;
 use mesh_core::TriMesh;
-use mesh_core::shapes::SplitMix64;
 use proptest::prelude::*;
 
 fn run(mesh: &mut TriMesh, cost: CostName, options: &FlipOptions) -> FlipReport {
