@@ -35,8 +35,8 @@ pub(crate) fn twice_vector_area(mesh: &TriMesh, triangle: [VertexId; 3]) -> DVec
     (mesh.position(b) - origin).cross(mesh.position(c) - origin)
 }
 
-/// A face without area has no normal and counts as folded back.
-fn turn_of(normal: DVec3, direction: DVec3) -> f64 {
+/// The angle between the normal of a face and a direction. A face without area has no normal and counts as folded back.
+pub(crate) fn turn_of(normal: DVec3, direction: DVec3) -> f64 {
     if normal == DVec3::ZERO { PI } else { angle_between(normal, direction) }
 }
 

@@ -143,7 +143,7 @@ impl Anneal {
 /// vertices. Vertices at the boundary, at feature edges and at locked edges stay.
 ///
 /// For points of a convex surface this finds the convex hull, the minimum of F2 and F3, from any
-/// triangulation; see `cargo run -p benches -- convex-study`. The faces of a closed mesh must point outwards; the
+/// triangulation, with [`ShapeConstraint::Unrestricted`]; see `cargo run -p benches -- convex-study`. The faces of a closed mesh must point outwards; the
 /// mesh is never turned inside out. The result is never worse than that of greedy descent. The same seed
 /// gives the same result.
 ///

@@ -12,14 +12,14 @@ use crate::fold::{folds, is_degenerate, makes_degenerate};
 use crate::options::FlipOptions;
 use crate::quad::Quad;
 use crate::self_intersection::crossed_by_flip;
-use crate::shape::ShapeConstraint;
+use crate::shape::ShapeCheck;
 
 /// The part of a run that trial flips do not change, so that threads can share it.
 pub(crate) struct Rules<'a, C: FlipCost> {
     pub(crate) cost: &'a C,
     pub(crate) options: &'a FlipOptions,
     pub(crate) locked: EdgeMap<bool>,
-    pub(crate) shape: ShapeConstraint,
+    pub(crate) shape: ShapeCheck,
     /// Number of flips of each edge.
     pub(crate) flips_of_edge: EdgeMap<u32>,
     /// The end of the time limit.
@@ -42,7 +42,7 @@ impl<'a, C: FlipCost> Rules<'a, C> {
             cost,
             options,
             locked: locked_edges(mesh, options),
-            shape: options.shape.unwrap_or_else(|| cost.shape_constraint()),
+            shape: ShapeCheck::new(mesh, options.shape.unwrap_or_else(|| cost.shape_constraint())),
             flips_of_edge: mesh.topology().edge_map(0),
             deadline,
             noise: noise_floor(mesh, cost.length_exponent()),

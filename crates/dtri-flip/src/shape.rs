@@ -5,10 +5,10 @@ use core::fmt;
 use core::str::FromStr;
 
 use glam::{DVec2, DVec3};
-use mesh_core::{TriMesh, VertexId};
+use mesh_core::{TriMesh, VertexId, VertexMap};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-use crate::fold::{folds, twice_vector_area};
+use crate::fold::{folds, turn_of, twice_vector_area};
 use crate::quad::Quad;
 
 /// Constraint on the shape of the two new faces of a flip.
@@ -25,8 +25,11 @@ pub enum ShapeConstraint {
     ///
     /// - if a new normal makes more than a right angle with the vector area of the quadrilateral, and
     ///   more than the old normals do;
-    /// - if there are more slivers than before, or a sliver that is thinner than the old ones.
+    /// - if there are more reversed faces than before, or one that is turned further;
+    /// - if there are more slivers than before, or one that is thinner.
     ///
+    /// A face is reversed if its normal makes more than a right angle with the normal that one of its
+    /// vertices has in the input mesh. So many flips with small turns cannot reverse a face.
     /// A sliver is a triangle with a height below a thousandth of its longest side.
     ///
     /// In the plane the first rule rejects exactly the flips of quadrilaterals that are not convex, so the
@@ -85,53 +88,116 @@ pub(crate) enum ShapeViolation {
     Sliver,
 }
 
-impl ShapeConstraint {
+/// A shape constraint, with the normals of the input mesh.
+pub(crate) struct ShapeCheck {
+    constraint: ShapeConstraint,
+    /// Unit normals of the vertices of the input mesh. Empty if faces may turn.
+    normals: VertexMap<DVec3>,
+}
+
+impl ShapeCheck {
+    pub(crate) fn new(mesh: &TriMesh, constraint: ShapeConstraint) -> Self {
+        let is_limited = constraint != ShapeConstraint::Unrestricted;
+        let normals = if is_limited { mesh.vertex_normals() } else { VertexMap::default() };
+        Self { constraint, normals }
+    }
+
+    fn is_limited(&self) -> bool {
+        self.constraint != ShapeConstraint::Unrestricted
+    }
+
     /// The largest turn that is always allowed, if turns are limited.
-    pub(crate) fn max_turn(self) -> Option<f64> {
-        (self != Self::Unrestricted).then_some(FRAC_PI_2)
+    pub(crate) fn max_turn(&self) -> Option<f64> {
+        self.is_limited().then_some(FRAC_PI_2)
     }
 
     /// Checks the flip of a quadrilateral.
-    pub(crate) fn check(self, mesh: &TriMesh, quad: &Quad) -> Result<(), ShapeViolation> {
-        if self == Self::Convex && !is_convex(mesh, quad) {
+    pub(crate) fn check(&self, mesh: &TriMesh, quad: &Quad) -> Result<(), ShapeViolation> {
+        if self.constraint == ShapeConstraint::Convex && !is_convex(mesh, quad) {
             return Err(ShapeViolation::NotConvex);
         }
         if self.max_turn().is_some_and(|limit| folds(mesh, quad, limit)) {
             return Err(ShapeViolation::Fold);
         }
-        let keeps_slivers = || {
-            Slivers::of(mesh, quad.flipped_triangles())
-                .is_at_most(&Slivers::of(mesh, quad.triangles()))
-        };
-        if self != Self::Unrestricted && !keeps_slivers() {
+        self.defects(mesh, quad.flipped_triangles())
+            .check_against(|| self.defects(mesh, quad.triangles()))
+    }
+
+    /// The defects of some triangles; none without constraint.
+    pub(crate) fn defects(
+        &self,
+        mesh: &TriMesh,
+        triangles: impl IntoIterator<Item = [VertexId; 3]>,
+    ) -> Defects {
+        let mut found =
+            Defects { reversed: Excess::over(FRAC_PI_2), slivers: Excess::over(-SLIVER) };
+        if self.is_limited() {
+            for triangle in triangles {
+                found.reversed.add(self.turn_from_input(mesh, triangle));
+                found.slivers.add(-relative_height(mesh, triangle));
+            }
+        }
+        found
+    }
+
+    /// The largest angle between the normal of a triangle and the input normals of its vertices; 0 if
+    /// no angle is above a right angle.
+    fn turn_from_input(&self, mesh: &TriMesh, triangle: [VertexId; 3]) -> f64 {
+        let normal = twice_vector_area(mesh, triangle);
+        let input = triangle.map(|v| self.normals[v]);
+        if input.iter().all(|input| normal.dot(*input) > 0.0) {
+            return 0.0;
+        }
+        let turns = input.iter().filter(|&&input| input != DVec3::ZERO);
+        turns.map(|&input| turn_of(normal, input)).fold(0.0, f64::max)
+    }
+}
+
+/// Reversed faces and slivers among some triangles; see [`ShapeConstraint::KeepShape`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Defects {
+    reversed: Excess,
+    slivers: Excess,
+}
+
+impl Defects {
+    /// Whether there are no more defects than in another set, and none is worse.
+    pub(crate) fn check_against(self, old: impl FnOnce() -> Self) -> Result<(), ShapeViolation> {
+        if self.reversed.count + self.slivers.count == 0 {
+            return Ok(());
+        }
+        let old = old();
+        if !self.reversed.is_at_most(old.reversed) {
+            return Err(ShapeViolation::Fold);
+        }
+        if !self.slivers.is_at_most(old.slivers) {
             return Err(ShapeViolation::Sliver);
         }
         Ok(())
     }
 }
 
-/// The slivers among some triangles.
+/// The values above a limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Slivers {
+struct Excess {
     count: usize,
-    /// The smallest height, as a share of the longest side.
-    thinnest: f64,
+    /// The largest value, at least the limit.
+    worst: f64,
+    limit: f64,
 }
 
-impl Slivers {
-    pub(crate) fn of(mesh: &TriMesh, triangles: impl IntoIterator<Item = [VertexId; 3]>) -> Self {
-        let mut found = Self { count: 0, thinnest: SLIVER };
-        for triangle in triangles {
-            let height = relative_height(mesh, triangle);
-            found.count += usize::from(height < SLIVER);
-            found.thinnest = found.thinnest.min(height);
-        }
-        found
+impl Excess {
+    fn over(limit: f64) -> Self {
+        Self { count: 0, worst: limit, limit }
     }
 
-    /// Whether there are no more slivers than in another set, and none is thinner.
-    pub(crate) fn is_at_most(&self, other: &Self) -> bool {
-        self.count <= other.count && self.thinnest >= other.thinnest
+    fn add(&mut self, value: f64) {
+        self.count += usize::from(value > self.limit);
+        self.worst = self.worst.max(value);
+    }
+
+    fn is_at_most(self, other: Self) -> bool {
+        self.count <= other.count && self.worst <= other.worst
     }
 }
 

@@ -7,14 +7,14 @@ use crate::cost::FlipCost;
 use crate::fold::largest_turn;
 use crate::run::Run;
 use crate::self_intersection::face_crosses;
-use crate::shape::{ShapeConstraint, Slivers};
+use crate::shape::Defects;
 
 /// State of a patch before the round, against which the result is checked.
 pub(super) struct PatchChecks {
     /// Largest angle between a face and its quadrilateral, if turns are limited.
     turn: f64,
     degenerate_faces: usize,
-    slivers: Slivers,
+    defects: Defects,
     volume: f64,
     /// The triangles of the patch, if new triangles must not cross others.
     triangles: Option<Vec<[VertexId; 3]>>,
@@ -31,7 +31,7 @@ impl PatchChecks {
         Self {
             turn: if is_limited { turn(run, patch) } else { 0.0 },
             degenerate_faces: degenerate_faces(run, patch),
-            slivers: slivers(run, patch),
+            defects: defects(run, patch),
             volume: volume(run.mesh, patch),
             triangles,
         }
@@ -45,13 +45,12 @@ impl PatchChecks {
     /// orientation.
     pub(super) fn allow<C: FlipCost>(&self, run: &Run<'_, C>, patch: &Patch) -> bool {
         let limit = run.rules.max_turn();
-        let ignores_slivers = run.rules.shape == ShapeConstraint::Unrestricted;
         let turns_inside_out = patch
             .volume
             .is_some_and(|volume| volume > 0.0 && volume + self.volume_change(run, patch) <= 0.0);
         !turns_inside_out
             && degenerate_faces(run, patch) <= self.degenerate_faces
-            && (ignores_slivers || slivers(run, patch).is_at_most(&self.slivers))
+            && defects(run, patch).check_against(|| self.defects).is_ok()
             && limit.is_none_or(|limit| turn(run, patch) <= limit.max(self.turn))
             && !self.crosses(run, patch)
     }
@@ -79,9 +78,9 @@ fn degenerate_faces<C: FlipCost>(run: &Run<'_, C>, patch: &Patch) -> usize {
     patch.faces.iter().filter(|f| run.rules.is_degenerate(run.mesh, corners(f))).count()
 }
 
-fn slivers<C: FlipCost>(run: &Run<'_, C>, patch: &Patch) -> Slivers {
+fn defects<C: FlipCost>(run: &Run<'_, C>, patch: &Patch) -> Defects {
     let corners = |&f: &FaceId| run.mesh.topology().face_vertices(f);
-    Slivers::of(run.mesh, patch.faces.iter().map(corners))
+    run.rules.shape.defects(run.mesh, patch.faces.iter().map(corners))
 }
 
 /// The volume between the patch and the origin.

@@ -57,8 +57,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     }
     let totals = values.curvatures.totals();
     let extrinsic = Some(values.total_extrinsic());
-    let results =
-        Results::new(options.quantity, values.integrals(), &totals, extrinsic, &scale);
+    let results = Results::new(options.quantity, values.integrals(), &totals, extrinsic, &scale);
     let results = Results { inside_out: Some(inside_out), ..results };
     let report = task.report(console, counts, results, seconds);
     if let Some(page) = page {
