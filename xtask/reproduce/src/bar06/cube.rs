@@ -72,7 +72,10 @@ impl Case {
 pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.how(
         &["dtri_flip::VirtualWillmore", "dcurv::total_willmore_energy", "mesh_shapes::inset_cube"],
-        &["curvmesh flip IN -o OUT --cost willmore", "curvmesh flip IN -o OUT --cost area"],
+        &[
+            "curvmesh flip IN -o OUT --cost willmore --shape-constraint unrestricted",
+            "curvmesh flip IN -o OUT --cost area --shape-constraint unrestricted",
+        ],
     );
     let cases: Vec<Case> = INSETS.into_iter().map(Case::new).collect::<Result<_, _>>()?;
     item.number("corners", 8.0);

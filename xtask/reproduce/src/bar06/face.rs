@@ -32,7 +32,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::VirtualWillmore", "dtri_flip::Willmore", "dtri_flip::lattice_error"],
-        &["curvmesh flip IN -o OUT --cost willmore"],
+        &["curvmesh flip IN -o OUT --cost willmore --shape-constraint unrestricted"],
     );
     let mut lines = Vec::new();
     let initial = mesh_of(&face_shape::scan()?)?;

@@ -38,8 +38,8 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.how(
         &["dtri_flip::VirtualWillmore", "dtri_flip::Willmore", "dtri_flip::lattice_error"],
         &[
-            "curvmesh flip IN -o OUT --cost willmore",
-            "curvmesh flip IN -o OUT --cost willmore-potential",
+            "curvmesh flip IN -o OUT --cost willmore --shape-constraint unrestricted",
+            "curvmesh flip IN -o OUT --cost willmore-potential --shape-constraint unrestricted",
         ],
     );
     let mut lines = Vec::new();

@@ -26,7 +26,7 @@ pub(super) fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     item.how(
         &["dtri_flip::optimise", "mesh_shapes::scramble"],
         &[
-            "curvmesh flip IN -o OUT --cost f2 --look-ahead 3",
+            "curvmesh flip IN -o OUT --cost f2 --shape-constraint unrestricted --look-ahead 3",
             "cargo run -p benches -- convex-study",
         ],
     );

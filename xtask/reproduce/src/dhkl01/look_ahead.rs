@@ -20,7 +20,7 @@ pub(super) fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::optimise", "dtri_flip::lattice_error"],
-        &["curvmesh flip IN -o OUT --cost f2 --look-ahead 2"],
+        &["curvmesh flip IN -o OUT --cost f2 --shape-constraint unrestricted --look-ahead 2"],
     );
     let mut lines = Vec::new();
     let mut costs = Vec::new();

@@ -56,7 +56,10 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::optimise", "dtri_flip::CostName::total"],
-        &["curvmesh flip IN -o OUT --cost f2", "curvmesh flip IN -o OUT --cost f2 --look-ahead 2"],
+        &[
+            "curvmesh flip IN -o OUT --cost f2 --shape-constraint unrestricted",
+            "curvmesh flip IN -o OUT --cost f2 --shape-constraint unrestricted --look-ahead 2",
+        ],
     );
     let mut lines = Vec::new();
     let made_face = mesh_of(&face_shape::scan()?)?;

@@ -22,7 +22,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::CostName::total", "dtri_flip::optimise"],
-        &["curvmesh flip IN -o OUT --cost f2 --look-ahead 3"],
+        &["curvmesh flip IN -o OUT --cost f2 --shape-constraint unrestricted --look-ahead 3"],
     );
     let [given, convex] = [mesh_of(&seven_points::given())?, mesh_of(&seven_points::convex())?];
     item.number("vertices", given.topology().vertex_count() as f64);

@@ -29,7 +29,7 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::optimise", "mesh_core::butterfly::subdivide"],
-        &["curvmesh flip IN -o OUT --cost f1"],
+        &["curvmesh flip IN -o OUT --cost f1 --shape-constraint unrestricted"],
     );
     item.number("subdivision steps", f64::from(STEPS));
     let mut figures = Vec::new();

@@ -21,7 +21,7 @@ pub(super) fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::optimise", "dtri_flip::Ties"],
-        &["curvmesh flip IN -o OUT --cost f1 --tie-seed 2"],
+        &["curvmesh flip IN -o OUT --cost f1 --shape-constraint unrestricted --random-ties --seed 2"],
     );
     for setting in &SETTINGS {
         let Some(cost) = setting.cost else { continue };

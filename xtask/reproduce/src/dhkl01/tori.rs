@@ -41,7 +41,7 @@ pub(super) fn compute(_: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::optimise", "dtri_flip::lattice_error"],
-        &["curvmesh flip IN -o OUT --cost f1"],
+        &["curvmesh flip IN -o OUT --cost f1 --shape-constraint unrestricted"],
     );
     let errors: Vec<Errors> = TORI.par_iter().map(errors_of).collect::<Result<_, _>>()?;
     let mut lines = Vec::new();

@@ -51,7 +51,7 @@ pub(super) const SETTINGS: [Setting; 4] = [
         ties: Ties::Seeded(F1_TIE_SEED),
         how: "F1: integral of H², Voronoi areas",
         command: Some(
-            "curvmesh flip dhkl01-torus-initial.ply -o f1.ply --cost f1 --area voronoi --random-ties --seed 2",
+            "curvmesh flip dhkl01-torus-initial.ply -o f1.ply --cost f1 --shape-constraint unrestricted --area voronoi --random-ties --seed 2",
         ),
     },
     Setting {
@@ -60,7 +60,9 @@ pub(super) const SETTINGS: [Setting; 4] = [
         area: VertexArea::Voronoi,
         ties: Ties::EdgeId,
         how: "F2: integral of |H|",
-        command: Some("curvmesh flip dhkl01-torus-initial.ply -o f2.ply --cost f2"),
+        command: Some(
+            "curvmesh flip dhkl01-torus-initial.ply -o f2.ply --cost f2 --shape-constraint unrestricted",
+        ),
     },
     Setting {
         row: "F3",
@@ -69,7 +71,7 @@ pub(super) const SETTINGS: [Setting; 4] = [
         ties: Ties::EdgeId,
         how: "F3: integral of |k1| + |k2|, barycentric areas",
         command: Some(
-            "curvmesh flip dhkl01-torus-initial.ply -o f3.ply --cost f3 --area barycentric",
+            "curvmesh flip dhkl01-torus-initial.ply -o f3.ply --cost f3 --shape-constraint unrestricted --area barycentric",
         ),
     },
 ];
@@ -87,7 +89,10 @@ pub(super) fn compute(run: &Run<'_>, item: &mut Item) -> Result<(), Failure> {
     );
     item.how(
         &["dtri_flip::optimise", "dtri_flip::lattice_error"],
-        &["curvmesh flip IN -o OUT --cost f2", "cargo xtask reproduce --measure-torus OUT"],
+        &[
+            "curvmesh flip IN -o OUT --cost f2 --shape-constraint unrestricted",
+            "cargo xtask reproduce --measure-torus OUT",
+        ],
     );
     let meshes = add_table(item, &TORUS)?;
     add_settings(item)?;
