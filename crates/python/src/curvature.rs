@@ -115,11 +115,8 @@ pub(crate) fn principal_directions<'py>(
 const NO_AXES: [[f64; 3]; 2] = [[f64::NAN; 3]; 2];
 
 fn of_vertices(whole: &Whole, values: &VertexValues) -> Columns {
-    let used = values.is_used.as_slice();
-    let all = values.curvatures.vertices().as_slice();
     let numbers = |of: &(dyn Fn(&VertexCurvature) -> f64 + Sync)| {
-        let of_used = |(c, &is_used)| if is_used { of(c) } else { f64::NAN };
-        whole.of_surface(all.iter().zip(used).map(of_used).collect(), f64::NAN)
+        whole.of_surface(values.curvatures.map(of).into_vec(), f64::NAN)
     };
     let pointwise = Quantity::ALL.iter().map(|&quantity| {
         (key(quantity), whole.of_surface(values.of_quantity(quantity).into_vec(), f64::NAN))
@@ -133,16 +130,14 @@ fn of_vertices(whole: &Whole, values: &VertexValues) -> Columns {
         ("integral_abs_mean", numbers(&|c| c.integrals().mean.abs().value())),
         ("integral_abs_dihedral", numbers(&|c| c.integrals().abs_dihedral.value())),
     ]);
+    let all = values.curvatures.vertices().as_slice();
     let flags =
         |of: fn(&VertexCurvature) -> bool| whole.of_surface(all.iter().map(of).collect(), false);
     columns.flags = vec![
         ("boundary", flags(VertexCurvature::is_boundary)),
         ("clamped", flags(VertexCurvature::is_clamped)),
     ];
-    let principal_of = |(c, &is_used): (&VertexCurvature, &bool)| {
-        if is_used { c.principal().map(Pointwise::value) } else { [f64::NAN; 2] }
-    };
-    let principal = all.iter().zip(used).map(principal_of).collect();
+    let principal = all.iter().map(|c| c.principal().map(Pointwise::value)).collect();
     columns.principal = whole.of_surface(principal, [f64::NAN; 2]);
     let totals = values.curvatures.totals();
     columns.totals = vec![

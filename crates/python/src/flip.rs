@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use dtri_flip::{
     Anneal, CostName, FlipOptions, FlipReport, Phase, Progress, Rebuild, ShapeConstraint, Ties,
-    UnknownShapeConstraint, optimise_with,
+    optimise_with,
 };
 use mesh_work::Seams;
 use pyo3::prelude::*;
@@ -38,7 +38,7 @@ pub(crate) struct FlipsGiven {
 impl FlipsGiven {
     fn shape(&self) -> Result<Option<ShapeConstraint>, Failure> {
         let name = self.shape_constraint.as_deref();
-        name.map(str::parse).transpose().map_err(Failure::option::<UnknownShapeConstraint>)
+        name.map(str::parse).transpose().map_err(Failure::option)
     }
 
     fn options(&self) -> Result<FlipOptions, Failure> {

@@ -38,7 +38,8 @@ class Curvature:
     totals : dict
         Integrals over the mesh: ``gaussian``, ``abs_gaussian``, ``mean``, ``abs_mean``, the costs
         ``f1``, ``f2`` and ``f3`` of Dyn, Hormann, Kim, Levin 2001, and ``willmore``; with ``"vertex"``
-        also ``extrinsic`` (the total absolute curvature of Alboul and van Damme), the norms ``norm_l1`` and ``norm_l2_squared`` of Kim, Kim, Levin 2002 and counts.
+        also ``extrinsic`` (the total absolute extrinsic curvature of Alboul and van Damme), the norms
+        ``norm_l1`` and ``norm_l2_squared`` of Kim, Kim, Levin 2002, and counts.
     radius : float or None
         The radius of discs or balls, in model units.
     """

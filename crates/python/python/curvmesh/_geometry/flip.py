@@ -169,8 +169,8 @@ def flip(
         See :func:`curvmesh.as_mesh`; an oriented manifold.
     cost : str or FaceCost or EdgeCost
         ``"f1"``, ``"f2"`` and ``"f3"`` of Dyn, Hormann, Kim, Levin 2001 (integrals of H², of \\|H\\| and of
-        \\|k1\\| + \\|k2\\|), ``"gauss"`` (\\|K\\|), ``"area"``, ``"delaunay"`` (cotangents), ``"willmore"``
-        (Brink, Alboul, Rodrigues 2006), ``"willmore-potential"``; or functions of one's own.
+        \\|k1\\| + \\|k2\\|), ``"gauss"`` (\\|K\\|), ``"gauss-extrinsic"`` (Alboul and van Damme),
+        ``"area"``, ``"delaunay"`` (cotangents), ``"willmore"`` (Brink, Alboul, Rodrigues 2006), ``"willmore-potential"``; or functions of one's own.
     area : str
         Area of a vertex, for ``"f1"`` and ``"f3"``: ``"voronoi"`` or
         ``"barycentric"``.
@@ -197,8 +197,8 @@ def flip(
     no_intersections : bool
         Reject flips that would make the surface cross itself.
     random_ties : bool, optional
-        Break ties in a random order instead of by edge number. The default is true if a `seed` is given without
-        `rebuild_effort` and `anneal_steps`.
+        Break ties in a random order instead of by edge number. The default is true if a `seed` is given
+        without `rebuild_effort` and `anneal_steps`.
     seed : int, optional
         Seed of the random numbers; the default is 1.
     max_flips : int, optional

@@ -311,6 +311,7 @@ STEPS = {
             "rebuild_largest": _COUNT,
             "anneal_steps": _COUNT,
             "feature_angle": _NUMBER,
+            "shape_constraint": _TEXT,
             "max_fold": _NUMBER,
             "no_intersections": _FLAG,
             "random_ties": _FLAG,
