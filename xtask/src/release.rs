@@ -73,7 +73,7 @@ pub(crate) fn run(options: &Release) -> Result<(), Failure> {
     check(with_tools(&mut wheel, &tools))?;
     step("the source distribution");
     let mut source = Command::new(tools.program("maturin"));
-    source.args(["sdist", "--quiet", "--out"]).arg(&packages).arg("--manifest-path");
+    source.args(["sdist", "--out"]).arg(&packages).arg("--manifest-path");
     check(source.arg(package.join("Cargo.toml")))?;
 
     let (wheel, source) = (built(&packages, "whl")?, built(&packages, "gz")?);
