@@ -1,31 +1,29 @@
-//! Ctrl-C: the program ends between files, never within one.
+//! Signals to end, such as Ctrl-C: the program ends between files, never within one.
 //!
-//! A file is written beside its target and then takes its place. Ended in between, the program would
-//! leave half a file behind under another name.
+//! A file is written beside its target and then renamed. A program that ends in between would leave half a file under
+//! another name.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError, RwLock};
 
-use out_of_core::ScratchFolder;
-
 use crate::text::printable;
 
-/// The exit code of a program that was interrupted: 128 and the number of the signal.
+/// The exit code after Ctrl-C: 128 and the number of the signal.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// Shared by those who write a file; who has it alone knows that nobody does.
+/// Shared by all threads that write a file. Whoever holds it alone knows that nobody writes.
 static WRITING: RwLock<()> = RwLock::new(());
 
 /// The files that have been written.
 static WRITTEN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// The folders of what is needed for a while.
+/// The folders for temporary files.
 static SCRATCH: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Whether the first Ctrl-C asks for what is best so far.
+/// Whether the first signal asks for the best result so far.
 static KEEPS_PARTIAL: AtomicBool = AtomicBool::new(false);
 
 /// Whether it has been asked for.
@@ -42,33 +40,55 @@ pub(crate) struct Interruption {
 /// The field of [`Interruption`].
 pub(crate) const KEEP_PARTIAL: &str = "keep_partial";
 
-/// From now on, Ctrl-C ends the program as soon as no file is being written, and says which were. Or
-/// it asks for the best so far first.
+/// From now on, a signal to end ends the program as soon as no file is being written, and says which were written. Or
+/// it asks for the best result so far first.
 pub(crate) fn watch(keeps_partial: bool) {
     KEEPS_PARTIAL.store(keeps_partial, Ordering::SeqCst);
-    // Without it the system ends the program, which does as well unless a file is being written.
-    let _ = ctrlc::set_handler(|| {
-        // A progress bar leaves its line unfinished.
-        let line = if std::io::stderr().is_terminal() { "\n" } else { "" };
-        if KEEPS_PARTIAL.load(Ordering::SeqCst) && !IS_ASKED.swap(true, Ordering::SeqCst) {
-            eprintln!("{line}interrupted: writing the best so far; again to end at once");
-            return;
-        }
-        let _nobody_writes = WRITING.write().unwrap_or_else(PoisonError::into_inner);
-        let written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
-        for folder in SCRATCH.lock().unwrap_or_else(PoisonError::into_inner).iter() {
-            // The run goes on meanwhile, and may add to it.
-            let mut tries = 0..3;
-            while folder.exists() && tries.next().is_some() {
-                ScratchFolder::remove(folder);
-            }
-        }
-        eprintln!("{line}interrupted: {}", outcome(&written));
-        std::process::exit(i32::from(INTERRUPTED));
-    });
+    // If this fails the system ends the program, which is as good unless a file is being written.
+    #[cfg(unix)]
+    if let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted_signals()) {
+        std::thread::spawn(move || signals.forever().for_each(end));
+    }
+    #[cfg(not(unix))]
+    let _ = ctrlc::set_handler(|| end(i32::from(INTERRUPTED) - 128));
 }
 
-/// An interruption removes this folder of what is needed for a while.
+/// The signals that ask the program to end: Ctrl-C, a scheduler, a terminal that closes. A signal that is ignored stays
+/// so, as `nohup` wants it.
+#[cfg(unix)]
+fn wanted_signals() -> Vec<i32> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    let is_wanted = |signal: &i32| ignored >> (signal - 1) & 1 == 0;
+    [SIGINT, SIGTERM, SIGHUP].into_iter().filter(is_wanted).collect()
+}
+
+/// Ends the program on a signal.
+fn end(signal: i32) {
+    // A progress bar leaves its line unfinished.
+    let line = if std::io::stderr().is_terminal() { "\n" } else { "" };
+    // The terminal may be closed: then nobody reads it.
+    let say = |text: &str| drop(writeln!(std::io::stderr(), "{line}interrupted: {text}"));
+    if KEEPS_PARTIAL.load(Ordering::SeqCst) && !IS_ASKED.swap(true, Ordering::SeqCst) {
+        say("writing the best so far; again to end at once");
+        return;
+    }
+    let _nobody_writes = WRITING.write().unwrap_or_else(PoisonError::into_inner);
+    let written = WRITTEN.lock().unwrap_or_else(PoisonError::into_inner);
+    for folder in SCRATCH.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+        // The run goes on meanwhile, and may add to it.
+        let mut tries = 0..3;
+        while folder.exists() && tries.next().is_some() {
+            let _ = std::fs::remove_dir_all(folder);
+        }
+    }
+    say(&outcome(&written));
+    std::process::exit(128 + signal);
+}
+
+/// Has a signal remove this folder for temporary files.
 pub(crate) fn removes(scratch: &Path) {
     SCRATCH.lock().unwrap_or_else(PoisonError::into_inner).push(scratch.to_owned());
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use mesh_core::build::Weld;
 use mesh_io::{Format, Model, Staged};
-use out_of_core::{Input, Left, Outcome, Repairs, Settings, Sizes, Step, Work};
+use out_of_core::{Capacity, Input, Outcome, Repairs, ResultMesh, Settings, Step, Work};
 use serde::Serialize;
 use simplify::{Options, Target};
 
@@ -18,12 +18,12 @@ use crate::load::{Loading, parse_bytes};
 use crate::save::{SaveOptions, explain, make_folder_of, save};
 use crate::text::printable;
 
-/// How much memory a run may take, and where it keeps what does not fit.
+/// The memory limit of a run, and its work folder.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Meshes larger than memory")]
 pub(crate) struct Large {
-    /// The most memory that the run may take, like 512MiB or 4G. A mesh that needs more is done region
-    /// by region, through files
+    /// The memory limit, such as 512MiB or 4G. A mesh that needs more is simplified region by region, through
+    /// files
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     pub(crate) memory: Option<u64>,
     /// The folder for these files [default: OUT.work, which is removed in the end]
@@ -32,12 +32,12 @@ pub(crate) struct Large {
 }
 
 impl Large {
-    /// Whether a file has to be done region by region, as far as its length tells.
+    /// Whether a file is simplified region by region, judged by its length.
     pub(crate) fn is_needed(&self, input: &Path, loading: &Loading) -> Result<bool, Failure> {
         is_beyond(self.memory, &[input], loading)
     }
 
-    /// Where the files go.
+    /// The work folder.
     pub(crate) fn folder(&self, output: &Path) -> PathBuf {
         self.work_dir.clone().unwrap_or_else(|| {
             let mut name = output.as_os_str().to_owned();
@@ -47,7 +47,7 @@ impl Large {
     }
 }
 
-/// Whether files need more memory than that, as far as their lengths tell.
+/// Whether files need more memory than the limit, judged by their lengths.
 pub(crate) fn is_beyond(
     memory: Option<u64>,
     inputs: &[&Path],
@@ -67,16 +67,15 @@ pub(crate) fn is_beyond(
     Ok(needed > memory)
 }
 
-/// About how many bytes a mesh takes while it is read and simplified in one piece.
+/// An estimate of the bytes that a mesh takes while it is read and simplified in memory.
 fn whole(bytes: u64, format: Option<Format>) -> u64 {
     // 400 bytes for a face, which takes some 19 bytes in PLY, 50 in STL and 35 in OBJ.
-    (24 << 20)
-        + bytes
-            * match format {
-                Some(Format::Stl) => 8,
-                Some(Format::Ply) => 21,
-                _ => 12,
-            }
+    let per_byte = match format {
+        Some(Format::Stl) => 8,
+        Some(Format::Ply) => 21,
+        _ => 12,
+    };
+    bytes.saturating_mul(per_byte).saturating_add(24 << 20)
 }
 
 /// The repairs that can be made region by region.
@@ -96,13 +95,16 @@ pub(crate) fn repairs(options: &RepairOptions) -> Result<Repairs, Failure> {
         return refuse("--drop-out-of-range");
     }
     let repair = options.repair(Weld::None);
-    Ok(Repairs { drop_degenerate: repair.drop_degenerate, cut: repair.cut_non_manifold })
+    Ok(Repairs {
+        drop_degenerate: repair.drop_degenerate,
+        cut_non_manifold: repair.cut_non_manifold,
+    })
 }
 
-/// The share of the diagonal up to which distances are proved, pass by pass.
+/// The tolerance of proofs in each pass, as a share of the diagonal of the bounding box.
 pub(crate) const PROVED: f64 = 1e-4;
 
-/// Splits a file into regions; what was split before stays.
+/// Splits a file into regions, unless that was done before.
 pub(crate) fn split_file(
     input: &Path,
     folder: &Path,
@@ -130,10 +132,10 @@ pub(crate) fn split_file(
     Ok(work)
 }
 
-/// Where a run keeps its regions.
+/// The work folder of a run.
 pub(crate) struct Folder {
     pub(crate) path: PathBuf,
-    /// Whether it goes on with what an earlier run has left there.
+    /// Whether an interrupted run in the folder is resumed.
     pub(crate) resume: bool,
 }
 
@@ -149,8 +151,10 @@ pub(crate) fn simplify_file(
 ) -> Result<(Outcome, Work), Failure> {
     let Folder { path, resume } = folder;
     if path.join("run.json").exists() && !resume {
+        // A damaged folder, or one that another process works in, has an error of its own.
+        Work::open(path).map_err(Failure::regions)?;
         return Err(Failure::usage(format!(
-            "{}: there is an earlier run in this folder; go on with it with --resume, or remove it",
+            "{}: there is an earlier run in this folder; resume it with --resume, or remove the folder",
             path.display()
         )));
     }
@@ -169,24 +173,31 @@ pub(crate) fn simplify_file(
 }
 
 pub(crate) const ONLY_PLY: &str =
-    "a result that does not fit into the memory is written as a PLY file";
+    "a result larger than --memory is written as a PLY file; name an output that ends in .ply";
 
-/// Whether a result can be written there that does not fit into the memory.
+/// Whether a result that does not fit into memory can be written to a path.
 pub(crate) fn takes_regions(output: &Path, options: &SaveOptions) -> bool {
     options.format_of(output) == Some(Format::Ply) && !is_standard(output)
 }
 
-/// Writes what is left: a mesh in any format, or the regions of one that does not fit, as PLY.
+/// Whether so many levels of detail go to a folder: there is one, or the name does not end like that of a mesh file.
+pub(crate) fn is_folder(output: &Path, options: &SaveOptions, levels: usize) -> bool {
+    let names_format = || Format::from_extension(output).is_some();
+    let is_plain_file = || levels == 1 && options.to.is_some() && output.extension().is_some();
+    output.is_dir() || !(is_standard(output) || names_format() || is_plain_file())
+}
+
+/// Writes a result: a mesh in memory in any format, or regions on disk as PLY.
 pub(crate) fn save_left(
-    left: Left,
+    result: ResultMesh,
     work: &Work,
     output: &Path,
     options: &SaveOptions,
     console: &Console,
 ) -> Result<(), Failure> {
-    match left {
-        Left::Mesh(mesh) => save(output, &Model::from(mesh.to_soup()), options, console),
-        Left::Regions { level } => {
+    match result {
+        ResultMesh::InMemory(mesh) => save(output, &Model::from(mesh.to_soup()), options, console),
+        ResultMesh::OnDisk { level } => {
             if !takes_regions(output, options) {
                 return Err(Failure::usage(ONLY_PLY));
             }
@@ -202,10 +213,10 @@ pub(crate) fn save_left(
 pub(crate) struct Level {
     output: String,
     faces: u64,
-    /// How many files it has, as tiles.
+    /// The number of tiles, if it was written as tiles.
     #[serde(skip_serializing_if = "Option::is_none")]
     tiles: Option<usize>,
-    /// No point of the input or of the level is farther from the other one than this, if that was proved.
+    /// The proved upper bound of the Hausdorff distance from the input.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<f64>,
 }
@@ -224,7 +235,7 @@ impl core::fmt::Display for Level {
     }
 }
 
-/// The passes over a mesh larger than memory, from the input up.
+/// The number of faces and cells of each pass over a mesh larger than memory.
 #[derive(Serialize)]
 pub(crate) struct Passes {
     faces: Vec<u64>,
@@ -237,16 +248,16 @@ impl Passes {
     }
 }
 
-/// Levels of detail with these parts of the faces, or so many of them.
+/// Levels of detail with these shares of the faces, and with these numbers of faces.
 pub(crate) fn levels(ratios: &[f64], faces: &[usize]) -> Vec<Target> {
     let of_ratios = ratios.iter().map(|&ratio| Target { ratio: Some(ratio), ..Target::default() });
     let of_faces = faces.iter().map(|&faces| Target { faces: Some(faces), ..Target::default() });
     of_ratios.chain(of_faces).collect()
 }
 
-/// All results of a run, from the finest, and the paths that they go to.
+/// The reports of all results of a run, from the finest.
 fn levels_at(outcome: &Outcome, paths: &[PathBuf]) -> Vec<Level> {
-    let finer = outcome.finer.iter().map(|level| (level.faces, level.error));
+    let finer = outcome.finer_levels.iter().map(|level| (level.faces, level.error));
     let results = finer.chain([(outcome.faces, outcome.error)]).zip(paths);
     let level = |((faces, error), path): ((u64, Option<f64>), &PathBuf)| Level {
         output: path.display().to_string(),
@@ -257,17 +268,17 @@ fn levels_at(outcome: &Outcome, paths: &[PathBuf]) -> Vec<Level> {
     results.map(level).collect()
 }
 
-/// Calls `visit` with all results of a run, from the finest; one is in memory at a time, besides the coarsest.
+/// Calls `visit` with each result of a run, from the finest. One of them is in memory at a time, beside the coarsest.
 fn each_level<T>(
     outcome: &Outcome,
     work: &Work,
-    mut visit: impl FnMut(usize, &Left) -> Result<T, Failure>,
+    mut visit: impl FnMut(usize, &ResultMesh) -> Result<T, Failure>,
 ) -> Result<Vec<T>, Failure> {
     let mut visited = Vec::new();
-    for (number, level) in outcome.finer.iter().enumerate() {
-        visited.push(visit(number, &level.left(work).map_err(Failure::regions)?)?);
+    for (number, level) in outcome.finer_levels.iter().enumerate() {
+        visited.push(visit(number, &level.load(work).map_err(Failure::regions)?)?);
     }
-    visited.push(visit(outcome.finer.len(), &outcome.left)?);
+    visited.push(visit(outcome.finer_levels.len(), &outcome.result)?);
     Ok(visited)
 }
 
@@ -289,7 +300,7 @@ pub(crate) fn save_tiles(
     Ok(levels)
 }
 
-/// Writes all results of a run, from the finest, each as a file. All are whole before the first takes its place.
+/// Writes all results of a run, from the finest, each as a file. All files are whole before the first takes its place.
 pub(crate) fn save_levels(
     outcome: &Outcome,
     work: &Work,
@@ -303,16 +314,16 @@ pub(crate) fn save_levels(
         let staged = each_level(outcome, work, |number, left| {
             let path = names[number];
             match left {
-                Left::Mesh(mesh) => {
+                ResultMesh::InMemory(mesh) => {
                     let model = Model::from(mesh.to_soup());
                     mesh_io::stage(path, &model, &options.write_options())
                         .map_err(|error| Failure::write(path, error))
                 }
-                Left::Regions { level } if takes_regions(path, options) => {
+                ResultMesh::OnDisk { level } if takes_regions(path, options) => {
                     let staged = out_of_core::stage_assembled(work, *level, path);
                     Ok(staged.map_err(Failure::regions)?.0)
                 }
-                Left::Regions { .. } => Err(Failure::usage(ONLY_PLY)),
+                ResultMesh::OnDisk { .. } => Err(Failure::usage(ONLY_PLY)),
             }
         })?;
         let commit = |(staged, path): (Staged, &&Path)| {
@@ -324,20 +335,20 @@ pub(crate) fn save_levels(
     Ok(levels_at(outcome, paths))
 }
 
-/// What a run in so many bytes is to do.
+/// The settings of a run with a memory limit.
 pub(crate) fn settings(
     options: Options,
-    finer: Vec<Target>,
+    finer_levels: Vec<Target>,
     memory: u64,
     repair: &RepairOptions,
     prove: Option<f64>,
 ) -> Result<Settings, Failure> {
-    let sizes = Sizes::within(memory, &options, 1 + finer.len(), prove.is_some())
+    let capacity = Capacity::within(memory, &options, 1 + finer_levels.len(), prove.is_some())
         .map_err(Failure::regions)?;
-    Ok(Settings { options, finer, repairs: repairs(repair)?, sizes, prove })
+    Ok(Settings { options, finer_levels, repairs: repairs(repair)?, capacity, prove })
 }
 
-/// Moves the bar to where a step has come.
+/// Shows a step on the progress bar.
 pub(crate) fn show(bar: &ProgressBar, step: Step) {
     let Step { what, done, of, level } = step;
     bar.set_message(format!("pass {}: {what}", level + 1));
@@ -345,7 +356,7 @@ pub(crate) fn show(bar: &ProgressBar, step: Step) {
     bar.set_position(done);
 }
 
-/// Removes a folder of a run that is done with, if it is one that nobody asked for.
+/// Removes the work folder of a finished run, unless the user has named it.
 pub(crate) fn remove(work: Work, large: &Large) {
     if large.work_dir.is_none() {
         work.remove();

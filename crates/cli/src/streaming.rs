@@ -1,12 +1,13 @@
-//! Meshes that are larger than memory and pass by: what is found out about them, or written of them.
+//! Meshes larger than memory that are streamed: read to disk, measured, written.
 
+use std::ffi::OsStr;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use indicatif::ProgressBar;
 use mesh_io::Format;
-use out_of_core::{Columns, Input, ScratchFolder, Spool, Step};
+use out_of_core::{Columns, DiskMesh, Input, ScratchFolder, Step};
 
 use crate::args::is_standard;
 use crate::batch::Job;
@@ -18,27 +19,27 @@ use crate::load::{Loading, Seconds, parse_bytes};
 use crate::save::{SaveOptions, explain, make_folder_of};
 use crate::task::Task;
 
-/// How much memory a run may take, and where it keeps what does not fit.
+/// The memory limit of a run, and the folder for temporary files.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Meshes larger than memory")]
 pub(crate) struct Streaming {
-    /// The most memory that the run may take, like 512MiB or 4G. A mesh that needs more is read as a
-    /// stream, positions and faces alone, and done through files: PLY, STL and OBJ
+    /// The memory limit, such as 512MiB or 4G. A mesh that needs more is streamed through temporary files,
+    /// positions and faces alone
     #[arg(id = "within", long = "memory", value_name = "BYTES", value_parser = parse_bytes)]
     memory: Option<u64>,
-    /// The folder for these files, which are removed in the end [default: OUT.work, or without an output
-    /// one in the system's folder for temporary files]
+    /// The folder in which a folder for temporary files is created, which is removed in the end [default:
+    /// the folder of the output, or the system's folder for temporary files]
     #[arg(long, value_name = "DIR", requires = "within")]
     work_dir: Option<PathBuf>,
 }
 
 impl Streaming {
-    /// Whether files have to pass by, as far as their lengths tell.
+    /// Whether files are streamed, judged by their lengths.
     pub(crate) fn is_needed(&self, inputs: &[&Path], loading: &Loading) -> Result<bool, Failure> {
         is_beyond(self.memory, inputs, loading)
     }
 
-    /// Refuses repairs, which need the whole mesh.
+    /// Refuses repairs, which need the whole mesh in memory.
     pub(crate) fn check(loading: &Loading) -> Result<(), Failure> {
         if loading.repair.any() {
             return Err(Failure::usage(
@@ -49,52 +50,47 @@ impl Streaming {
         Ok(())
     }
 
-    /// A folder for what lies on disk in the meantime.
+    /// A folder for temporary files.
     pub(crate) fn scratch(&self, output: Option<&Path>) -> Result<ScratchFolder, Failure> {
-        let beside = |path: &Path| {
-            let mut name = path.as_os_str().to_owned();
-            name.push(".work");
-            PathBuf::from(name)
-        };
-        let usual = || match output.filter(|output| !is_standard(output)) {
-            Some(output) => beside(output),
-            None => std::env::temp_dir().join(format!("curvmesh-{}.work", std::process::id())),
-        };
-        let folder = self.work_dir.clone().unwrap_or_else(usual);
-        let scratch = ScratchFolder::new(&folder).map_err(Failure::regions)?;
-        removes(&folder);
+        let output = output.filter(|output| !is_standard(output));
+        let name = output.and_then(Path::file_name).unwrap_or(OsStr::new("curvmesh"));
+        let beside =
+            || output.and_then(Path::parent).map_or_else(std::env::temp_dir, Path::to_owned);
+        let parent = self.work_dir.clone().unwrap_or_else(beside);
+        let scratch = ScratchFolder::new(&parent, name).map_err(Failure::regions)?;
+        removes(scratch.path());
         Ok(scratch)
     }
 
-    /// Reads the input of a task whose output, if there is one, is written as a stream. The folder is for
-    /// as long as what was read is needed.
-    pub(crate) fn spool_of(
+    /// Reads the input of a task whose output, if there is one, is written as a stream. The scratch folder has to live as
+    /// long as the mesh.
+    pub(crate) fn disk_mesh_of(
         &self,
         task: &Task,
         job: &Job,
         seconds: &mut Seconds,
         console: &Console,
-    ) -> Result<(Spool, ScratchFolder), Failure> {
+    ) -> Result<(DiskMesh, ScratchFolder), Failure> {
         Self::check(&job.loading)?;
         if let Some(output) = &task.output {
             check_format(output, &job.save)?;
         }
         let scratch = self.scratch(task.output.as_deref())?;
-        let spool = Seconds::time(&mut seconds.load, || {
-            self.spool(&scratch, "mesh", &task.input, &job.loading, console)
+        let disk_mesh = Seconds::time(&mut seconds.load, || {
+            self.disk_mesh(&scratch, "mesh", &task.input, &job.loading, console)
         })?;
-        Ok((spool, scratch))
+        Ok((disk_mesh, scratch))
     }
 
-    /// Reads a file as a stream, and says what was passed over.
-    pub(crate) fn spool(
+    /// Reads a file as a stream, and says what was left out.
+    pub(crate) fn disk_mesh(
         &self,
         scratch: &ScratchFolder,
         name: &str,
         input: &Path,
         loading: &Loading,
         console: &Console,
-    ) -> Result<Spool, Failure> {
+    ) -> Result<DiskMesh, Failure> {
         let stream = &mut std::io::stdin();
         let source = if is_standard(input) {
             Input::Stream(stream, Path::new("<stdin>"))
@@ -102,17 +98,17 @@ impl Streaming {
             Input::Path(input)
         };
         let memory = self.memory.unwrap_or(u64::MAX);
-        let spool = with_bar(console, |see| {
-            Spool::read(scratch, name, source, &loading.streaming(), memory, see)
+        let disk_mesh = with_bar(console, |see| {
+            DiskMesh::read(scratch, name, source, &loading.streaming(), memory, see)
         })?;
-        for note in &spool.summary().notes {
+        for note in &disk_mesh.summary().notes {
             console.message(format_args!("{}: {note}", input.display()));
         }
-        Ok(spool)
+        Ok(disk_mesh)
     }
 }
 
-/// Does something with a bar that tells how far it is.
+/// Shows a progress bar during an operation.
 pub(crate) fn with_bar<T>(
     console: &Console,
     act: impl FnOnce(&mut dyn FnMut(Step) -> bool) -> Result<T, out_of_core::Error>,
@@ -128,19 +124,19 @@ pub(crate) fn with_bar<T>(
     result.map_err(Failure::regions)
 }
 
-/// Refuses an output that cannot be written as a stream.
+/// Refuses an output format that cannot be written as a stream.
 fn check_format(output: &Path, options: &SaveOptions) -> Result<Format, Failure> {
     match options.format_of(output) {
         Some(format @ (Format::Ply | Format::Stl | Format::Obj)) => Ok(format),
         _ => Err(Failure::usage(
-            "what does not fit into the memory is written as PLY, STL or OBJ; give more memory for other formats",
+            "a mesh larger than --memory is written as PLY, STL or OBJ; allow more memory for other formats",
         )),
     }
 }
 
-/// Writes the output, if one is asked for, and says what the format could not hold.
+/// Writes the output, if there is one, and says what the format cannot hold.
 pub(crate) fn save(
-    spool: &Spool,
+    disk_mesh: &DiskMesh,
     task: &Task,
     options: &SaveOptions,
     columns: Option<Columns<'_>>,
@@ -154,13 +150,14 @@ pub(crate) fn save(
     let settings = options.write_options();
     let report = if is_standard(output) {
         let mut stdout = BufWriter::new(std::io::stdout().lock());
-        let report =
-            spool.write_to(&mut stdout, format, &settings, columns).map_err(Failure::regions)?;
+        let report = disk_mesh
+            .write_to(&mut stdout, format, &settings, columns)
+            .map_err(Failure::regions)?;
         stdout.flush().map_err(Failure::Stdout)?;
         report
     } else {
         while_writing(output, || {
-            let staged = spool.stage(output, &settings, columns).map_err(Failure::regions)?;
+            let staged = disk_mesh.stage(output, &settings, columns).map_err(Failure::regions)?;
             staged.commit().map_err(|error| Failure::write(output, error))
         })?
     };

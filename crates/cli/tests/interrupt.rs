@@ -16,8 +16,18 @@ fn catches_interrupt(process: u32) -> bool {
     u64::from_str_radix(mask.trim(), 16).unwrap() & (1 << (2 - 1)) != 0
 }
 
-/// Starts a run and interrupts it as soon as it can be, and is ready.
+/// Starts a run and sends it Ctrl-C as soon as it can be interrupted, and is ready.
 fn interrupted(
+    arguments: &[&str],
+    files: [&Path; 2],
+    is_ready: impl Fn() -> bool,
+) -> (Option<i32>, Output) {
+    signalled("INT", arguments, files, is_ready)
+}
+
+/// Starts a run and sends it a signal as soon as it can be interrupted, and is ready.
+fn signalled(
+    signal: &str,
     arguments: &[&str],
     files: [&Path; 2],
     is_ready: impl Fn() -> bool,
@@ -28,7 +38,8 @@ fn interrupted(
     while !(catches_interrupt(run.id()) && is_ready()) {
         std::thread::sleep(Duration::from_millis(5));
     }
-    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    let kill =
+        Command::new("kill").args([&format!("-{signal}"), &run.id().to_string()]).status().unwrap();
     assert!(kill.success());
     let ended = run.wait_with_output().unwrap();
     (ended.status.code(), ended)
@@ -77,11 +88,15 @@ fn an_interrupted_stream_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();
     let [input, output] = ["in.ply", "out.ply"].map(|name| folder.path().join(name));
     write(Torus { major: 5.0, minor: 2.0 }.mesh(1000, 500).unwrap(), &input);
-    let work = folder.path().join("out.ply.work");
-    let is_ready = || work.join("scratch").exists();
-    let (code, ended) =
-        interrupted(&["curvature", "--memory", "31MiB"], [&input, &output], is_ready);
-    let said = String::from_utf8(ended.stderr).unwrap();
-    assert_eq!(code, Some(130), "{said}");
-    assert_eq!(files(folder.path()), [input]);
+    let is_ready = || {
+        let mut entries = std::fs::read_dir(folder.path()).unwrap();
+        entries.any(|entry| entry.unwrap().path().join("mesh").exists())
+    };
+    for (signal, expected) in [("INT", 130), ("TERM", 143), ("HUP", 129)] {
+        let arguments = ["curvature", "--memory", "31MiB"];
+        let (code, ended) = signalled(signal, &arguments, [&input, &output], is_ready);
+        let said = String::from_utf8(ended.stderr).unwrap();
+        assert_eq!(code, Some(expected), "{said}");
+        assert_eq!(files(folder.path()), std::slice::from_ref(&input));
+    }
 }

@@ -76,6 +76,28 @@ fn endpoint_placement_keeps_a_subset_of_the_vertices() {
 }
 
 #[test]
+fn levels_have_sensible_defaults_and_go_to_a_folder_of_any_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let levels = folder.path().join("scan.v2");
+    // Levels with fewer than 100 faces are left out, except for the first one.
+    for (size, expected) in [(60, &[1800, 900, 360, 180][..]), (24, &[288, 144]), (12, &[72])] {
+        let input = torus(folder.path(), size);
+        let report = json(&["lod", text(&input), "-o", text(&levels)]);
+        let found = report["levels"].as_array().unwrap();
+        let faces: Vec<u64> = found.iter().map(|level| level["faces"].as_u64().unwrap()).collect();
+        assert_eq!(faces, expected);
+        assert!(found.iter().all(|level| level["output"].as_str().unwrap().contains("scan.v2")));
+    }
+    let (code, said) = code(&["lod", text(&torus(folder.path(), 60)), "-o", text(&levels)]);
+    assert!(code == 0 && said.contains("50 %, 25 %, 10 %, 5 % of the faces"), "{said}");
+    // A single file for several levels has to be GLB or glTF, as before.
+    let single = folder.path().join("single.ply");
+    let refused =
+        crate::common::code(&["lod", text(&folder.path().join("torus.ply")), "-o", text(&single)]);
+    assert_eq!(refused.0, 2, "{refused:?}");
+}
+
+#[test]
 fn levels_are_nested_and_a_record_replays_them_exactly() {
     let folder = tempfile::tempdir().unwrap();
     let input = torus(folder.path(), 60);

@@ -1,4 +1,4 @@
-//! Regions as one file, without ever being one mesh in memory: for results that are larger than that.
+//! The refined regions of a level as one file, for results that do not fit into memory.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,12 +6,11 @@ use std::path::Path;
 use mesh_io::{Staged, stage_file};
 
 use crate::error::Error;
-use crate::finish::NONE;
 use crate::region::Region;
+use crate::renumber::NONE;
 use crate::work::Work;
 
-/// Writes the finished regions of a level as binary PLY, vertices and faces cell by cell; returns the number of
-/// faces.
+/// Writes the refined regions of a level as binary PLY, vertices and faces cell by cell. Returns the number of faces.
 ///
 /// # Errors
 /// A region is missing or damaged, there are too many vertices for PLY, or the file cannot be written.
@@ -21,31 +20,32 @@ pub fn assemble(work: &Work, level: u32, path: &Path) -> Result<u64, Error> {
     Ok(faces)
 }
 
-/// Does all that [`assemble()`] does except for the last step: the file takes its place when it is committed.
+/// As [`assemble()`], but the file only takes its place when it is committed.
 ///
 /// # Errors
 /// As [`assemble()`].
 pub fn stage_assembled(work: &Work, level: u32, path: &Path) -> Result<(Staged, u64), Error> {
     let cells = work.cells(level)?;
-    // Which vertices are asked for by the faces of other cells, and their numbers in the end.
-    let mut asked: BTreeMap<(u32, u64), u32> = BTreeMap::new();
+    // The vertices that faces of other cells use, by cell and index in the input, and their indices in the file.
+    let mut shared: BTreeMap<(u32, u64), u32> = BTreeMap::new();
     let mut faces = 0_u64;
     for cell in 0..cells {
-        let region = work.finished_region(level, cell)?;
+        let region = work.refined_region(level, cell)?;
         faces += region.own_face_count() as u64;
-        let others = region.homes.iter().zip(&region.vertex_ids[region.own..]);
-        asked.extend(others.map(|(&home, &id)| ((home, id), 0)));
+        let others = region.other_cells.iter().zip(&region.vertex_ids[region.own..]);
+        shared.extend(others.map(|(&home, &id)| ((home, id), 0)));
     }
-    // Where the own vertices of each cell begin.
+    // The index of the first own vertex of each cell in the file.
     let (mut starts, mut vertices) = (Vec::new(), 0_u64);
     for cell in 0..cells {
-        let region = work.finished_region(level, cell)?;
-        let ranks = ranks_of_used(&region, &asked);
+        let region = work.refined_region(level, cell)?;
+        let ranks = ranks_of_used(&region, &shared);
         starts.push(vertices);
         let ids = &region.vertex_ids[..region.own];
-        for (&(_, id), number) in asked.range_mut((cell, 0)..=(cell, u64::MAX)) {
+        for (&(_, id), number) in shared.range_mut((cell, 0)..=(cell, u64::MAX)) {
             let missing = |_| Error::damaged(work.folder(), "a vertex of a neighbour is not there");
             let place = ids.binary_search(&id).map_err(missing)?;
+            // Checked below: the file has fewer vertices than 2^31.
             *number = (vertices + u64::from(ranks[place])) as u32;
         }
         vertices += ranks.iter().filter(|&&rank| rank != NONE).count() as u64;
@@ -60,14 +60,14 @@ pub fn stage_assembled(work: &Work, level: u32, path: &Path) -> Result<(Staged, 
         writeln!(out, "element face {faces}")?;
         writeln!(out, "property list uchar int vertex_indices\nend_header")?;
         let mut region = |cell| {
-            work.finished_region(level, cell).map_err(|error| {
+            work.refined_region(level, cell).map_err(|error| {
                 failed = Some(error);
                 std::io::Error::other("a region cannot be read")
             })
         };
         for cell in 0..cells {
             let region = region(cell)?;
-            let ranks = ranks_of_used(&region, &asked);
+            let ranks = ranks_of_used(&region, &shared);
             for (position, _) in region.positions.iter().zip(&ranks).filter(|(_, r)| **r != NONE) {
                 for x in position.to_array() {
                     out.write_all(&x.to_le_bytes())?;
@@ -76,12 +76,12 @@ pub fn stage_assembled(work: &Work, level: u32, path: &Path) -> Result<(Staged, 
         }
         for cell in 0..cells {
             let region = region(cell)?;
-            let ranks = ranks_of_used(&region, &asked);
+            let ranks = ranks_of_used(&region, &shared);
             let number = |v: u32| match (v as usize).checked_sub(region.own) {
                 None => (starts[cell as usize] + u64::from(ranks[v as usize])) as u32,
                 Some(other) => {
-                    let key = (region.homes[other], region.vertex_ids[v as usize]);
-                    asked.get(&key).copied().unwrap_or_default()
+                    let key = (region.other_cells[other], region.vertex_ids[v as usize]);
+                    shared.get(&key).copied().unwrap_or_default()
                 }
             };
             for triangle in region.own_triangles() {
@@ -99,16 +99,15 @@ pub fn stage_assembled(work: &Work, level: u32, path: &Path) -> Result<(Staged, 
     }
 }
 
-/// Of each own vertex of a region that a face of it or of another region uses, how many such ones are before it;
-/// [`NONE`] for others. A vertex whose faces all belong to one neighbour lies within that one, and has become one
-/// of its own.
-fn ranks_of_used(region: &Region, asked: &BTreeMap<(u32, u64), u32>) -> Vec<u32> {
+/// Numbers the own vertices of a region that an own face or another region uses; [`NONE`] for others. (If one neighbour owns
+/// all faces of a vertex, the vertex lies within the faces of that neighbour, which owns it after the refinement.)
+fn ranks_of_used(region: &Region, shared: &BTreeMap<(u32, u64), u32>) -> Vec<u32> {
     let mut is_used = vec![false; region.own];
     for v in region.own_triangles().flatten().filter(|&v| (v as usize) < region.own) {
         is_used[v as usize] = true;
     }
     let ids = &region.vertex_ids[..region.own];
-    for (&(_, id), _) in asked.range((region.cell, 0)..=(region.cell, u64::MAX)) {
+    for (&(_, id), _) in shared.range((region.cell, 0)..=(region.cell, u64::MAX)) {
         if let Ok(place) = ids.binary_search(&id) {
             is_used[place] = true;
         }

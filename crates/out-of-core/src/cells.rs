@@ -1,4 +1,4 @@
-//! Space in cells with about equally many vertices each: a binary tree of planes.
+//! The partition of space into cells with equally many vertices: a k-d tree.
 
 use core::ops::ControlFlow;
 
@@ -6,24 +6,25 @@ use glam::DVec3;
 use mesh_core::BoundingBox;
 use serde::{Deserialize, Serialize};
 
-/// A binary tree of planes across the axes. Its leaves are the cells of level 0, numbered from left to
-/// right; those of a higher level are subtrees, so that neighbours are joined by cutting off binary digits.
+/// A k-d tree: a complete binary tree of planes across the axes. Its leaves are the cells of level 0, numbered from
+/// left to right. Cells of higher levels are subtrees: the number of the cell that a cell is joined to is its own without
+/// its last binary digits.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cells {
-    /// The planes in the order of a heap: those below plane i are 2 i + 1 and 2 i + 2.
+    /// The planes as a heap: the children of plane i are 2 i + 1 and 2 i + 2.
     planes: Vec<Plane>,
 }
 
-/// Where space is halved.
+/// A plane across an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Plane {
     axis: u8,
-    /// What is below this is on the left.
+    /// Points with a smaller coordinate are on the left.
     at: f64,
 }
 
 impl Cells {
-    /// Two to the power of `depth` cells with equally many of the sites each, as far as these differ.
+    /// Makes 2^`depth` cells with equally many of the sites each, as far as these differ. The depth is 20 at most.
     pub(crate) fn new(mut sites: Vec<DVec3>, depth: u32) -> Self {
         let unset = Plane { axis: 0, at: 0.0 };
         let mut cells = Self { planes: vec![unset; (1 << depth) - 1] };
@@ -45,21 +46,35 @@ impl Cells {
             sites.select_nth_unstable_by(middle, |a, b| a[axis].total_cmp(&b[axis]));
             at = sites[middle][axis];
         }
+        // The axis is 0, 1 or 2.
         self.planes[node] = Plane { axis: axis as u8, at };
-        // By the plane itself, as everything else will be.
+        // Points on the plane go right, as in `cell_of`.
         let (mut left, mut right): (Vec<DVec3>, Vec<DVec3>) =
             sites.iter().partition(|site| site[axis] < at);
         self.halve(&mut left, 2 * node + 1);
         self.halve(&mut right, 2 * node + 2);
     }
 
+    /// Checks a tree that was read: its depth, its axes and its planes.
+    pub(crate) fn check(&self, depth: u32) -> Result<(), String> {
+        if self.planes.len() as u64 != (1 << depth) - 1 {
+            return Err(format!("{} planes instead of 2^{depth} - 1", self.planes.len()));
+        }
+        let is_good = |plane: &Plane| plane.axis < 3 && plane.at.is_finite();
+        match self.planes.iter().find(|plane| !is_good(plane)) {
+            None => Ok(()),
+            Some(Plane { axis, at }) => Err(format!("a plane across axis {axis} at {at}")),
+        }
+    }
+
     /// The number of cells of level 0.
     #[must_use]
     pub fn count(&self) -> u32 {
+        // There are 2^20 - 1 planes at most.
         self.planes.len() as u32 + 1
     }
 
-    /// The part of space that is a cell: infinite where it is outermost.
+    /// The box of a cell, which is infinite towards the outside.
     #[must_use]
     pub fn bounds(&self, cell: u32) -> BoundingBox {
         let mut bounds = BoundingBox { min: DVec3::NEG_INFINITY, max: DVec3::INFINITY };
@@ -78,7 +93,7 @@ impl Cells {
         bounds
     }
 
-    /// Calls `visit` with every cell that a box reaches into, or touches, in ascending order.
+    /// Calls `visit` with each cell that intersects or touches a box, in ascending order.
     pub(crate) fn each_cell_of(
         &self,
         low: DVec3,
@@ -96,6 +111,7 @@ impl Cells {
         visit: &mut dyn FnMut(u32) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
         let Some(plane) = self.planes.get(node) else {
+            // There are 2^20 leaves at most.
             return visit((node - self.planes.len()) as u32);
         };
         let axis = usize::from(plane.axis);
@@ -108,7 +124,7 @@ impl Cells {
         ControlFlow::Continue(())
     }
 
-    /// The cell that a point lies in.
+    /// The cell of a point.
     #[must_use]
     pub fn cell_of(&self, point: DVec3) -> u32 {
         let mut node = 0;
@@ -134,7 +150,7 @@ mod tests {
         assert!(counts.iter().all(|&count| (1200..1300).contains(&count)), "{counts:?}");
         assert!(cells.cell_of(DVec3::splat(1e30)) < 16 && cells.cell_of(DVec3::splat(-1e30)) < 16);
         assert_eq!(Cells::new(sites, 0).count(), 1);
-        // Nothing to tell apart: everything in one cell, and no endless loop.
+        // Equal points are all in one cell.
         let same = Cells::new(vec![DVec3::ONE; 100], 3);
         assert_eq!(same.cell_of(DVec3::ONE), same.cell_of(DVec3::splat(1.0)));
         assert_eq!(Cells::new(Vec::new(), 2).count(), 4);

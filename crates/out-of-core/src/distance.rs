@@ -1,11 +1,9 @@
-//! The distance between two surfaces of which neither need fit into memory.
+//! The distance between two surfaces, of which neither need fit into memory.
 //!
-//! Space is halved into cells by the vertices of the surface that distances go to, and each cell gets the
-//! triangles whose boxes meet it. A point is first measured against the triangles of the cell that it lies in.
-//! If nothing outside the cell can be closer than what is found there, that is its distance; else it goes on
-//! through the other cells that are closer than the closest point so far. Cells take their points in one
-//! ascending row, so that each is in memory twice at most. Nothing is left out, so the distances are those that
-//! one would find in the whole.
+//! A k-d tree over the vertices of the target surface divides space into cells. Each cell gets the triangles whose boxes
+//! intersect it. A point is first measured against the triangles of its own cell. If no other cell is closer than the
+//! closest point found there, that is its distance. Otherwise the point goes on through the closer cells, in ascending
+//! order, so that each cell is in memory twice at most. The search is exact: distances are those to the whole surface.
 
 use core::ops::ControlFlow;
 
@@ -16,57 +14,59 @@ use mesh_metric::{
 };
 
 use crate::cells::Cells;
+use crate::disk_mesh::DiskMesh;
 use crate::error::Error;
-use crate::incoming::{Incoming, MOST_FILES};
-use crate::scratch::{Scratch, Sink, Source, point_bytes, point_of};
-use crate::spool::Spool;
-use crate::work::Step;
+use crate::ingest::{Ingested, MOST_FILES};
+use crate::scratch_file::{ScratchFile, ScratchReader, ScratchWriter, point_bytes, point_of};
+use crate::step::Step;
 
 /// The bytes that a triangle takes while points are measured against it.
 const PER_FACE: u64 = 330;
-/// Points that are measured at a time.
+/// The number of points that are measured at a time.
 const AT_A_TIME: usize = 1 << 15;
 
-/// Measures the distances between two surfaces as [`mesh_metric::compare`] does: the points are the same, and so
-/// is the distance of each; sums are formed in another order, so that means may differ in their last digits.
+/// Measures the distances between two surfaces as [`mesh_metric::compare`] does. The sample points and their distances
+/// are the same. Sums are formed in another order, so that means may differ in their last digits.
 ///
 /// # Errors
 /// A surface has no faces, or a face with a vertex that is not there; the files cannot be read or written; the
-/// memory is too little.
+/// memory limit is too small.
 pub fn distance(
-    first: &Spool,
-    second: &Spool,
+    first: &DiskMesh,
+    second: &DiskMesh,
     options: &CompareOptions,
-    see: &mut dyn FnMut(Step) -> bool,
+    observer: &mut dyn FnMut(Step) -> bool,
 ) -> Result<Comparison, Error> {
-    let mut one_sided = |from: &Spool, to: &Spool, level| {
+    let mut one_sided = |from: &DiskMesh, to: &DiskMesh, level| {
         let target = Target::new(to)?;
-        Probe { from, target, options, level, see: &mut *see }.measure()
+        Probe { from, target, options, level, observer: &mut *observer }.measure()
     };
     Ok(Comparison { forward: one_sided(first, second, 0)?, backward: one_sided(second, first, 1)? })
 }
 
-/// The surface that distances go to, by cells.
+/// The surface that distances are measured to, by cells.
 struct Target<'t> {
-    spool: &'t Spool,
+    disk_mesh: &'t DiskMesh,
     cells: Cells,
     boxes: Vec<BoundingBox>,
-    triangles: Vec<Option<Scratch>>,
+    triangles: Vec<Option<ScratchFile>>,
 }
 
 impl<'t> Target<'t> {
-    fn new(spool: &'t Spool) -> Result<Self, Error> {
-        let Spool { incoming, memory, folder } = spool;
-        let depth = memory.depth(incoming.summary.triangles, PER_FACE);
-        if 1 << depth > MOST_FILES {
-            return Err(memory.too_little(incoming.summary.triangles * PER_FACE / MOST_FILES));
+    fn new(disk_mesh: &'t DiskMesh) -> Result<Self, Error> {
+        let DiskMesh { ingested, memory, folder } = disk_mesh;
+        let depth = memory.depth(ingested.summary.triangles, PER_FACE)?;
+        if 1 << depth > u64::from(MOST_FILES) {
+            return Err(
+                memory.too_little(ingested.summary.triangles * PER_FACE / u64::from(MOST_FILES))
+            );
         }
-        let cells = Cells::new(incoming.sample.clone(), depth);
+        let cells = Cells::new(ingested.sample.clone(), depth);
         let mut sinks = Vec::new();
         for cell in 0..cells.count() {
-            sinks.push(Sink::new(folder.join(format!("cell-{cell}-triangles")))?);
+            sinks.push(ScratchWriter::new(folder.join(format!("cell-{cell}-triangles")))?);
         }
-        incoming.each_triangle(memory.stream(), |_, corners| {
+        ingested.each_triangle(memory.stream(), |_, corners| {
             let low = corners[0].min(corners[1]).min(corners[2]);
             let high = corners[0].max(corners[1]).max(corners[2]);
             let mut put = Ok(());
@@ -88,10 +88,10 @@ impl<'t> Target<'t> {
             return Err(mesh_metric::SurfaceError::Empty.into());
         }
         let boxes = (0..cells.count()).map(|cell| cells.bounds(cell)).collect();
-        Ok(Self { spool, cells, boxes, triangles })
+        Ok(Self { disk_mesh, cells, boxes, triangles })
     }
 
-    /// The cell in which a point is measured first: its own, or the closest one with triangles.
+    /// The cell in which a point is measured first: its own cell, or the closest cell with triangles.
     fn home(&self, point: DVec3) -> u32 {
         let own = self.cells.cell_of(point);
         if self.triangles[own as usize].is_some() {
@@ -102,7 +102,7 @@ impl<'t> Target<'t> {
         there.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(own)
     }
 
-    /// The next cell that may have something closer to a point.
+    /// The next cell that may have a closer point.
     fn next(&self, from: u32, home: u32, point: DVec3, than: f64) -> Option<u32> {
         (from..self.cells.count()).find(|&cell| {
             cell != home
@@ -116,11 +116,12 @@ impl<'t> Target<'t> {
             return Err(mesh_metric::SurfaceError::Empty.into());
         };
         let mut positions: Vec<DVec3> = Vec::new();
-        let mut source = scratch.source()?;
+        let mut source = scratch.reader()?;
         while let Some(point) = source.next()? {
             positions.push(point_of(&point));
         }
         let faces = positions.len() / 3;
+        // Three corners for each face: with this, numbers of corners fit into 32 bits.
         if positions.len() > u32::MAX as usize {
             return Err(Error::RegionTooLarge { faces: faces as u64 });
         }
@@ -130,7 +131,7 @@ impl<'t> Target<'t> {
     }
 }
 
-/// What rounding may do to a squared distance.
+/// The relative error of a squared distance by rounding, at most.
 const SLACK: f64 = 1.0 + 1e-12;
 
 /// The squared distance of a point from a box, which may be infinite.
@@ -138,20 +139,20 @@ fn squared_distance(bounds: &BoundingBox, point: DVec3) -> f64 {
     (bounds.min - point).max(point - bounds.max).max(DVec3::ZERO).length_squared()
 }
 
-/// A point on its way.
+/// A point that is measured.
 #[derive(Clone, Copy)]
 struct Point {
     at: DVec3,
-    /// Whether it counts for the mean, and not for the maximum alone.
+    /// Whether it counts for the mean. Otherwise it counts for the maximum alone.
     is_sample: bool,
     home: u32,
-    /// The closest point so far, and how far that is.
+    /// The vector to the closest point so far, and its length.
     offset: DVec3,
     distance: f64,
 }
 
 impl Point {
-    fn put(&self, to: &mut Sink) -> Result<(), Error> {
+    fn put(&self, to: &mut ScratchWriter) -> Result<(), Error> {
         to.put(&[u8::from(self.is_sample)])?;
         to.put(&self.home.to_le_bytes())?;
         to.put(&point_bytes(self.at))?;
@@ -159,7 +160,7 @@ impl Point {
         to.put(&self.distance.to_le_bytes())
     }
 
-    fn get(source: &mut Source<'_>) -> Result<Option<Self>, Error> {
+    fn get(source: &mut ScratchReader<'_>) -> Result<Option<Self>, Error> {
         let Some([is_sample]) = source.next()? else { return Ok(None) };
         Ok(Some(Self {
             is_sample: is_sample != 0,
@@ -171,7 +172,7 @@ impl Point {
     }
 }
 
-/// What distances add up to.
+/// Sums and maxima of distances.
 #[derive(Clone, Copy)]
 struct Tally {
     samples: usize,
@@ -203,7 +204,7 @@ impl Tally {
     }
 
     fn finish(self) -> OneSided {
-        // Without area there is nothing but vertices and edges to average over.
+        // A surface without area has no sample points but those on vertices and edges.
         let (count, sum, squares) = if self.samples > 0 {
             (self.samples, self.sum, self.squares)
         } else {
@@ -220,29 +221,31 @@ impl Tally {
     }
 }
 
-/// One surface on its way to another one.
+/// The measurement from one surface to another one.
 struct Probe<'p> {
-    from: &'p Spool,
+    from: &'p DiskMesh,
     target: Target<'p>,
     options: &'p CompareOptions,
     level: u32,
-    see: &'p mut dyn FnMut(Step) -> bool,
+    observer: &'p mut dyn FnMut(Step) -> bool,
 }
 
 impl Probe<'_> {
     fn measure(self) -> Result<OneSided, Error> {
         let cells = self.target.cells.count();
-        let folder = self.target.spool.folder.clone();
-        let files = |kind: &str| -> Result<Vec<Option<Sink>>, Error> {
+        let folder = self.target.disk_mesh.folder.clone();
+        let files = |kind: &str| -> Result<Vec<Option<ScratchWriter>>, Error> {
             (0..cells)
-                .map(|cell| Sink::new(folder.join(format!("cell-{cell}-{kind}"))).map(Some))
+                .map(|cell| {
+                    ScratchWriter::new(folder.join(format!("cell-{cell}-{kind}"))).map(Some)
+                })
                 .collect()
         };
-        let (mut homes, mut visits) = (files("points")?, files("visits")?);
+        let (mut other_cells, mut visits) = (files("points")?, files("visits")?);
         self.each_point(&mut |at, is_sample| {
             let home = self.target.home(at);
             let point = Point { at, is_sample, home, offset: DVec3::ZERO, distance: f64::INFINITY };
-            homes[home as usize].as_mut().map_or(Ok(()), |sink| point.put(sink))
+            other_cells[home as usize].as_mut().map_or(Ok(()), |sink| point.put(sink))
         })?;
         let mut tally = Tally {
             samples: 0,
@@ -256,14 +259,14 @@ impl Probe<'_> {
         };
         for round in 0..2 {
             for cell in 0..cells {
-                let sinks = if round == 0 { &mut homes } else { &mut visits };
+                let sinks = if round == 0 { &mut other_cells } else { &mut visits };
                 let Some(sink) = sinks[cell as usize].take() else { continue };
                 if sink.len() > 0 {
                     self.in_cell(cell, &sink.finish()?, round == 0, &mut visits, &mut tally)?;
                 }
                 let done = u64::from(round * cells + cell) + 1;
                 let of = 2 * u64::from(cells);
-                if !(self.see)(Step { what: "measuring", done, of, level: self.level }) {
+                if !(self.observer)(Step { what: "measuring", done, of, level: self.level }) {
                     return Err(Error::Stopped);
                 }
             }
@@ -275,13 +278,13 @@ impl Probe<'_> {
     fn in_cell(
         &self,
         cell: u32,
-        points: &Scratch,
+        points: &ScratchFile,
         is_home: bool,
-        visits: &mut [Option<Sink>],
+        visits: &mut [Option<ScratchWriter>],
         tally: &mut Tally,
     ) -> Result<(), Error> {
         let surface = self.target.surface(cell)?;
-        let mut source = points.source()?;
+        let mut source = points.reader()?;
         let mut batch = Vec::new();
         loop {
             batch.clear();
@@ -321,17 +324,17 @@ impl Probe<'_> {
         }
     }
 
-    /// Calls `take` with the points to be measured, and whether they count for the mean.
+    /// Calls `take` with each point that is measured, and whether it counts for the mean.
     fn each_point(
         &self,
         take: &mut dyn FnMut(DVec3, bool) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let Spool { incoming, memory, .. } = self.from;
+        let DiskMesh { ingested, memory, .. } = self.from;
         let CompareOptions { samples, vertices, edges, seed } = *self.options;
         let stream = memory.stream();
         let (mut area, mut triangles) = (0.0, 0_u64);
-        let mut is_used = vec![0_u64; if vertices { bits_of(incoming) } else { 0 }];
-        incoming.each_triangle(stream, |ids, corners| {
+        let mut is_used = vec![0_u64; if vertices { bits_of(ingested) } else { 0 }];
+        ingested.each_triangle(stream, |ids, corners| {
             area += area_of(corners);
             triangles += 1;
             if vertices {
@@ -345,7 +348,7 @@ impl Probe<'_> {
         let spacing = (area / samples.max(1) as f64).sqrt();
         let mut line = SampleStream::new(area, samples, seed);
         let (mut passed, mut result) = (0, Ok(()));
-        incoming.each_triangle(stream, |[a, b, c], corners| {
+        ingested.each_triangle(stream, |[a, b, c], corners| {
             passed += 1;
             line.pass(corners, passed == triangles, &mut |point| {
                 if result.is_ok() {
@@ -358,7 +361,7 @@ impl Probe<'_> {
             }
             let [p, q, r] = corners;
             for (from, to) in [((a, p), (b, q)), ((b, q), (c, r)), ((c, r), (a, p))] {
-                // From the lower number, as in the whole; both faces of an edge give the same points.
+                // From the vertex with the lower index, so that both faces of an edge give the same points.
                 let (low, high) = if from.0 < to.0 { (from, to) } else { (to, from) };
                 points_of_edge([low.1, high.1], spacing, samples)
                     .try_for_each(|point| take(point, false))?;
@@ -366,7 +369,7 @@ impl Probe<'_> {
             Ok(())
         })?;
         if vertices {
-            incoming.each_vertex(|v, point| {
+            ingested.each_vertex(|v, point| {
                 let is_used = is_used[(v / 64) as usize] >> (v % 64) & 1 == 1;
                 if is_used { take(point, false) } else { Ok(()) }
             })?;
@@ -375,7 +378,7 @@ impl Probe<'_> {
     }
 }
 
-/// The words of 64 bits that one bit for each vertex takes.
-fn bits_of(incoming: &Incoming) -> usize {
-    incoming.summary.vertices.div_ceil(64) as usize
+/// The number of words of 64 bits for one bit for each vertex.
+fn bits_of(ingested: &Ingested) -> usize {
+    ingested.summary.vertices.div_ceil(64) as usize
 }

@@ -1,11 +1,11 @@
-//! What can go wrong with a mesh on disk.
+//! Errors of work with meshes on disk.
 
 use std::path::{Path, PathBuf};
 
 use mesh_io::{ReadError, WriteError};
 use simplify::SimplifyError;
 
-/// Why a step could not be done. What it was to write is not there, or as it was.
+/// Why a step has failed. Its outputs are missing, or as they were before.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -15,7 +15,7 @@ pub enum Error {
     /// An output cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// A file of the work folder cannot be opened, read or written.
+    /// A file or folder cannot be opened, read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file.
@@ -23,17 +23,35 @@ pub enum Error {
         /// The cause.
         source: std::io::Error,
     },
-    /// A file of the work folder is not what a step before this one has written.
-    #[error("{}: {reason}; remove it, and do the step that makes it again", path.display())]
+    /// A file of the work folder is not what an earlier step has written.
+    #[error("{}: {reason}; remove it, and run the step that makes it again", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
         reason: String,
     },
-    /// The work folder is that of another run.
+    /// The folder is no work folder, or its input was not split to the end.
     #[error(
-        "{}: this folder belongs to a run with another {what}; take another folder, or remove this one",
+        "{}: there is no run in this folder; name the folder of a run, or split the input again",
+        path.display()
+    )]
+    NoWorkFolder {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// Another process works in the folder.
+    #[error(
+        "{}: another process works in this folder; wait until it has ended, or name another folder",
+        path.display()
+    )]
+    InUse {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The work folder belongs to another run.
+    #[error(
+        "{}: this folder belongs to a run with another {what}; name another folder, or remove this one",
         path.display()
     )]
     OtherRun {
@@ -42,7 +60,7 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
-    /// The work folder holds files of others.
+    /// The folder holds files that are not those of a run.
     #[error("{}: this folder holds other files; name a new one, or an empty one", path.display())]
     NotEmpty {
         /// The folder.
@@ -53,13 +71,13 @@ pub enum Error {
         "vertex {vertex} has a coordinate that is not finite: {position:?}; remove it from the file"
     )]
     NotFinite {
-        /// The vertex, counted from zero; of formats without vertices, the corner.
+        /// The vertex, counted from zero. In formats without vertices, the corner.
         vertex: u64,
-        /// Where it is said to be.
+        /// Its position in the file.
         position: [f64; 3],
     },
     /// A face refers to a vertex that is not there.
-    #[error("face {face} uses vertex {vertex}, of which there are only {count}")]
+    #[error("face {face} uses vertex {vertex}, but there are only {count} vertices")]
     NoSuchVertex {
         /// The face, counted from zero.
         face: u64,
@@ -70,7 +88,7 @@ pub enum Error {
     },
     /// A face uses a vertex twice.
     #[error(
-        "a face uses vertex {vertex} twice; allow such faces to be dropped with --drop-degenerate or --lenient"
+        "a face uses vertex {vertex} twice; drop such faces with --drop-degenerate or --lenient"
     )]
     Degenerate {
         /// The vertex, counted from zero.
@@ -78,18 +96,18 @@ pub enum Error {
     },
     /// The surface is not manifold at a vertex.
     #[error(
-        "the surface is not an oriented manifold at vertex {vertex}; allow it to be cut there with --lenient"
+        "the surface is not an oriented manifold at vertex {vertex}; cut it there with --lenient"
     )]
     NotManifold {
         /// The vertex, counted from zero.
         vertex: u64,
     },
-    /// The surface that is left cannot be made one mesh.
+    /// The faces that are left cannot be built into one mesh.
     #[error(transparent)]
     Build(Box<mesh_core::BuildError>),
-    /// Regions that are to be joined know of vertices that their neighbours do not have.
+    /// A region refers to vertices that its neighbour does not have.
     #[error(
-        "the region of cell {cell} does not fit that of cell {other}: they are not of the same run"
+        "the regions of cells {cell} and {other} do not fit together: they belong to different runs"
     )]
     DoNotFit {
         /// A cell.
@@ -97,33 +115,49 @@ pub enum Error {
         /// Its neighbour.
         other: u32,
     },
-    /// A region is too large for numbers of 32 bits.
+    /// A region is too large for indices of 32 bits.
     #[error(
-        "a region has {faces} faces, more than numbers of 32 bits can tell apart: too many vertices are in the same place"
+        "a region has {faces} faces, too many for indices of 32 bits; allow less memory, so that regions are smaller"
     )]
     RegionTooLarge {
         /// Its faces.
         faces: u64,
     },
-    /// The memory that may be taken is too small to work in.
-    #[error("{given} bytes of memory are too few to work in; allow at least {least}")]
+    /// The input has more faces than the largest number of regions can hold.
+    #[error("{faces} faces are too many for regions of {region_faces} faces; allow more memory")]
+    TooManyRegions {
+        /// The faces of the input.
+        faces: u64,
+        /// The faces that a region may have.
+        region_faces: u64,
+    },
+    /// The input has more vertices than the files on disk can number.
+    #[error(
+        "the input has more than {most} vertices, which is too many to be numbered on disk; split the file"
+    )]
+    TooManyVertices {
+        /// The largest number of vertices.
+        most: u64,
+    },
+    /// The memory limit is too small.
+    #[error("{given} bytes of memory are too few; allow at least {least}")]
     TooLittleMemory {
-        /// The bytes that may be taken.
+        /// The limit in bytes.
         given: u64,
-        /// Those that are needed at least.
+        /// The least limit that is sufficient.
         least: u64,
     },
-    /// The options ask for what cannot be done region by region.
+    /// The options ask for something that cannot be done region by region.
     #[error("{0} cannot be done region by region; {1}")]
     Unsupported(&'static str, &'static str),
-    /// An option of the simplification makes no sense.
+    /// The simplification has failed, or one of its options makes no sense.
     #[error(transparent)]
     Simplify(#[from] SimplifyError),
     /// A distance cannot be measured.
     #[error(transparent)]
     Surface(#[from] mesh_metric::SurfaceError),
-    /// The observer said to stop. What is finished stays, and the run can be resumed.
-    #[error("stopped; what is finished is kept in the work folder")]
+    /// The observer has ended the run. What is done stays, and the run can be resumed.
+    #[error("stopped; finished steps are kept in the work folder")]
     Stopped,
 }
 

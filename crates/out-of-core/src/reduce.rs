@@ -1,34 +1,35 @@
-//! One region by itself: collapsed up to a cost, and how far that has taken it.
+//! Collapsing one region up to a cost, and proving how far that moves its faces.
 
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::blocks::{CostThreshold, FlatMesh, Fragment, Rules};
 
 use crate::error::Error;
 use crate::region::Region;
+use crate::renumber::{inverse, renumbered};
 
-/// Collapses the edges of a region that cost less than a ceiling. What belongs to other cells stays as it
-/// is, with everything next to it. The bits depend on nothing but what is given here.
+/// Collapses the edges of a region up to a cost. Vertices of other cells and their neighbours stay. The result is a pure
+/// function of the arguments, bit for bit.
 #[must_use]
-pub fn reduce(region: Region, rules: &Rules, ceiling: CostThreshold) -> Region {
+pub fn reduce(region: Region, rules: &Rules, cost_threshold: CostThreshold) -> Region {
     let pass = region.level as usize;
-    let ceiling = ceiling.for_sheet(region.cell);
+    let cost_threshold = cost_threshold.for_sheet(region.cell);
     let (fragment, places, rest) = region.into_fragment();
-    let reduced = FlatMesh::from_fragment(fragment).reduce(pass, rules, ceiling).into_fragment();
+    let reduced =
+        FlatMesh::from_fragment(fragment).reduce(pass, rules, cost_threshold).into_fragment();
     rest.followed_by(reduced, &places)
 }
 
 impl Region {
-    /// The region after a pass over its fragment, whose vertices had these places: in the old order.
+    /// The region with its fragment after a pass, whose vertices had these indices here; in the order of the region.
     fn followed_by(self, fragment: Fragment, places: &[u32]) -> Self {
         let Fragment { positions, own, quadrics, triangles, vertex_ids } = fragment;
         let place = |&v: &u32| places[v as usize];
         let mut order: Vec<(u32, u32)> =
             vertex_ids.iter().map(place).zip(0..vertex_ids.len() as u32).collect();
         order.sort_unstable();
-        let mut number = vec![0_u32; order.len()];
-        order.iter().enumerate().for_each(|(new, &(_, v))| number[v as usize] = new as u32);
-        // Stuck vertices are own ones that did not take part.
-        let left = own + self.stuck.len();
+        let number = inverse(order.iter().map(|&(_, v)| v));
+        // Non-manifold vertices are own vertices, too.
+        let left = own + self.non_manifold.len();
         let quadric = |&(_, v): &(u32, u32)| quadrics.get(v as usize).copied().unwrap_or_default();
         let of_old = |old: u32| order.partition_point(|&(place, _)| place < old) as u32;
         Self {
@@ -36,17 +37,17 @@ impl Region {
             cell: self.cell,
             own: left,
             vertex_ids: order.iter().map(|&(old, _)| self.vertex_ids[old as usize]).collect(),
-            homes: self.homes,
-            stuck: self.stuck.iter().map(|&old| of_old(old)).collect(),
+            other_cells: self.other_cells,
+            non_manifold: self.non_manifold.iter().map(|&old| of_old(old)).collect(),
             positions: order.iter().map(|&(_, v)| positions[v as usize]).collect(),
             quadrics: order[..left].iter().map(quadric).collect(),
-            triangles: triangles.iter().map(|t| t.map(|v| number[v as usize])).collect(),
+            triangles: renumbered(&triangles, &number),
         }
     }
 }
 
-/// How far the faces of a cell are from what they have become, proved, both ways: an upper bound that is at
-/// most `tolerance` too large, or more where that would take too long.
+/// A proved upper bound of the Hausdorff distance between the own faces of a region before and after a step, in model
+/// units. The bound is at most `tolerance` too large, or more where that would take too long.
 ///
 /// # Errors
 /// A position is not finite.
@@ -64,7 +65,7 @@ pub fn proved_distance(before: &Region, after: &Region, tolerance: f64) -> Resul
             Ok(hausdorff_bounds(&before, &after, &options).upper)
         }
         (None, None) => Ok(0.0),
-        // A cell whose faces are all gone is as far as can be; no collapse does that.
+        // Collapses do not remove all faces of a cell.
         _ => Ok(f64::INFINITY),
     }
 }

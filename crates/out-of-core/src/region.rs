@@ -1,22 +1,21 @@
-//! A region of a mesh, by itself: as data, and as a file.
+//! A region of a mesh, as data and as a file.
 //!
-//! A file is, with all numbers little-endian:
+//! The format of the file; all numbers are little-endian:
 //!
 //! | bytes | |
 //! |---|---|
 //! | 16 | `curvmesh region`, and a byte 0 |
 //! | 4 | the version of the format, 1 |
-//! | 4, 4 | the level, and the number of the cell on it |
-//! | 8 each | the number of own vertices, of other vertices, of stuck vertices, of quadrics, of triangles |
-//! | 8 each | the number in the input of each vertex, own ones first, ascending in both parts |
+//! | 4, 4 | the level, and the cell |
+//! | 8 each | the numbers of own vertices, other vertices, non-manifold vertices, quadrics, triangles |
+//! | 8 each | the index of each vertex in the input: own vertices first, ascending in both parts |
 //! | 4 each | the cell of each other vertex |
-//! | 4 each | the stuck vertices, by place |
-//! | 24 each | the position of each vertex, three numbers of 64 bits |
+//! | 4 each | the indices of non-manifold vertices in this file |
+//! | 24 each | the position of each vertex, three numbers of 64 bits each |
 //! | 80 each | the quadrics: xx, yy, zz, yz, zx, xy, the three linear terms, the constant |
-//! | 12 each | the triangles, three places of vertices |
+//! | 12 each | the triangles, three indices of vertices in this file |
 //! | 32 | the SHA-256 checksum of everything before |
 
-use std::fs::File;
 use std::io::{BufReader, Read, Write};
 use std::path::Path;
 
@@ -26,7 +25,10 @@ use simplify::blocks::Fragment;
 use simplify::{Quadric, Symmetric3};
 
 use crate::error::Error;
-use crate::star::stuck_vertices;
+use crate::non_manifold::non_manifold_vertices;
+use crate::private_files;
+use crate::renumber::{inverse, renumbered};
+use crate::sealed_json::hex;
 
 const MAGIC: &[u8; 16] = b"curvmesh region\0";
 const VERSION: u32 = 1;
@@ -35,32 +37,31 @@ const CHECKSUM: u64 = 32;
 /// Bytes that are read or written at a time.
 const BLOCK: usize = 1 << 16;
 
-/// A region of a mesh: every face with a corner in its cell.
+/// A region of a mesh: all faces with a corner in its cell.
 ///
-/// The vertices of the cell are its own. The others belong to other cells and are there for the sake of
-/// the faces; neither they nor those next to them move before the cells are joined. A face belongs to the
-/// first of the cells of its corners, and is in the others as a copy.
+/// The region owns the vertices in its cell. It holds vertices of other cells that its faces use; these vertices and
+/// their neighbours stay where they are until the cells are joined. A face is owned by the lowest of the cells of its
+/// corners. The other cells hold copies of it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Region {
-    /// How many times cells were joined before.
+    /// The level: how many times cells were joined.
     pub level: u32,
-    /// Which cell of the level it is.
+    /// The cell.
     pub cell: u32,
-    /// How many of the vertices are its own; they come first.
+    /// The number of own vertices, which come first.
     pub own: usize,
-    /// The number of each vertex in the input; ascending among the own vertices, and among the others.
+    /// The index of each vertex in the input; ascending among own vertices, and among others.
     pub vertex_ids: Vec<u64>,
-    /// The cell, on this level, of each vertex that is not its own.
-    pub homes: Vec<u32>,
-    /// Own vertices where the surface is not manifold, ascending; they stay until the mesh is put together
-    /// and cut there.
-    pub stuck: Vec<u32>,
-    /// Where the vertices are.
+    /// The cell, on this level, of each vertex that is not owned.
+    pub other_cells: Vec<u32>,
+    /// Own vertices where the surface is not manifold, ascending. They stay until the regions are one mesh, which is cut
+    /// there.
+    pub non_manifold: Vec<u32>,
+    /// The positions of the vertices.
     pub positions: Vec<DVec3>,
-    /// What each own vertex remembers of the faces that it stands for, about its position; nothing
-    /// before the first pass.
+    /// The quadric of each own vertex, relative to its position; empty before the first pass.
     pub quadrics: Vec<Quadric>,
-    /// The faces, by places of vertices.
+    /// The faces, as indices of vertices in this region.
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -68,38 +69,38 @@ impl Region {
     /// The cell of a vertex.
     pub(crate) fn home(&self, v: u32) -> u32 {
         match (v as usize).checked_sub(self.own) {
-            Some(other) => self.homes[other],
+            Some(other) => self.other_cells[other],
             None => self.cell,
         }
     }
 
-    /// Whether a face belongs to this cell, and is not a copy.
+    /// Whether this cell owns a face.
     pub(crate) fn is_owner(&self, triangle: [u32; 3]) -> bool {
         triangle.into_iter().all(|v| self.home(v) >= self.cell)
     }
 
-    /// The faces that belong to this cell.
+    /// The faces that this cell owns.
     pub fn own_triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.triangles.iter().copied().filter(|&t| self.is_owner(t))
     }
 
-    /// The number of faces that belong to this cell.
+    /// The number of faces that this cell owns.
     #[must_use]
     pub fn own_face_count(&self) -> usize {
         self.own_triangles().count()
     }
 
-    /// The region as collapses take it, and the place of each of its vertices here: stuck vertices are among
-    /// those that stay.
+    /// The fragment that the collapses work on, the index in this region of each of its vertices, and the rest of the
+    /// region. Vertices that may move come first; non-manifold vertices are among the others.
     pub(crate) fn into_fragment(self) -> (Fragment, Vec<u32>, Self) {
         let Self { positions, quadrics, triangles, .. } = self;
-        let mut is_stuck = vec![false; self.own];
-        self.stuck.iter().for_each(|&v| is_stuck[v as usize] = true);
-        let free = (0..self.own as u32).filter(|&v| !is_stuck[v as usize]);
+        let mut is_held = vec![false; self.own];
+        self.non_manifold.iter().for_each(|&v| is_held[v as usize] = true);
+        let free = (0..self.own as u32).filter(|&v| !is_held[v as usize]);
         let others = self.own as u32..positions.len() as u32;
         let mut places: Vec<u32> = free.collect();
         let own = places.len();
-        places.extend(self.stuck.iter().copied().chain(others));
+        places.extend(self.non_manifold.iter().copied().chain(others));
         let rest =
             Self { positions: Vec::new(), quadrics: Vec::new(), triangles: Vec::new(), ..self };
         if own == rest.own {
@@ -109,8 +110,7 @@ impl Region {
                 rest,
             );
         }
-        let mut number = vec![0_u32; places.len()];
-        places.iter().enumerate().for_each(|(new, &v)| number[v as usize] = new as u32);
+        let number = inverse(places.iter().copied());
         let fragment = Fragment {
             positions: places.iter().map(|&v| positions[v as usize]).collect(),
             own,
@@ -118,27 +118,26 @@ impl Region {
                 .iter()
                 .map(|&v| quadrics[v as usize])
                 .collect(),
-            triangles: triangles.iter().map(|t| t.map(|v| number[v as usize])).collect(),
+            triangles: renumbered(&triangles, &number),
             vertex_ids: Vec::new(),
         };
         (fragment, places, rest)
     }
 
-    /// Writes the region, whole or not at all; returns its checksum.
+    /// Writes the region, whole or not at all. Returns the checksum and the length of the file.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn write(&self, path: &Path) -> Result<String, Error> {
-        let mut checksum = String::new();
-        mesh_io::replace_file(path, |writer| {
-            let mut out = Summed { inner: writer, sum: Sha256::new() };
+    pub fn write(&self, path: &Path) -> Result<(String, u64), Error> {
+        let written = private_files::replace(path, |writer| {
+            let mut out = Summed { inner: writer, sum: Sha256::new(), bytes: 0 };
             self.put(&mut out)?;
-            let Summed { inner, sum } = out;
+            let Summed { inner, sum, bytes } = out;
             let sum = sum.finalize();
-            checksum = hex(&sum);
-            inner.write_all(&sum)
-        })?;
-        Ok(checksum)
+            inner.write_all(&sum)?;
+            Ok((hex(&sum), bytes + CHECKSUM))
+        });
+        written.map_err(Error::io(path))
     }
 
     fn put(&self, out: &mut impl Write) -> std::io::Result<()> {
@@ -148,8 +147,8 @@ impl Region {
         }
         let counts = [
             self.own,
-            self.homes.len(),
-            self.stuck.len(),
+            self.other_cells.len(),
+            self.non_manifold.len(),
             self.quadrics.len(),
             self.triangles.len(),
         ];
@@ -157,8 +156,8 @@ impl Region {
             out.write_all(&(count as u64).to_le_bytes())?;
         }
         put_all(out, &self.vertex_ids, |id, to| to.extend_from_slice(&id.to_le_bytes()))?;
-        put_all(out, &self.homes, |home, to| to.extend_from_slice(&home.to_le_bytes()))?;
-        put_all(out, &self.stuck, |v, to| to.extend_from_slice(&v.to_le_bytes()))?;
+        put_all(out, &self.other_cells, |home, to| to.extend_from_slice(&home.to_le_bytes()))?;
+        put_all(out, &self.non_manifold, |v, to| to.extend_from_slice(&v.to_le_bytes()))?;
         put_all(out, &self.positions, |p, to| {
             p.to_array().iter().for_each(|x| to.extend_from_slice(&x.to_le_bytes()));
         })?;
@@ -173,23 +172,23 @@ impl Region {
         })
     }
 
-    /// Reads a region, and checks it against its checksum.
+    /// Reads a region, and checks its checksum and its content.
     ///
     /// # Errors
-    /// The file cannot be read, is cut short, is no region, or was changed.
+    /// The file cannot be read, is cut short, is not the file of a region, or was changed.
     pub fn read(path: &Path) -> Result<Self, Error> {
         Self::read_checked(path).map(|(region, _)| region)
     }
 
-    /// As [`Region::read`], with the checksum.
+    /// As [`Region::read`]; returns the checksum too.
     pub(crate) fn read_checked(path: &Path) -> Result<(Self, String), Error> {
-        let file = File::open(path).map_err(Error::io(path))?;
+        let file = private_files::open(path).map_err(Error::io(path))?;
         let size = file.metadata().map_err(Error::io(path))?.len();
         let buffered = BufReader::with_capacity(BLOCK, file);
         let mut input = Summing { inner: buffered, sum: Sha256::new(), path };
         let damaged = |reason: &str| Error::damaged(path, reason);
         if size < HEADER + CHECKSUM || &input.array::<16>()? != MAGIC {
-            return Err(damaged("this is no file of a region"));
+            return Err(damaged("this is not the file of a region"));
         }
         let [version, level, cell] = [input.u32()?, input.u32()?, input.u32()?];
         if version != VERSION {
@@ -201,21 +200,25 @@ impl Region {
         for count in &mut counts {
             *count = u64::from_le_bytes(input.array()?);
         }
-        let [own, others, stuck, quadrics, triangles] = counts;
+        let [own, others, non_manifold, quadrics, triangles] = counts;
         let bytes = |count: u64, each: u64| count.checked_mul(each);
-        let expected = [(own, 32), (others, 36), (stuck, 4), (quadrics, 80), (triangles, 12)]
-            .into_iter()
-            .try_fold(HEADER + CHECKSUM, |sum, (count, each)| sum.checked_add(bytes(count, each)?));
+        let expected =
+            [(own, 32), (others, 36), (non_manifold, 4), (quadrics, 80), (triangles, 12)]
+                .into_iter()
+                .try_fold(HEADER + CHECKSUM, |sum, (count, each)| {
+                    sum.checked_add(bytes(count, each)?)
+                });
         if expected != Some(size) {
             return Err(damaged(&format!(
-                "{size} bytes long, not as its header says; it was cut short"
+                "it is {size} bytes long, which is not what its header says; it was cut short"
             )));
         }
+        // Both counts are below the length of the file, so that their sum fits.
         if own + others > u64::from(u32::MAX) || triangles > u64::from(u32::MAX) / 3 {
             return Err(Error::RegionTooLarge { faces: triangles });
         }
         if quadrics != 0 && quadrics != own {
-            return Err(damaged("as many quadrics as own vertices are expected, or none"));
+            return Err(damaged("it has some quadrics, but not one for each own vertex"));
         }
         let vertices = (own + others) as usize;
         let region = Self {
@@ -223,8 +226,8 @@ impl Region {
             cell,
             own: own as usize,
             vertex_ids: input.all::<8, _>(vertices, u64::from_le_bytes)?,
-            homes: input.all::<4, _>(others as usize, u32::from_le_bytes)?,
-            stuck: input.all::<4, _>(stuck as usize, u32::from_le_bytes)?,
+            other_cells: input.all::<4, _>(others as usize, u32::from_le_bytes)?,
+            non_manifold: input.all::<4, _>(non_manifold as usize, u32::from_le_bytes)?,
             positions: input
                 .all::<24, _>(vertices, |bytes| DVec3::from(doubles::<24, 3>(bytes)))?,
             quadrics: input.all::<80, _>(quadrics as usize, |bytes| {
@@ -251,41 +254,48 @@ impl Region {
         Ok((region, hex(&sum)))
     }
 
-    /// A checksum says that nothing was changed by accident, and nothing about who has written it.
+    /// Checks the content: a checksum only shows that nothing has changed since it was written.
     fn check(&self, path: &Path) -> Result<(), Error> {
         let damaged = |reason: &str| Err(Error::damaged(path, reason));
         if self.triangles.as_flattened().iter().any(|&v| v as usize >= self.positions.len()) {
-            return damaged("a triangle of a vertex that is not there");
+            return damaged("a triangle uses a vertex that is not there");
         }
         if self.triangles.iter().any(|[a, b, c]| a == b || b == c || c == a) {
-            return damaged("a triangle with a vertex twice");
+            return damaged("a triangle uses a vertex twice");
         }
-        if self.stuck.iter().any(|&v| v as usize >= self.own)
-            || !self.stuck.is_sorted_by(|a, b| a < b)
+        if self.non_manifold.iter().any(|&v| v as usize >= self.own)
+            || !self.non_manifold.is_sorted_by(|a, b| a < b)
         {
-            return damaged("stuck vertices out of range or order");
+            return damaged("its non-manifold vertices are out of range or order");
         }
-        let found = stuck_vertices(self.own, &self.triangles);
-        if found.iter().any(|v| self.stuck.binary_search(v).is_err()) {
-            return damaged("a surface that is no manifold where it says that it is");
+        let found = non_manifold_vertices(self.own, &self.triangles);
+        if found.iter().any(|v| self.non_manifold.binary_search(v).is_err()) {
+            return damaged("the surface is not manifold at a vertex that is not marked so");
         }
         let (own, others) = self.vertex_ids.split_at(self.own);
         if !own.is_sorted_by(|a, b| a < b) || !others.is_sorted_by(|a, b| a < b) {
-            return damaged("vertices out of order");
+            return damaged("its vertices are out of order");
         }
-        if self.homes.contains(&self.cell) {
-            return damaged("a vertex of the cell among those of others");
+        if self.other_cells.contains(&self.cell) {
+            return damaged("a vertex of its own cell is among those of other cells");
         }
         if !self.positions.iter().all(|p| p.is_finite()) {
-            return damaged("a coordinate that is not finite");
+            return damaged("a coordinate is not finite");
+        }
+        if !self.quadrics.iter().all(is_finite) {
+            return damaged("a quadric is not finite");
         }
         Ok(())
     }
 }
 
-/// A checksum in hexadecimal digits.
-pub(crate) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+/// Whether all numbers of a quadric are finite.
+fn is_finite(quadric: &Quadric) -> bool {
+    let Quadric { matrix, linear, constant } = quadric;
+    matrix.diagonal.is_finite()
+        && matrix.mixed.is_finite()
+        && linear.is_finite()
+        && constant.is_finite()
 }
 
 fn doubles<const N: usize, const M: usize>(bytes: [u8; N]) -> [f64; M] {
@@ -310,16 +320,18 @@ fn put_all<T>(
     Ok(())
 }
 
-/// Adds up what passes.
+/// A writer that computes the checksum of what is written.
 struct Summed<W> {
     inner: W,
     sum: Sha256,
+    bytes: u64,
 }
 
 impl<W: Write> Write for Summed<W> {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.inner.write(bytes)?;
         self.sum.update(&bytes[..written]);
+        self.bytes += written as u64;
         Ok(written)
     }
 
@@ -328,7 +340,7 @@ impl<W: Write> Write for Summed<W> {
     }
 }
 
-/// Reads arrays and adds up their bytes.
+/// A reader of arrays that computes the checksum of what is read.
 struct Summing<'p, R> {
     inner: R,
     sum: Sha256,
@@ -347,7 +359,7 @@ impl<R: Read> Summing<'_, R> {
         self.array().map(u32::from_le_bytes)
     }
 
-    /// So many values of `N` bytes each; the length of the file is known to be enough for them.
+    /// Reads values of `N` bytes each. The caller has checked that the file is long enough.
     fn all<const N: usize, T>(
         &mut self,
         count: usize,

@@ -1,52 +1,56 @@
-//! A run from an input to a mesh, step after step on this machine.
+//! All steps of a run, one after the other, in this process.
 
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, Surface, hausdorff_bounds};
 use simplify::StopReason;
 
 use crate::error::Error;
-use crate::finish::{Finishing, refinement};
-use crate::finish_region::finish_region;
+use crate::final_collapse::{collapse_in_memory, final_fragment};
+use crate::lod_outputs::write_lod_outputs;
+use crate::manifest::Manifest;
 use crate::plan::{Next, Plan};
+use crate::record::Record;
 use crate::reduce::proved_distance;
-use crate::rest::{collapse_rest, rest_of};
-use crate::stages::finish_stages;
-use crate::work::{Manifest, Record, Step, Work, add_up};
+use crate::refine::{Refinement, refinement};
+use crate::refine_region::refine_region;
+use crate::step::Step;
+use crate::work::{Work, add_up};
 
-/// What is left of a mesh.
+/// A result.
 #[derive(Clone, Debug)]
-pub enum Left {
-    /// A mesh.
-    Mesh(TriMesh),
-    /// More than fits into memory: the regions of a level, which [`assemble`](crate::assemble()) puts together.
-    Regions {
+pub enum ResultMesh {
+    /// A mesh in memory.
+    InMemory(TriMesh),
+    /// Refined regions of a level on disk, which [`assemble`](crate::assemble()) joins to a file.
+    OnDisk {
         /// The level.
         level: u32,
     },
 }
 
-/// A simplified mesh and how it came about.
+/// The results of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// What is left: of several results, the coarsest.
-    pub left: Left,
+    /// The coarsest result.
+    pub result: ResultMesh,
     /// The number of its faces.
     pub faces: u64,
-    /// The faces on each level, from the input up.
+    /// The number of faces of each level, from the input up.
     pub levels: Vec<u64>,
-    /// The cells on each level.
+    /// The number of cells of each level.
     pub cells: Vec<u32>,
-    /// Why it stopped.
+    /// Why the collapses have ended.
     pub stop: StopReason,
-    /// No point of the input or of the result is farther from the other one than this, if that was proved.
+    /// A proved upper bound of the Hausdorff distance between input and result, in model units. `None` if nothing was to
+    /// be proved, or no finite bound was.
     pub error: Option<f64>,
-    /// The finer levels of detail, from the finest, where [`Settings::finer`](crate::Settings::finer) names any.
-    pub finer: Vec<Finer>,
+    /// The other results, from the finest, if [`Settings::finer_levels`](crate::Settings::finer_levels) names any.
+    pub finer_levels: Vec<DetailLevel>,
 }
 
-/// A level of detail that lies in the folder of its run.
+/// A result on disk.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Finer {
+pub struct DetailLevel {
     /// The number of its faces.
     pub faces: u64,
     /// As [`Outcome::error`].
@@ -54,109 +58,113 @@ pub struct Finer {
     place: Place,
 }
 
-/// What a level of detail is made of.
+/// Where a result on disk is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Place {
-    /// The cells of a level.
+    /// In the refined cells of a level.
     Cells { level: u32 },
-    /// The rest that a level has left, in one piece.
-    Stage { level: u32, number: u32 },
+    /// In a file: it was made in memory from all regions of a level.
+    LodOutput { level: u32, number: u32 },
 }
 
-impl Finer {
-    /// The mesh, or where its regions are.
+impl DetailLevel {
+    /// Reads the mesh, or tells which regions it consists of.
     ///
     /// # Errors
-    /// It is missing or damaged.
-    pub fn left(&self, work: &Work) -> Result<Left, Error> {
+    /// The file is missing or damaged.
+    pub fn load(&self, work: &Work) -> Result<ResultMesh, Error> {
         Ok(match self.place {
-            Place::Cells { level } => Left::Regions { level },
-            Place::Stage { level, number } => Left::Mesh(work.stage_mesh(level, number)?),
+            Place::Cells { level } => ResultMesh::OnDisk { level },
+            Place::LodOutput { level, number } => {
+                ResultMesh::InMemory(work.lod_output_mesh(level, number)?)
+            }
         })
     }
 }
 
 impl Outcome {
-    /// The mesh, if it fits into memory.
+    /// The mesh, if it is in memory.
     #[must_use]
     pub fn into_mesh(self) -> Option<TriMesh> {
-        match self.left {
-            Left::Mesh(mesh) => Some(mesh),
-            Left::Regions { .. } => None,
+        match self.result {
+            ResultMesh::InMemory(mesh) => Some(mesh),
+            ResultMesh::OnDisk { .. } => None,
         }
     }
 }
 
-/// Does what is left to do in the folder of a run. `see` is asked all the time whether to go on.
+/// Does the steps of a run that are not done yet. `observer` is asked before each step whether to go on.
 ///
 /// # Errors
-/// A step fails; what was done before stays done.
-pub fn run(work: &Work, see: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Error> {
-    // What is below was joined, and may have been removed since.
+/// Another process works in the folder, or a step fails. Finished steps stay done.
+pub fn run(work: &Work, observer: &mut dyn FnMut(Step) -> bool) -> Result<Outcome, Error> {
+    let _alone = work.alone()?;
+    // Regions of levels below were joined, and may have been removed since.
     let joined = work.current()?.level;
     let mut level = 0;
-    let (mut levels, mut cells, mut finer) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut levels, mut cells, mut finer_levels) = (Vec::new(), Vec::new(), Vec::new());
     let last = loop {
         let plan = work.plan(level)?;
         levels.push(plan.faces);
         cells.push(plan.cells);
         if plan.results > 0 {
-            let made = finish_cells(work, &plan, see)?;
-            finer.extend((0..plan.results).map(|_| made));
+            let made = refine_cells(work, &plan, observer)?;
+            finer_levels.extend((0..plan.results).map(|_| made));
         }
         match plan.next {
-            Next::InOnePiece | Next::Cells => break plan,
+            Next::InMemory | Next::Done => break plan,
             _ if level < joined => {}
-            Next::Pass { bits, .. } => pass(work, &plan, bits, see)?,
-            Next::Strips { .. } => {
+            Next::Pass { bits, .. } => pass(work, &plan, bits, observer)?,
+            Next::SeamStrips { .. } => {
                 let of = u64::from(plan.cells);
-                if !see(Step { what: "collapsing rims", done: 0, of, level }) {
+                if !observer(Step { what: "collapsing seams", done: 0, of, level }) {
                     return Err(Error::Stopped);
                 }
                 (0..plan.cells).try_for_each(|cell| work.join(level + 1, cell).map(drop))?;
             }
         }
-        work.tidy(level);
+        work.tidy(level, plan.cells);
         level += 1;
     };
-    if last.next == Next::InOnePiece {
+    if last.next == Next::InMemory {
         if work.targets().len() == 1 {
-            let (mesh, stop, error) = finish_rest(work, level, see)?;
+            let (mesh, stop, error) = simplify_in_memory(work, level, observer)?;
             let faces = mesh.topology().face_count() as u64;
-            let left = Left::Mesh(mesh);
-            return Ok(Outcome { left, faces, levels, cells, stop, error, finer });
+            let result = ResultMesh::InMemory(mesh);
+            return Ok(Outcome { result, faces, levels, cells, stop, error, finer_levels });
         }
-        let first = finer.len() as u32;
-        finer.extend(stages(work, level, first, see)?);
+        // There are as many results as were named.
+        let first = finer_levels.len() as u32;
+        finer_levels.extend(lod_outputs(work, level, first, observer)?);
     }
-    let no_result = || Error::damaged(work.folder(), "its plans lead to no result");
-    let coarsest = finer.pop().ok_or_else(no_result)?;
-    let is_short = last.next == Next::InOnePiece && coarsest.faces > work.target();
+    let no_result = || Error::damaged(work.folder(), "the plans lead to no result");
+    let coarsest = finer_levels.pop().ok_or_else(no_result)?;
+    let is_short = last.next == Next::InMemory && coarsest.faces > work.target();
     Ok(Outcome {
-        left: coarsest.left(work)?,
+        result: coarsest.load(work)?,
         faces: coarsest.faces,
         levels,
         cells,
         stop: if is_short { StopReason::NothingLeft } else { StopReason::Faces },
         error: coarsest.error,
-        finer,
+        finer_levels,
     })
 }
 
-/// A pass over the cells of a level, and the joining of what it leaves.
+/// Collapses the cells of a level, and joins them to those of the next one.
 fn pass(
     work: &Work,
     plan: &Plan,
     bits: u32,
-    see: &mut dyn FnMut(Step) -> bool,
+    observer: &mut dyn FnMut(Step) -> bool,
 ) -> Result<(), Error> {
     let Plan { level, cells, .. } = *plan;
     let mut goes_on = |cell: u32| {
         let step = Step { what: "reducing", done: u64::from(cell), of: u64::from(cells), level };
-        if see(step) { Ok(()) } else { Err(Error::Stopped) }
+        if observer(step) { Ok(()) } else { Err(Error::Stopped) }
     };
     for cell in 0..cells.div_ceil(1 << bits) {
-        if work.has_region(level + 1, cell) {
+        if work.has_region(level + 1, cell)? {
             continue;
         }
         for part in (cell << bits)..((cell + 1) << bits).min(cells) {
@@ -168,45 +176,46 @@ fn pass(
     Ok(())
 }
 
-/// Finishes the cells of a level that is a result.
-fn finish_cells(
+/// Refines the cells of a level that is a result.
+fn refine_cells(
     work: &Work,
     plan: &Plan,
-    see: &mut dyn FnMut(Step) -> bool,
-) -> Result<Finer, Error> {
+    observer: &mut dyn FnMut(Step) -> bool,
+) -> Result<DetailLevel, Error> {
     let level = plan.level;
     let (mut faces, mut moved) = (0, 0.0_f64);
     for cell in 0..plan.cells {
-        let record = finish_cell(work, level, cell, see)?;
+        let record = refine_cell(work, level, cell, observer)?;
         faces += record.faces;
-        moved = moved.max(record.moved.unwrap_or(0.0));
+        moved = moved.max(record.moved.unwrap_or(f64::INFINITY));
     }
-    let error = work.moved(level)?.map(|sum| add_up(sum, moved));
-    Ok(Finer { faces, error, place: Place::Cells { level } })
+    let error = work.moved(level)?.and_then(|sum| bound(sum, moved));
+    Ok(DetailLevel { faces, error, place: Place::Cells { level } })
 }
 
-/// The results from this number on, which are made of the rest in one piece.
-fn stages(
+/// The results from this number on, which are made in memory from all regions of a level.
+fn lod_outputs(
     work: &Work,
     level: u32,
     first: u32,
-    see: &mut dyn FnMut(Step) -> bool,
-) -> Result<impl Iterator<Item = Finer>, Error> {
+    observer: &mut dyn FnMut(Step) -> bool,
+) -> Result<impl Iterator<Item = DetailLevel>, Error> {
     let numbers = first..work.targets().len() as u32;
     let before = work.moved(level)?;
-    let records = finish_stages(work, level, numbers.clone(), see)?;
-    Ok(numbers.zip(records).map(move |(number, record)| Finer {
+    let records = write_lod_outputs(work, level, numbers.clone(), observer)?;
+    Ok(numbers.zip(records).map(move |(number, record)| DetailLevel {
         faces: record.faces,
-        error: before.zip(record.moved).map(|(sum, moved)| add_up(sum, moved)),
-        place: Place::Stage { level, number },
+        error: before.zip(record.moved).and_then(|(sum, moved)| bound(sum, moved)),
+        place: Place::LodOutput { level, number },
     }))
 }
 
-/// Does the rest in one piece: the mesh, why its collapses ended, and how far it is from the input.
-fn finish_rest(
+/// Collapses and refines all regions of a level as one mesh. Returns the mesh, why its collapses have ended, and the bound
+/// of its distance from the input.
+fn simplify_in_memory(
     work: &Work,
     level: u32,
-    see: &mut dyn FnMut(Step) -> bool,
+    observer: &mut dyn FnMut(Step) -> bool,
 ) -> Result<(TriMesh, StopReason, Option<f64>), Error> {
     let Manifest { settings, summary, cells, .. } = work.manifest();
     let prove = work.tolerance();
@@ -217,44 +226,47 @@ fn finish_rest(
     };
     let mut options = settings.options.clone();
     options.record = false;
-    let (mesh, run) = collapse_rest(rest_of(region)?, &options, summary, level, see)?;
-    let folder = work.folder().join("finish");
-    let finishing =
-        Finishing { work, cells: 0..cells.count(), folder, options: &refinement(&options) };
-    let mesh = finishing.finish(mesh, see)?.mesh;
+    let (mesh, run) =
+        collapse_in_memory(final_fragment(region)?, &options, summary, level, observer)?;
+    let refine = Refinement { work, cells: 0..cells.count(), options: &refinement(&options) };
+    let mesh = refine.refine(mesh, observer)?.mesh;
     let error = match (prove, before, work.moved(level)?) {
         (Some(tolerance), Some(before), Some(moved)) => {
             let options = CertifyOptions { tolerance, ..CertifyOptions::default() };
             let bounds = hausdorff_bounds(&before, &Surface::new(&mesh)?, &options);
-            Some(add_up(moved, bounds.upper))
+            bound(moved, bounds.upper)
         }
         _ => None,
     };
     Ok((mesh, run.stop, error))
 }
 
-/// Finishes a cell of a level that is the result, against its own part of the original. It needs the regions of
-/// level 0 and its own, and nothing of its neighbours.
+/// Refines a cell of a level that is a result, against its own part of the original. The step reads regions of level 0 and
+/// its own region, and none of its neighbours.
 ///
 /// # Errors
-/// The level is not the last one, a region is missing or damaged, or the result cannot be written.
-pub fn finish_cell(
+/// The level is no result, a region is missing or damaged, or the refined region cannot be written.
+pub fn refine_cell(
     work: &Work,
     level: u32,
     cell: u32,
-    see: &mut dyn FnMut(Step) -> bool,
+    observer: &mut dyn FnMut(Step) -> bool,
 ) -> Result<Record, Error> {
-    if let Some(done) = work.finished(level, cell) {
+    if let Some(done) = work.refined(level, cell)? {
         return Ok(done);
     }
-    let region = work.region_to_finish(level, cell)?;
+    let region = work.region_to_refine(level, cell)?;
     let options = &refinement(&work.manifest().settings.options);
     let before = work.tolerance().map(|tolerance| (region.clone(), tolerance));
-    let folder = work.folder().join(format!("finish-{level}-{cell}"));
-    let finished = finish_region(work, region, options, &folder, see)?;
+    let refined = refine_region(work, region, options, observer)?;
     let moved = match before {
-        Some((before, tolerance)) => Some(proved_distance(&before, &finished, tolerance)?),
+        Some((before, tolerance)) => Some(proved_distance(&before, &refined, tolerance)?),
         None => None,
     };
-    work.put_finished(&finished, moved)
+    work.put_refined(&refined, moved)
+}
+
+/// The bound of two distances one after the other; `None` if it is not finite.
+fn bound(before: f64, after: f64) -> Option<f64> {
+    Some(add_up(before, after)).filter(|sum| sum.is_finite())
 }

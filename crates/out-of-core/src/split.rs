@@ -1,8 +1,8 @@
 //! From a stream of faces to regions on disk.
 //!
-//! The input is read once, into a file of vertices and one of faces; then vertices and faces are dealt
-//! out by cell, and each cell is put together by itself. A face goes to every cell that it has a corner
-//! in. No step holds more than one cell, or a window of the vertices.
+//! The input has been read into a file of vertices and a file of faces. Both are distributed by cell, and the region of
+//! each cell is built from its own files. A face goes to each cell that has one of its corners. No step holds more than
+//! one region, or a window of the vertices, in memory.
 
 use std::path::{Path, PathBuf};
 
@@ -11,126 +11,131 @@ use simplify::blocks::{FlatMesh, Forecast, Rules};
 
 use crate::cells::Cells;
 use crate::error::Error;
-use crate::incoming::{Incoming, MOST_FILES};
+use crate::id_index::IdIndex;
+use crate::ingest::{Ingested, MOST_FILES};
+use crate::non_manifold::non_manifold_vertices;
 use crate::region::Region;
-use crate::scratch::{ID, Scratch, Sink, id_bytes, id_of, point_bytes, point_of};
-use crate::star::stuck_vertices;
+use crate::scratch_file::{ID, ScratchFile, ScratchWriter, id_bytes, id_of, point_bytes, point_of};
 
-/// What becomes of faces and vertices that no mesh can have.
+/// Which defects of the input are repaired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Repairs {
-    /// Whether faces that use a vertex twice are dropped.
+    /// Drop faces that use a vertex twice.
     pub drop_degenerate: bool,
-    /// Whether the surface is cut where it is not manifold, in the end; before, nothing is changed there.
-    pub cut: bool,
+    /// Cut the surface where it is not manifold. That is done in the end; before, nothing is changed there.
+    pub cut_non_manifold: bool,
 }
 
-/// Deals out an input by cell; calls `done` with every region in the order of the cells.
+/// Distributes an input by cell, and calls `done` with the region of each cell, in order.
 pub(crate) fn split(
-    incoming: &Incoming,
+    ingested: &Ingested,
     cells: &Cells,
     repairs: Repairs,
     folder: &Path,
     memory: u64,
     done: &mut dyn FnMut(Region) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let most = MOST_FILES as u32;
-    for first in (0..cells.count()).step_by(MOST_FILES as usize) {
+    let most = MOST_FILES;
+    for first in (0..cells.count()).step_by(most as usize) {
         let range = first..cells.count().min(first + most);
-        let vertices = deal_vertices(incoming, cells, range.clone(), folder)?;
-        let faces = deal_faces(incoming, cells, range.clone(), repairs, folder, memory)?;
+        let vertices = distribute_vertices(ingested, cells, range.clone(), folder)?;
+        let faces = distribute_faces(ingested, cells, range.clone(), repairs, folder, memory)?;
         for (cell, (vertices, faces)) in range.zip(vertices.into_iter().zip(faces)) {
-            done(assemble(cell, &vertices, &faces, repairs)?)?;
+            done(build_region(cell, &vertices, &faces, repairs)?)?;
         }
     }
     Ok(())
 }
 
-fn sinks(range: core::ops::Range<u32>, path: impl Fn(u32) -> PathBuf) -> Result<Vec<Sink>, Error> {
-    range.map(|cell| Sink::new(path(cell))).collect()
+fn writers(
+    range: core::ops::Range<u32>,
+    path: impl Fn(u32) -> PathBuf,
+) -> Result<Vec<ScratchWriter>, Error> {
+    range.map(|cell| ScratchWriter::new(path(cell))).collect()
 }
 
-fn deal_vertices(
-    incoming: &Incoming,
+fn distribute_vertices(
+    ingested: &Ingested,
     cells: &Cells,
     range: core::ops::Range<u32>,
     folder: &Path,
-) -> Result<Vec<Scratch>, Error> {
-    let mut dealt = sinks(range.clone(), |cell| folder.join(format!("cell-{cell}-vertices")))?;
-    incoming.each_vertex(|id, point| {
+) -> Result<Vec<ScratchFile>, Error> {
+    let mut files = writers(range.clone(), |cell| folder.join(format!("cell-{cell}-vertices")))?;
+    ingested.each_vertex(|id, point| {
         let cell = cells.cell_of(point);
         if range.contains(&cell) {
-            let sink = &mut dealt[(cell - range.start) as usize];
-            sink.put(&id_bytes(id))?;
-            sink.put(&point_bytes(point))?;
+            let file = &mut files[(cell - range.start) as usize];
+            file.put(&id_bytes(id))?;
+            file.put(&point_bytes(point))?;
         }
         Ok(())
     })?;
-    dealt.into_iter().map(Sink::finish).collect()
+    files.into_iter().map(ScratchWriter::finish).collect()
 }
 
-/// A triangle in the file of a cell: a byte whose bits say which corners are of other cells, the three
-/// numbers, and the position and cell of each of these corners.
-fn deal_faces(
-    incoming: &Incoming,
+/// Writes each triangle to the files of its cells: a byte whose bits say which corners belong to other cells, the three
+/// vertices, and the position and the cell of each corner that belongs to another cell.
+fn distribute_faces(
+    ingested: &Ingested,
     cells: &Cells,
     range: core::ops::Range<u32>,
     repairs: Repairs,
     folder: &Path,
     memory: u64,
-) -> Result<Vec<Scratch>, Error> {
-    let mut dealt = sinks(range.clone(), |cell| folder.join(format!("cell-{cell}-faces")))?;
+) -> Result<Vec<ScratchFile>, Error> {
+    let mut files = writers(range.clone(), |cell| folder.join(format!("cell-{cell}-faces")))?;
     let mut record = Vec::new();
-    incoming.each_triangle(memory, |ids, at| {
+    ingested.each_triangle(memory, |ids, at| {
         if let Some(vertex) = repeated(ids) {
             if repairs.drop_degenerate {
                 return Ok(());
             }
             return Err(Error::Degenerate { vertex });
         }
-        let homes = at.map(|point| cells.cell_of(point));
-        for (i, &cell) in homes.iter().enumerate() {
-            if homes[..i].contains(&cell) || !range.contains(&cell) {
+        let other_cells = at.map(|point| cells.cell_of(point));
+        for (i, &cell) in other_cells.iter().enumerate() {
+            if other_cells[..i].contains(&cell) || !range.contains(&cell) {
                 continue;
             }
             record.clear();
-            let others = homes.map(|home| home != cell);
+            let others = other_cells.map(|home| home != cell);
             record.push((0..3).fold(0, |bits, k| bits | u8::from(others[k]) << k));
             ids.iter().for_each(|&id| record.extend_from_slice(&id_bytes(id)));
             for k in (0..3).filter(|&k| others[k]) {
                 record.extend_from_slice(&point_bytes(at[k]));
-                record.extend_from_slice(&homes[k].to_le_bytes());
+                record.extend_from_slice(&other_cells[k].to_le_bytes());
             }
-            dealt[(cell - range.start) as usize].put(&record)?;
+            files[(cell - range.start) as usize].put(&record)?;
         }
         Ok(())
     })?;
-    dealt.into_iter().map(Sink::finish).collect()
+    files.into_iter().map(ScratchWriter::finish).collect()
 }
 
 fn repeated([a, b, c]: [u64; 3]) -> Option<u64> {
     if a == b || a == c { Some(a) } else { (b == c).then_some(b) }
 }
 
-/// Puts a cell together from its files.
-fn assemble(
+/// Builds the region of a cell from its files.
+fn build_region(
     cell: u32,
-    vertices: &Scratch,
-    faces: &Scratch,
+    vertices: &ScratchFile,
+    faces: &ScratchFile,
     repairs: Repairs,
 ) -> Result<Region, Error> {
     let (mut ids, mut positions) = (Vec::new(), Vec::new());
-    let mut source = vertices.source()?;
+    let mut source = vertices.reader()?;
     while let Some(id) = source.next()? {
         ids.push(id_of(id));
         positions.push(point_of(&source.expect()?));
     }
-    let finder = Finder::new(&ids);
-    // Corners that belong elsewhere are counted from above until all of them are known.
+    let finder = IdIndex::new(&ids);
+    let too_large = |faces: usize| Error::RegionTooLarge { faces: faces as u64 };
+    // Corners that belong to other cells are counted down from the largest number until all of them are known.
     let mut others: Vec<(u64, u32, DVec3)> = Vec::new();
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     let mut is_used = vec![false; ids.len()];
-    let mut source = faces.source()?;
+    let mut source = faces.reader()?;
     while let Some([bits]) = source.next()? {
         let mut corners = [0_u64; 3];
         for corner in &mut corners {
@@ -140,24 +145,29 @@ fn assemble(
         let mut triangle = [0; 3];
         for k in 0..3 {
             if bits >> k & 1 == 0 {
-                let place = finder.find(corners[k]).unwrap_or(0);
+                let place = finder
+                    .find(corners[k])
+                    .ok_or_else(|| faces.damaged("a vertex is not there"))?;
                 is_used[place as usize] = true;
                 triangle[k] = place;
                 continue;
             }
             let point = point_of(&source.expect()?);
             let home = u32::from_le_bytes(source.expect()?);
-            triangle[k] = u32::MAX - others.len() as u32;
+            let others_before =
+                u32::try_from(others.len()).map_err(|_| too_large(triangles.len()))?;
+            triangle[k] = u32::MAX - others_before;
             others.push((corners[k], home, point));
         }
         triangles.push(triangle);
     }
-    let faces = triangles.len() as u64;
-    if ids.len() + others.len() >= u32::MAX as usize / 2 || faces > u64::from(u32::MAX) / 3 {
-        return Err(Error::RegionTooLarge { faces });
+    // From here on, numbers of vertices and corners fit into 32 bits.
+    if ids.len() + others.len() >= u32::MAX as usize / 2 || triangles.len() > u32::MAX as usize / 3
+    {
+        return Err(too_large(triangles.len()));
     }
     drop(finder);
-    // Vertices that no face uses stay out.
+    // Vertices that no face uses are left out.
     let mut number = vec![0_u32; ids.len()];
     let mut used = 0;
     for (v, _) in is_used.iter().enumerate().filter(|&(_, &is_used)| is_used) {
@@ -169,12 +179,12 @@ fn assemble(
     let mut order: Vec<u32> = (0..others.len() as u32).collect();
     order.sort_unstable_by_key(|&i| others[i as usize].0);
     let mut place = vec![0_u32; others.len()];
-    let mut homes = Vec::new();
+    let mut other_cells = Vec::new();
     for i in order {
         let (id, home, point) = others[i as usize];
-        if homes.is_empty() || ids.last() != Some(&id) {
+        if other_cells.is_empty() || ids.last() != Some(&id) {
             ids.push(id);
-            homes.push(home);
+            other_cells.push(home);
             positions.push(point);
         }
         place[i as usize] = (ids.len() - 1) as u32;
@@ -183,8 +193,8 @@ fn assemble(
         let other = (u32::MAX - *corner) as usize;
         *corner = if other < place.len() { place[other] } else { number[*corner as usize] };
     }
-    let stuck = stuck_vertices(used, &triangles);
-    if let (Some(&v), false) = (stuck.first(), repairs.cut) {
+    let non_manifold = non_manifold_vertices(used, &triangles);
+    if let (Some(&v), false) = (non_manifold.first(), repairs.cut_non_manifold) {
         return Err(Error::NotManifold { vertex: ids[v as usize] });
     }
     let quadrics = Vec::new();
@@ -193,55 +203,23 @@ fn assemble(
         cell,
         own: used,
         vertex_ids: ids,
-        homes,
-        stuck,
+        other_cells,
+        non_manifold,
         positions,
         quadrics,
         triangles,
     })
 }
 
-/// Finds numbers in a sorted list.
-pub(crate) struct Finder<'i> {
-    ids: &'i [u64],
-    /// By number less the first one, where they lie close together: one more than the place.
-    direct: Vec<u32>,
-}
-
-impl<'i> Finder<'i> {
-    pub(crate) fn new(ids: &'i [u64]) -> Self {
-        let span = match (ids.first(), ids.last()) {
-            (Some(first), Some(last)) => last - first + 1,
-            _ => 0,
-        };
-        let mut direct = Vec::new();
-        if span <= 8 * ids.len() as u64 {
-            direct.resize(span as usize, 0);
-            for (place, id) in ids.iter().enumerate() {
-                direct[(id - ids[0]) as usize] = place as u32 + 1;
-            }
-        }
-        Self { ids, direct }
-    }
-
-    pub(crate) fn find(&self, id: u64) -> Option<u32> {
-        if self.direct.is_empty() {
-            return self.ids.binary_search(&id).ok().map(|place| place as u32);
-        }
-        let place = self.direct.get(usize::try_from(id.checked_sub(self.ids[0])?).ok()?)?;
-        place.checked_sub(1)
-    }
-}
-
-/// One in so many of the smallest regions is looked at to tell what goes at which cost.
+/// One in so many of the smallest blocks is collapsed on trial for a forecast.
 const FORECAST: usize = 16;
 
-/// What a pass over a region would take away at which costs.
+/// How many faces of a region a pass would remove at which costs.
 pub(crate) fn forecast(region: Region, rules: &Rules) -> Forecast {
     let pass = region.level as usize;
     let (fragment, ..) = region.into_fragment();
     FlatMesh::from_fragment(fragment).forecast(pass, rules, DEEPEST, FORECAST)
 }
 
-/// The share of its faces down to which a region is collapsed to see what that costs.
+/// The share of its faces down to which a block is collapsed for a forecast.
 const DEEPEST: f64 = 0.1;

@@ -1,251 +1,151 @@
-//! The folder of a run: what is in it, and the steps from files to files.
-//!
-//! ```text
-//! run.json                   the options, what is known of the input, the cells
-//! level-0/cell-3.region      the faces of a cell, as they came
-//! level-0/plan.json          up to which cost the cells of the level are collapsed, or that they fit
-//! level-0/cell-3.reduced     what was left of it
-//! level-1/cell-0.region      neighbours joined
-//! level-1/cell-0.finished    the same as part of a result
-//! ...
-//! level-3/cell-2.stage       the third result, made of all that is left of level 3
-//! ```
-//!
-//! Beside each region lies its record, as JSON, with a checksum; it is written last. A step whose record is
-//! there and fits the file is done.
+//! The folder of a run, and the steps of the run: each from files to files.
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use mesh_core::TriMesh;
 use mesh_io::ReadOptions;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
-use simplify::blocks::{CostThreshold, Forecast, Rules};
-use simplify::{Options, Target, rules};
+use simplify::blocks::{CostThreshold, Rules};
+use simplify::rules;
 
 use crate::cells::Cells;
-use crate::claim::{MARK, SCRATCH, claim};
 use crate::error::Error;
-use crate::incoming::{Incoming, Input, Summary};
+use crate::ingest::{Ingested, Input};
 use crate::join::join;
-use crate::plan::{Next, Plan, Situation, has_strips};
+use crate::layout::{self, Kind, RUN, SCRATCH};
+use crate::lock::{Alone, FolderLock, MARK};
+use crate::manifest::{InputIdentity, Manifest, Settings};
+use crate::plan::{Next, Plan, Situation, has_seam_strips};
+use crate::private_files;
+use crate::record::Record;
 use crate::reduce::{proved_distance, reduce};
 use crate::region::Region;
-use crate::sizes::Sizes;
-use crate::split::{Repairs, forecast, split};
-use crate::strips::Strips;
+use crate::sealed_json::{self, Origin, Sealed, combine};
+use crate::seam_strips::SeamStrips;
+use crate::split::{forecast, split};
+use crate::step::Step;
 
-/// What a run is to do.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Settings {
-    /// How the mesh is simplified. `target` has to name a number of faces or a ratio.
-    pub options: Options,
-    /// Finer levels of detail, which are results too: each names a number of faces or a ratio. All results are
-    /// sorted, so that these may be the coarser ones as well.
-    #[serde(skip_serializing_if = "Vec::is_empty", default)]
-    pub finer: Vec<Target>,
-    /// What becomes of faces and vertices that no mesh can have.
-    pub repairs: Repairs,
-    /// How much is held at a time.
-    pub sizes: Sizes,
-    /// Whether the distance from the input is proved, step by step, up to this share of the diagonal of the
-    /// bounding box for each.
-    pub prove: Option<f64>,
-}
-
-/// What `run.json` says.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Manifest {
-    /// The version of the folder.
-    pub version: u32,
-    /// What is done.
-    pub settings: Settings,
-    /// What the input was.
-    pub source: Source,
-    /// What is in it.
-    pub summary: Summary,
-    /// Which part of space is whose.
-    pub cells: Cells,
-}
-
-/// By what an input is known again.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Source {
-    /// Its name, without the folder.
-    pub name: String,
-    /// Its length in bytes; nothing for a stream.
-    pub bytes: Option<u64>,
-    /// When it was changed last, in nanoseconds since 1970; nothing for a stream.
-    pub changed: Option<u128>,
-}
-
-impl Source {
-    /// What is known of a file.
-    ///
-    /// # Errors
-    /// It is not there.
-    pub fn of(path: &Path) -> Result<Self, Error> {
-        let metadata = fs::metadata(path).map_err(Error::io(path))?;
-        let since = |time: std::time::SystemTime| time.duration_since(std::time::UNIX_EPOCH).ok();
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let changed = metadata.modified().ok().and_then(since).map(|time| time.as_nanos());
-        Ok(Self { name, bytes: metadata.is_file().then_some(metadata.len()), changed })
-    }
-}
-
-/// What is known of a region on disk.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Record {
-    /// The SHA-256 checksum of the file.
-    pub sha256: String,
-    /// The bytes of the file.
-    pub bytes: u64,
-    /// The faces that belong to the cell.
-    pub faces: u64,
-    /// What a pass over the region would take away at which costs; of regions that are to be collapsed.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub forecast: Option<Forecast>,
-    /// How far the faces of the cell were moved by the pass, proved; of regions that were collapsed.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub moved: Option<f64>,
-}
+/// The most bytes of a manifest: planes between cells are most of it.
+const LONGEST_MANIFEST: u64 = 256 << 20;
+/// The most bytes of a plan or a record.
+const LONGEST_RECORD: u64 = 16 << 20;
 
 /// The folder of a run.
+///
+/// Whoever holds one has a lock on the folder, shared with other processes that do steps of the run. [`Work::split`]
+/// and [`run`](crate::run()) need the folder alone.
 #[derive(Clone, Debug)]
 pub struct Work {
     folder: PathBuf,
     manifest: Manifest,
-}
-
-const VERSION: u32 = 1;
-/// Which of the files of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    Region,
-    Reduced,
-    Finished,
-    /// Of the rest that is done in one piece, with the number of a result in place of a cell.
-    Stage,
+    /// The checksum of the manifest, by which the other files name their run.
+    run: String,
+    lock: Arc<FolderLock>,
 }
 
 impl Work {
-    /// Splits an input into regions, in a folder that is made if it is not there. What is there of the same
-    /// run stays.
+    /// Splits an input into regions, in a folder that is created if it is missing. If the folder holds the same run
+    /// already, nothing is done.
     ///
     /// # Errors
-    /// The input cannot be read or used, the folder is that of another run, or it cannot be written.
+    /// The input cannot be read or used, the folder belongs to another run or another user, another process works in
+    /// it, or it cannot be written.
     pub fn split(
         folder: &Path,
         input: Input<'_>,
         reading: &ReadOptions,
         settings: Settings,
-        see: &mut dyn FnMut(Step) -> bool,
+        observer: &mut dyn FnMut(Step) -> bool,
     ) -> Result<Self, Error> {
-        let source = match &input {
-            Input::Path(path) => Source::of(path)?,
+        let identity = match &input {
+            Input::Path(path) => InputIdentity::of(path)?,
             Input::Stream(_, name) => {
-                Source { name: name.display().to_string(), bytes: None, changed: None }
+                InputIdentity { name: name.display().to_string(), bytes: None, changed: None }
             }
         };
-        if rules(&settings.options, 1.0).is_none() {
-            return Err(Error::Unsupported(
-                "what the options ask for",
-                "take a preset with quadrics, without constraints and limits other than a number of faces",
-            ));
-        }
-        let is_count = |limits: &Target| {
-            let Target { faces, ratio, time: None, vertices: None, cost: None, collapses: None } =
-                limits
-            else {
-                return false;
-            };
-            faces.is_some() || ratio.is_some()
-        };
-        if !settings.finer.iter().all(is_count) {
-            return Err(Error::Unsupported(
-                "a level of detail",
-                "name a number of faces or a ratio for each, and nothing else",
-            ));
-        }
-        fs::create_dir_all(folder).map_err(Error::io(folder))?;
-        if folder.join(RUN).exists() {
+        settings.check()?;
+        if fs::symlink_metadata(folder.join(RUN)).is_ok() {
             let work = Self::open(folder)?;
-            work.is_of(&source, &settings)?;
+            work.check_is_of(&identity, &settings)?;
             return Ok(work);
         }
-        claim(folder)?;
-        let work = Self::split_new(folder, input, reading, settings, source, see);
+        let lock = Arc::new(FolderLock::claim(folder)?);
+        // A run that was killed while it was split or removed has left no manifest.
+        layout::remove_content(folder);
+        let work = Self::split_new(lock, input, reading, settings, identity, observer);
         let _ = fs::remove_dir_all(folder.join(SCRATCH));
-        if work.is_err() {
+        if let Ok(work) = &work {
+            work.lock.admit_others()?;
+        } else {
             // Nobody can go on with a part of it.
-            remove_levels(folder);
+            layout::remove_content(folder);
             let _ = fs::remove_file(folder.join(MARK));
             let _ = fs::remove_dir(folder);
         }
         work
     }
 
+    /// Splits an input into the regions of level 0 of an empty folder.
     fn split_new(
-        folder: &Path,
+        lock: Arc<FolderLock>,
         input: Input<'_>,
         reading: &ReadOptions,
         settings: Settings,
-        source: Source,
-        see: &mut dyn FnMut(Step) -> bool,
+        identity: InputIdentity,
+        observer: &mut dyn FnMut(Step) -> bool,
     ) -> Result<Self, Error> {
+        let folder = lock.folder().to_owned();
         let scratch = folder.join(SCRATCH);
-        let _ = fs::remove_dir_all(&scratch);
-        // What is left of a run that was killed while it was split or removed.
-        remove_levels(folder);
-        fs::create_dir_all(&scratch).map_err(Error::io(&scratch))?;
-        let sizes = settings.sizes;
-        let size = source.bytes.unwrap_or(0);
-        let reads = &mut |items| see(Step { what: "reading", done: items, of: size, level: 0 });
-        let mut incoming = Incoming::read(input, reading, &scratch, sizes.stream, reads)?;
-        let depth = sizes.depth(incoming.summary.triangles);
-        let cells = Cells::new(core::mem::take(&mut incoming.sample), depth);
-        let summary = incoming.summary.clone();
-        let manifest = Manifest { version: VERSION, settings, source, summary, cells };
-        let work = Self { folder: folder.to_owned(), manifest };
-        let level = work.level_folder(0);
-        fs::create_dir_all(&level).map_err(Error::io(&level))?;
+        private_files::create_folder(&scratch).map_err(Error::io(&scratch))?;
+        let capacity = settings.capacity;
+        let of = identity.bytes.unwrap_or(0);
+        let reads = &mut |done| observer(Step { what: "reading", done, of, level: 0 });
+        let mut ingested = Ingested::read(input, reading, &scratch, capacity.stream, reads)?;
+        let depth = capacity.checked_depth(ingested.summary.triangles)?;
+        let cells = Cells::new(core::mem::take(&mut ingested.sample), depth);
+        let summary = ingested.summary.clone();
+        let manifest = Manifest { settings, input: identity, summary, cells };
+        // Records name the manifest by its checksum. It takes its place when all of them are there.
+        let prepared = scratch.join(RUN);
+        let nonce = format!("{:032x}", fastrand::u128(..));
+        let origin = Origin { run: &nonce, file: RUN, inputs: "" };
+        let run = sealed_json::write(&prepared, origin, &manifest)?;
+        let work = Self { folder, manifest, run, lock };
         let (cells, repairs) = (&work.manifest.cells, work.manifest.settings.repairs);
-        let mut done = 0;
-        split(&incoming, cells, repairs, &scratch, sizes.stream / 2, &mut |region| {
-            work.put(&region, State::Region, None)?;
+        let (mut done, of) = (0, u64::from(cells.count()));
+        split(&ingested, cells, repairs, &scratch, capacity.stream / 2, &mut |region| {
+            work.put(&region, Kind::Region, None)?;
             done += 1;
-            let step = Step { what: "splitting", done, of: u64::from(cells.count()), level: 0 };
-            if see(step) { Ok(()) } else { Err(Error::Stopped) }
+            let step = Step { what: "splitting", done, of, level: 0 };
+            if observer(step) { Ok(()) } else { Err(Error::Stopped) }
         })?;
-        drop(incoming);
-        // What is left in the scratch folder by one that is killed is in nobody's way.
-        let (prepared, run) = (scratch.join(RUN), folder.join(RUN));
-        put_json(&prepared, &work.manifest)?;
-        fs::rename(&prepared, &run).map_err(Error::io(&run))?;
+        drop(ingested);
+        let path = work.folder.join(RUN);
+        fs::rename(&prepared, &path).map_err(Error::io(&path))?;
         Ok(work)
     }
 
-    /// The folder of a run whose input was split.
+    /// Opens the folder of a run whose input was split.
     ///
     /// # Errors
-    /// It is none.
+    /// There is no such folder, it belongs to another user, another process has it alone, or its manifest is damaged.
     pub fn open(folder: &Path) -> Result<Self, Error> {
+        let lock = FolderLock::share(folder)?;
+        layout::check_levels(folder)?;
         let path = folder.join(RUN);
-        let manifest: Manifest = get_json(&path)?;
-        if manifest.version != VERSION {
-            return Err(Error::damaged(
-                &path,
-                format!("version {} of the folder", manifest.version),
-            ));
-        }
-        Ok(Self { folder: folder.to_owned(), manifest })
+        let read = sealed_json::read::<Manifest>(&path, RUN, LONGEST_MANIFEST)?;
+        let sealed = read.ok_or_else(|| Error::NoWorkFolder { path: folder.to_owned() })?;
+        sealed.content.check(&path)?;
+        let Sealed { content: manifest, seal: run, .. } = sealed;
+        Ok(Self { folder: folder.to_owned(), manifest, run, lock: Arc::new(lock) })
     }
 
-    /// Whether the folder is one of this input and these settings.
-    fn is_of(&self, source: &Source, settings: &Settings) -> Result<(), Error> {
+    /// Checks that the folder belongs to this input and these settings.
+    fn check_is_of(&self, input: &InputIdentity, settings: &Settings) -> Result<(), Error> {
         let other = |what| Err(Error::OtherRun { path: self.folder.clone(), what });
-        if *source != self.manifest.source {
+        if *input != self.manifest.input {
             return other("input");
         }
         let as_json = |settings: &Settings| serde_json::to_value(settings).ok();
@@ -255,14 +155,22 @@ impl Work {
         Ok(())
     }
 
-    /// Removes what runs leave in the folder, and the folder if nothing else is in it.
+    /// Removes the files of the run, and the folder if nothing else is in it.
     pub fn remove(self) {
-        // What cannot be removed is in nobody's way but that of the disk. Without the first of these files nobody
-        // goes on with what is left, without the second one the folder must be empty.
+        // Others who still work in it would lose their files.
+        let Ok(_alone) = self.lock.alone() else { return };
+        // What cannot be removed only takes space. Without the manifest nobody goes on with the rest.
         let _ = fs::remove_file(self.folder.join(RUN));
-        remove_levels(&self.folder);
+        layout::remove_content(&self.folder);
         let _ = fs::remove_file(self.folder.join(MARK));
         let _ = fs::remove_dir(&self.folder);
+    }
+
+    /// Keeps other processes out of the folder until the guard is dropped.
+    pub(crate) fn alone(&self) -> Result<Alone<'_>, Error> {
+        let alone = self.lock.alone()?;
+        layout::remove_refinement(&self.folder);
+        Ok(alone)
     }
 
     /// The folder.
@@ -271,95 +179,162 @@ impl Work {
         &self.folder
     }
 
-    /// What the run is.
+    /// The settings, the input and the cells.
     #[must_use]
     pub fn manifest(&self) -> &Manifest {
         &self.manifest
     }
 
-    /// The numbers of faces of the results, from the finest to the coarsest, with which the run ends.
+    /// The numbers of faces of all results, from the finest to the coarsest.
     #[must_use]
     pub fn targets(&self) -> Vec<u64> {
-        let faces = usize::try_from(self.manifest.summary.triangles).unwrap_or(usize::MAX);
-        let Settings { options, finer, .. } = &self.manifest.settings;
-        let limits = finer.iter().chain([&options.target]);
-        let mut targets: Vec<u64> = limits.map(|limits| limits.face_target(faces) as u64).collect();
-        targets.sort_unstable_by(|a, b| b.cmp(a));
-        targets
+        self.manifest.settings.targets(self.manifest.summary.triangles)
     }
 
-    /// The number of faces of the coarsest of them.
+    /// The number of faces of the coarsest result.
     #[must_use]
     pub fn target(&self) -> u64 {
         self.targets().last().copied().unwrap_or(0)
     }
 
-    /// Whether all results fit into memory, so that each of them is one mesh.
+    /// Whether each result fits into memory as one mesh.
     #[must_use]
     pub fn fits(&self) -> bool {
         let Manifest { settings, summary, cells, .. } = &self.manifest;
-        let rest = settings.sizes.rest_faces;
-        let is_whole = cells.count() == 1 || summary.triangles <= rest;
-        is_whole || self.targets().first().is_none_or(|&finest| finest <= rest)
+        let most = settings.capacity.in_memory_faces;
+        let input_fits = cells.count() == 1 || summary.triangles <= most;
+        input_fits || self.targets().first().is_none_or(|&finest| finest <= most)
     }
 
-    /// How closely distances are proved, in model units, if they are.
+    /// The tolerance of proofs in model units, if distances are proved.
     pub(crate) fn tolerance(&self) -> Option<f64> {
         self.manifest.settings.prove.map(|share| share * self.manifest.summary.size())
     }
 
-    /// What regions go by.
+    /// The rules by which regions are collapsed.
     ///
     /// # Errors
-    /// The options ask for what regions do not know.
+    /// The options ask for what cannot be done region by region.
     pub fn rules(&self) -> Result<Rules, Error> {
         rules(&self.manifest.settings.options, self.manifest.summary.size())
-            .ok_or(Error::Unsupported("what the options ask for", "take other options"))
+            .ok_or(Error::Unsupported("this set of options", "take other options"))
     }
 
-    fn level_folder(&self, level: u32) -> PathBuf {
-        self.folder.join(format!("level-{level}"))
+    fn path(&self, level: u32, cell: u32, kind: Kind) -> PathBuf {
+        self.folder.join(layout::cell(level, cell, kind))
     }
 
-    fn path(&self, level: u32, cell: u32, state: State) -> PathBuf {
-        let extension = match state {
-            State::Region => "region",
-            State::Reduced => "reduced",
-            State::Finished => "finished",
-            State::Stage => "stage",
+    /// Writes a record or a plan, and returns its checksum.
+    fn write_sealed<T: serde::Serialize>(
+        &self,
+        file: &str,
+        inputs: &str,
+        content: &T,
+    ) -> Result<String, Error> {
+        let origin = Origin { run: &self.run, file, inputs };
+        sealed_json::write(&self.folder.join(file), origin, content)
+    }
+
+    /// Reads a record or a plan of this run. `None`: it is not there.
+    fn read_sealed<T: DeserializeOwned>(&self, file: &str) -> Result<Option<Sealed<T>>, Error> {
+        let path = self.folder.join(file);
+        let sealed = sealed_json::read(&path, file, LONGEST_RECORD)?;
+        if sealed.as_ref().is_some_and(|sealed: &Sealed<T>| sealed.run != self.run) {
+            return Err(Error::damaged(&path, "it belongs to another run"));
+        }
+        Ok(sealed)
+    }
+
+    /// The checksum of the plan of a level; empty if there is none.
+    fn seal_of_plan(&self, level: u32) -> Result<String, Error> {
+        let plan = self.read_sealed::<Plan>(&layout::plan(level))?;
+        Ok(plan.map(|plan| plan.seal).unwrap_or_default())
+    }
+
+    /// The checksum of a record; empty if there is none.
+    fn seal_of(&self, level: u32, cell: u32, kind: Kind) -> Result<String, Error> {
+        let record = self.read_sealed::<Record>(&layout::record(level, cell, kind))?;
+        Ok(record.map(|record| record.seal).unwrap_or_default())
+    }
+
+    /// The checksum over what a region is made from.
+    fn inputs_of(&self, level: u32, cell: u32, kind: Kind) -> Result<String, Error> {
+        let plan = match kind {
+            Kind::Region => level.checked_sub(1),
+            Kind::Reduced | Kind::Refined | Kind::LodOutput => Some(level),
         };
-        self.level_folder(level).join(format!("cell-{cell}.{extension}"))
+        let Some(planned) = plan else { return Ok(combine([&self.run])) };
+        let mut seals = vec![self.seal_of_plan(planned)?];
+        match (kind, self.read_plan(planned)?.map(|plan| plan.next)) {
+            (Kind::Region, Some(Next::Pass { bits, .. })) => {
+                for part in self.parts(level, cell, bits)? {
+                    seals.push(self.seal_of(planned, part, Kind::Reduced)?);
+                }
+            }
+            (Kind::Region, _) => {
+                seals.push(self.seal_of(planned, 0, Kind::Reduced)?);
+                seals.push(self.seal_of(planned, cell, Kind::Region)?);
+            }
+            (Kind::Reduced, Some(Next::Pass { .. })) | (Kind::Refined, _) => {
+                seals.push(self.seal_of(level, cell, Kind::Region)?);
+            }
+            // The plan of the level covers all of its regions.
+            (Kind::Reduced | Kind::LodOutput, _) => {}
+        }
+        Ok(combine(seals))
     }
 
     /// Writes a region and its record.
-    fn put(&self, region: &Region, state: State, moved: Option<f64>) -> Result<Record, Error> {
-        let path = self.path(region.level, region.cell, state);
-        let sha256 = region.write(&path)?;
-        let bytes = fs::metadata(&path).map_err(Error::io(&path))?.len();
+    fn put(&self, region: &Region, kind: Kind, moved: Option<f64>) -> Result<Record, Error> {
+        let Region { level, cell, .. } = *region;
+        layout::create_level(&self.folder, level)?;
+        let path = self.path(level, cell, kind);
+        let (sha256, bytes) = region.write(&path)?;
         let faces = region.own_face_count() as u64;
-        let forecast = match state {
-            State::Region => Some(forecast(region.clone(), &self.rules()?)),
-            State::Reduced | State::Finished | State::Stage => None,
+        let forecast = match kind {
+            Kind::Region => Some(forecast(region.clone(), &self.rules()?)),
+            Kind::Reduced | Kind::Refined | Kind::LodOutput => None,
         };
+        let moved = moved.filter(|moved| moved.is_finite());
         let record = Record { sha256, bytes, faces, forecast, moved };
-        put_json(&record_path(&path), &record)?;
+        let inputs = self.inputs_of(level, cell, kind)?;
+        self.write_sealed(&layout::record(level, cell, kind), &inputs, &record)?;
         Ok(record)
     }
 
-    /// The record of a step, if it is done: the file is there, and as long as it should be.
-    fn record(&self, level: u32, cell: u32, state: State) -> Option<Record> {
-        let path = self.path(level, cell, state);
-        let record: Record = get_json(&record_path(&path)).ok()?;
-        let bytes = fs::metadata(&path).ok()?.len();
-        (bytes == record.bytes).then_some(record)
+    /// The record of a step, whether its region is still there or not. `None`: the step is not done.
+    fn read_record(&self, level: u32, cell: u32, kind: Kind) -> Result<Option<Record>, Error> {
+        let file = layout::record(level, cell, kind);
+        let Some(sealed) = self.read_sealed::<Record>(&file)? else { return Ok(None) };
+        let path = self.folder.join(file);
+        let proves = self.manifest.settings.prove.is_some();
+        sealed.content.check(kind, proves).map_err(|reason| Error::damaged(&path, reason))?;
+        if sealed.inputs != self.inputs_of(level, cell, kind)? {
+            return Err(Error::damaged(&path, "it was made from files that have changed since"));
+        }
+        Ok(Some(sealed.content))
     }
 
-    fn get(&self, level: u32, cell: u32, state: State) -> Result<Region, Error> {
-        let path = self.path(level, cell, state);
-        let record: Record = get_json(&record_path(&path))?;
+    /// The record of a step that is done: its region is there, and as long as it should be.
+    fn record(&self, level: u32, cell: u32, kind: Kind) -> Result<Option<Record>, Error> {
+        let path = self.path(level, cell, kind);
+        let bytes = match fs::symlink_metadata(&path) {
+            Ok(metadata) if metadata.is_file() => metadata.len(),
+            Ok(_) => return Err(Error::damaged(&path, "this is not a regular file")),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(Error::io(&path)(error)),
+        };
+        Ok(self.read_record(level, cell, kind)?.filter(|record| record.bytes == bytes))
+    }
+
+    fn get(&self, level: u32, cell: u32, kind: Kind) -> Result<Region, Error> {
+        let path = self.path(level, cell, kind);
+        let missing = || Error::damaged(&path, "the region or its record is not there");
+        let record = self.read_record(level, cell, kind)?.ok_or_else(missing)?;
         let (region, sha256) = Region::read_checked(&path)?;
-        if sha256 != record.sha256 || (region.level, region.cell) != (level, cell) {
-            return Err(Error::damaged(&path, "not the file that its record is about"));
+        let fits = sha256 == record.sha256 && (region.level, region.cell) == (level, cell);
+        if !fits || region.own_face_count() as u64 != record.faces {
+            return Err(Error::damaged(&path, "this is not the file that its record describes"));
         }
         Ok(region)
     }
@@ -369,58 +344,100 @@ impl Work {
     /// # Errors
     /// A level below has no plan yet.
     pub fn cells(&self, level: u32) -> Result<u32, Error> {
-        if level == 0 {
-            return Ok(self.manifest.cells.count());
+        let no_level =
+            || Error::damaged(&self.folder.join(layout::plan(level)), "there is no such level");
+        self.cells_if_planned(level)?.ok_or_else(no_level)
+    }
+
+    /// The number of cells of a level; `None` if the level below is the last one, or has no plan yet.
+    fn cells_if_planned(&self, level: u32) -> Result<Option<u32>, Error> {
+        let Some(below) = level.checked_sub(1) else {
+            return Ok(Some(self.manifest.cells.count()));
+        };
+        Ok(self.read_plan(below)?.and_then(|below| below.cells_above()))
+    }
+
+    /// The cells of the level below that make up a cell of this one.
+    fn parts(&self, level: u32, cell: u32, bits: u32) -> Result<core::ops::Range<u32>, Error> {
+        if cell >= self.cells(level)? {
+            let path = self.path(level, cell, Kind::Region);
+            return Err(Error::damaged(&path, "there is no such cell"));
         }
-        let below: Plan = self.read_plan(level - 1)?;
-        match below.next {
-            Next::Pass { bits, .. } => Ok(below.cells.div_ceil(1 << bits)),
-            Next::Strips { .. } => Ok(below.cells),
-            _ => Err(Error::damaged(&self.plan_path(level), "there is no such level")),
-        }
+        let below = self.cells(level.saturating_sub(1))?;
+        Ok((cell << bits)..((cell + 1) << bits).min(below))
     }
 
-    fn plan_path(&self, level: u32) -> PathBuf {
-        self.level_folder(level).join("plan.json")
+    /// The plan of a level as it was written, with numbers in their ranges. `None`: it is not there.
+    fn read_plan(&self, level: u32) -> Result<Option<Plan>, Error> {
+        let file = layout::plan(level);
+        let Some(sealed) = self.read_sealed::<Plan>(&file)? else { return Ok(None) };
+        let faces = self.manifest.summary.triangles;
+        let checked = sealed.content.check(level, self.manifest.cells.count(), faces);
+        checked.map_err(|reason| Error::damaged(&self.folder.join(file), reason))?;
+        Ok(Some(sealed.content))
     }
 
-    fn read_plan(&self, level: u32) -> Result<Plan, Error> {
-        get_json(&self.plan_path(level))
+    fn planned(&self, level: u32) -> Result<Plan, Error> {
+        let missing = || {
+            let path = self.folder.join(layout::plan(level));
+            Error::damaged(&path, "the level has no plan yet")
+        };
+        self.read_plan(level)?.ok_or_else(missing)
     }
 
-    /// What is done with a level, whose regions have to be there: from what they say, and nothing else. The
-    /// plan is written down, and found there again.
+    /// Plans a level whose regions are all there, from the records of these regions and nothing else. The plan is
+    /// written down. A plan that is there already has to be the same.
     ///
     /// # Errors
-    /// A region is missing, or the plan cannot be written.
+    /// A region is missing, a record is damaged, or the plan cannot be written.
     pub fn plan(&self, level: u32) -> Result<Plan, Error> {
-        if let Ok(plan) = self.read_plan(level) {
-            return Ok(plan);
-        }
         let cells = self.cells(level)?;
+        let file = layout::plan(level);
+        let path = self.folder.join(&file);
+        let written = self.read_sealed::<Plan>(&file)?;
+        let mut seals = vec![match level.checked_sub(1) {
+            Some(below) => self.seal_of_plan(below)?,
+            None => self.run.clone(),
+        }];
         let mut forecasts = Vec::new();
         let mut faces = 0;
         for cell in 0..cells {
-            let path = self.path(level, cell, State::Region);
-            let missing = || Error::damaged(&path, "the region is not there");
-            let record = self.record(level, cell, State::Region).ok_or_else(missing)?;
+            // Regions of levels that were planned may have been removed since.
+            let record = match &written {
+                Some(_) => self.read_record(level, cell, Kind::Region)?,
+                None => self.record(level, cell, Kind::Region)?,
+            };
+            let region = || self.path(level, cell, Kind::Region);
+            let record = record.ok_or_else(|| Error::damaged(&region(), "it is not there"))?;
+            seals.push(self.seal_of(level, cell, Kind::Region)?);
             faces += record.faces;
             forecasts.push(record.forecast.unwrap_or_default());
         }
-        let below: Vec<Plan> = (0..level).map(|l| self.read_plan(l)).collect::<Result<_, _>>()?;
+        if faces > self.manifest.summary.triangles {
+            return Err(Error::damaged(&path, "its records have more faces than the input"));
+        }
+        let below: Vec<Plan> = (0..level).map(|l| self.planned(l)).collect::<Result<_, _>>()?;
         let met: usize = below.iter().map(|plan| plan.results as usize).sum();
+        let targets = self.targets();
         let situation = Situation {
             level,
             cells,
             faces,
             forecasts: &forecasts,
             before: below.last().copied(),
-            has_strips: has_strips(below.iter().rev()),
-            targets: &self.targets()[met..],
-            sizes: self.manifest.settings.sizes,
+            has_seam_strips: has_seam_strips(below.iter().rev()),
+            targets: targets.get(met..).filter(|left| !left.is_empty()).ok_or_else(|| {
+                Error::damaged(&path, "the levels below have all results already")
+            })?,
+            capacity: self.manifest.settings.capacity,
         };
         let plan = situation.plan();
-        put_json(&self.plan_path(level), &plan)?;
+        let inputs = combine(seals);
+        match written {
+            None => drop(self.write_sealed(&file, &inputs, &plan)?),
+            Some(written) if written.content == plan && written.inputs == inputs => {}
+            Some(_) => return Err(Error::damaged(&path, "this is not what its records lead to")),
+        }
         Ok(plan)
     }
 
@@ -429,27 +446,34 @@ impl Work {
     /// # Errors
     /// The region or the plan is missing or damaged, or the result cannot be written.
     pub fn reduce(&self, level: u32, cell: u32) -> Result<Record, Error> {
-        if let Some(done) = self.record(level, cell, State::Reduced) {
+        if let Some(done) = self.record(level, cell, Kind::Reduced)? {
             return Ok(done);
         }
-        let Next::Pass { ceiling, .. } = self.read_plan(level)?.next else {
-            return Err(Error::damaged(
-                &self.plan_path(level),
-                "no cells are collapsed on this level",
-            ));
+        let Next::Pass { cost_threshold, .. } = self.planned(level)?.next else {
+            let path = self.folder.join(layout::plan(level));
+            return Err(Error::damaged(&path, "no cells are collapsed on this level"));
         };
         if level > 0 {
-            // What was damaged since is made again.
+            // A region that was damaged since is made again.
             self.join(level, cell)?;
         }
-        let region = self.get(level, cell, State::Region)?;
+        self.reduce_region(self.get(level, cell, Kind::Region)?, cost_threshold)
+            .map(|(record, _)| record)
+    }
+
+    /// Collapses a region, proves how far that moves its faces, and writes the result.
+    fn reduce_region(
+        &self,
+        region: Region,
+        cost_threshold: CostThreshold,
+    ) -> Result<(Record, Region), Error> {
         let before = self.tolerance().map(|tolerance| (region.clone(), tolerance));
-        let reduced = reduce(region, &self.rules()?, ceiling);
+        let reduced = reduce(region, &self.rules()?, cost_threshold);
         let moved = match before {
             Some((before, tolerance)) => Some(proved_distance(&before, &reduced, tolerance)?),
             None => None,
         };
-        self.put(&reduced, State::Reduced, moved)
+        Ok((self.put(&reduced, Kind::Reduced, moved)?, reduced))
     }
 
     /// Joins the regions of the level below that make up a cell.
@@ -457,68 +481,70 @@ impl Work {
     /// # Errors
     /// One of them is missing or damaged, or the result cannot be written.
     pub fn join(&self, level: u32, cell: u32) -> Result<Record, Error> {
-        if let Some(done) = self.record(level, cell, State::Region) {
+        if let Some(done) = self.record(level, cell, Kind::Region)? {
             return Ok(done);
         }
-        let below = level.checked_sub(1).map(|below| self.read_plan(below)).transpose()?;
-        if let Some(Plan { cells, next: Next::Strips { ceiling }, .. }) = below {
-            self.collapse_rims(level - 1, cells, ceiling)?;
-            let path = self.path(level, cell, State::Region);
-            let no_cell = || Error::damaged(&path, "there is no such cell");
-            return self.record(level, cell, State::Region).ok_or_else(no_cell);
-        }
-        let Some(Plan { cells, next: Next::Pass { bits, .. }, .. }) = below else {
-            return Err(Error::damaged(&self.plan_path(level), "nothing is joined on this level"));
+        let Some(below) = level.checked_sub(1) else {
+            let path = self.path(level, cell, Kind::Region);
+            return Err(Error::damaged(&path, "the region is not there; split the input again"));
         };
-        let parts = (cell << bits)..((cell + 1) << bits).min(cells);
-        let regions: Result<Vec<Region>, Error> =
-            parts.map(|part| self.reduced(level - 1, part)).collect();
-        let joined = join(regions?, bits)?;
-        let folder = self.level_folder(level);
-        fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
-        self.put(&joined, State::Region, None)
+        match self.planned(below)? {
+            Plan { next: Next::Pass { bits, .. }, .. } => {
+                let parts = self.parts(level, cell, bits)?;
+                let regions: Result<Vec<Region>, Error> =
+                    parts.map(|part| self.reduced(below, part)).collect();
+                self.put(&join(regions?, bits)?, Kind::Region, None)
+            }
+            Plan { cells, next: Next::SeamStrips { cost_threshold }, .. } => {
+                self.collapse_seams(below, cells, cost_threshold)?;
+                let path = self.path(level, cell, Kind::Region);
+                let no_cell = || Error::damaged(&path, "there is no such cell");
+                self.record(level, cell, Kind::Region)?.ok_or_else(no_cell)
+            }
+            _ => {
+                let path = self.folder.join(layout::plan(below));
+                Err(Error::damaged(&path, "nothing is joined above this level"))
+            }
+        }
     }
 
-    /// Collapses the rims of the cells of a level, and writes those of the next one.
-    fn collapse_rims(&self, level: u32, cells: u32, ceiling: CostThreshold) -> Result<(), Error> {
+    /// Collapses the strips along the seams between the cells of a level, and writes the cells of the next level.
+    fn collapse_seams(
+        &self,
+        level: u32,
+        cells: u32,
+        cost_threshold: CostThreshold,
+    ) -> Result<(), Error> {
         let read = |cell| {
             if level > 0 {
                 self.join(level, cell)?;
             }
-            self.get(level, cell, State::Region)
+            self.get(level, cell, Kind::Region)
         };
-        // Besides the strips there is the cell that they are taken from.
-        let most = self.manifest.settings.sizes.region_faces / 4 * 3;
-        let (strips, region) = Strips::gather(level, cells, most, &self.folder, read)?.unzip();
+        // The cell that strips are taken from is in memory beside them.
+        let most = self.manifest.settings.capacity.region_faces / 4 * 3;
+        let (strips, region) = SeamStrips::gather(level, cells, most, &self.folder, read)?.unzip();
         let region = region.unwrap_or(Region { level, ..Region::default() });
-        let before = self.tolerance().map(|tolerance| (region.clone(), tolerance));
-        let reduced = reduce(region, &self.rules()?, ceiling);
-        let moved = match before {
-            Some((before, tolerance)) => Some(proved_distance(&before, &reduced, tolerance)?),
-            None => None,
-        };
-        self.put(&reduced, State::Reduced, moved)?;
-        let folder = self.level_folder(level + 1);
-        fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        let (_, reduced) = self.reduce_region(region, cost_threshold)?;
         for cell in 0..cells {
             let old = read(cell)?;
             let next = match &strips {
                 Some(strips) => strips.put_back(&reduced, &old, &self.folder)?,
                 None => Region { level: level + 1, ..old },
             };
-            self.put(&next, State::Region, None)?;
+            self.put(&next, Kind::Region, None)?;
         }
         Ok(())
     }
 
-    /// Everything that is left on a level, as one region.
+    /// All regions of a level as one.
     ///
     /// # Errors
-    /// A region is missing or damaged, or all of them are too many for 32 bits.
+    /// A region is missing or damaged, or together they are too large for indices of 32 bits.
     pub fn whole(&self, level: u32) -> Result<Region, Error> {
         let cells = self.cells(level)?;
         let regions: Result<Vec<Region>, Error> =
-            (0..cells).map(|cell| self.get(level, cell, State::Region)).collect();
+            (0..cells).map(|cell| self.get(level, cell, Kind::Region)).collect();
         join(regions?, cells.next_power_of_two().trailing_zeros())
     }
 
@@ -527,64 +553,65 @@ impl Work {
     /// # Errors
     /// It is missing or damaged.
     pub fn region(&self, level: u32, cell: u32) -> Result<Region, Error> {
-        self.get(level, cell, State::Region)
+        self.get(level, cell, Kind::Region)
     }
 
-    /// The region of a cell of the level that is the result.
-    pub(crate) fn region_to_finish(&self, level: u32, cell: u32) -> Result<Region, Error> {
+    /// The region of a cell of a level that is a result.
+    pub(crate) fn region_to_refine(&self, level: u32, cell: u32) -> Result<Region, Error> {
         if self.plan(level)?.results == 0 {
-            let path = self.plan_path(level);
-            return Err(Error::damaged(&path, "this level is not finished region by region"));
+            let path = self.folder.join(layout::plan(level));
+            return Err(Error::damaged(&path, "this level is no result"));
         }
         if level > 0 {
             self.join(level, cell)?;
         }
-        self.get(level, cell, State::Region)
+        self.get(level, cell, Kind::Region)
     }
 
-    /// The record of a region that was finished.
-    pub(crate) fn finished(&self, level: u32, cell: u32) -> Option<Record> {
-        self.record(level, cell, State::Finished)
+    /// The record of a region that was refined.
+    pub(crate) fn refined(&self, level: u32, cell: u32) -> Result<Option<Record>, Error> {
+        self.record(level, cell, Kind::Refined)
     }
 
-    pub(crate) fn put_finished(
-        &self,
-        region: &Region,
-        moved: Option<f64>,
-    ) -> Result<Record, Error> {
-        self.put(region, State::Finished, moved)
+    pub(crate) fn put_refined(&self, region: &Region, moved: Option<f64>) -> Result<Record, Error> {
+        self.put(region, Kind::Refined, moved)
     }
 
-    /// The region of a cell of the result, finished.
+    /// The refined region of a cell of a result.
     ///
     /// # Errors
     /// It is missing or damaged.
-    pub fn finished_region(&self, level: u32, cell: u32) -> Result<Region, Error> {
-        self.get(level, cell, State::Finished)
+    pub fn refined_region(&self, level: u32, cell: u32) -> Result<Region, Error> {
+        self.get(level, cell, Kind::Refined)
     }
 
-    /// The record of a result that was made of the rest in one piece.
-    pub(crate) fn stage(&self, level: u32, number: u32) -> Option<Record> {
-        self.record(level, number, State::Stage)
+    /// The record of a result that was made in memory.
+    pub(crate) fn lod_output(&self, level: u32, number: u32) -> Result<Option<Record>, Error> {
+        self.record(level, number, Kind::LodOutput)
     }
 
-    pub(crate) fn put_stage(&self, stage: &Region, moved: Option<f64>) -> Result<Record, Error> {
-        self.put(stage, State::Stage, moved)
+    pub(crate) fn put_lod_output(
+        &self,
+        output: &Region,
+        moved: Option<f64>,
+    ) -> Result<Record, Error> {
+        self.put(output, Kind::LodOutput, moved)
     }
 
-    /// A result that was made of the rest in one piece.
-    pub(crate) fn stage_mesh(&self, level: u32, number: u32) -> Result<TriMesh, Error> {
-        let Region { positions, triangles, .. } = self.get(level, number, State::Stage)?;
-        let path = self.path(level, number, State::Stage);
+    /// A result that was made in memory.
+    pub(crate) fn lod_output_mesh(&self, level: u32, number: u32) -> Result<TriMesh, Error> {
+        let Region { positions, triangles, .. } = self.get(level, number, Kind::LodOutput)?;
+        let path = self.path(level, number, Kind::LodOutput);
         TriMesh::from_triangles(&positions, &triangles)
             .map_err(|error| Error::damaged(&path, error.to_string()))
     }
 
-    /// How far the passes so far have moved the surface at most, if that was proved: the largest distance
-    /// over the cells of each, added up.
+    /// An upper bound of the distance between the input and the regions of a level, in model units: the largest
+    /// distance over the cells of each pass, added up over the passes. `None` if distances are not proved. Infinite if
+    /// the proof of a cell has failed.
     ///
     /// # Errors
-    /// A record is missing.
+    /// A record is missing or damaged.
     pub fn moved(&self, levels: u32) -> Result<Option<f64>, Error> {
         if self.manifest.settings.prove.is_none() {
             return Ok(None);
@@ -592,12 +619,13 @@ impl Work {
         let mut sum = 0.0;
         for level in 0..levels {
             let mut largest = 0.0_f64;
-            let plan = self.read_plan(level)?;
+            let plan = self.planned(level)?;
             // All strips are one region.
-            let is_strips = matches!(plan.next, Next::Strips { .. });
+            let is_strips = matches!(plan.next, Next::SeamStrips { .. });
             for cell in 0..if is_strips { 1 } else { plan.cells } {
-                let path = record_path(&self.path(level, cell, State::Reduced));
-                let record: Record = get_json(&path)?;
+                let path = self.folder.join(layout::record(level, cell, Kind::Reduced));
+                let missing = || Error::damaged(&path, "the record is not there");
+                let record = self.read_record(level, cell, Kind::Reduced)?.ok_or_else(missing)?;
                 largest = largest.max(record.moved.unwrap_or(f64::INFINITY));
             }
             sum = add_up(sum, largest);
@@ -606,35 +634,38 @@ impl Work {
     }
 
     /// Removes the regions of a level that are not needed any more; their records stay.
-    pub(crate) fn tidy(&self, level: u32) {
-        for cell in 0..self.cells(level).unwrap_or(0) {
-            let _ = fs::remove_file(self.path(level, cell, State::Reduced));
+    pub(crate) fn tidy(&self, level: u32, cells: u32) {
+        for cell in 0..cells {
+            let _ = fs::remove_file(self.path(level, cell, Kind::Reduced));
             if level > 0 {
-                let _ = fs::remove_file(self.path(level, cell, State::Region));
+                let _ = fs::remove_file(self.path(level, cell, Kind::Region));
             }
         }
     }
 
-    /// What a region was collapsed to, which is done if it was not yet.
+    /// The region of a cell after its collapses, which are done if they were not yet.
     fn reduced(&self, level: u32, cell: u32) -> Result<Region, Error> {
         self.reduce(level, cell)?;
-        self.get(level, cell, State::Reduced)
+        self.get(level, cell, Kind::Reduced)
     }
 
     /// Whether the region of a cell is there.
-    pub(crate) fn has_region(&self, level: u32, cell: u32) -> bool {
-        self.record(level, cell, State::Region).is_some()
+    pub(crate) fn has_region(&self, level: u32, cell: u32) -> Result<bool, Error> {
+        Ok(self.record(level, cell, Kind::Region)?.is_some())
     }
 
-    /// The plan of the highest level whose regions are all there. Of those below, some may have been removed
-    /// since.
+    /// The plan of the highest level whose regions are all there. Regions of levels below may have been removed.
     ///
     /// # Errors
-    /// No level is there, or the plan cannot be written.
+    /// No level is there, a record is damaged, or the plan cannot be written.
     pub fn current(&self) -> Result<Plan, Error> {
         let (mut highest, mut level) = (0, 0);
-        while let Ok(cells) = self.cells(level) {
-            if (0..cells).all(|cell| self.has_region(level, cell)) {
+        while let Some(cells) = self.cells_if_planned(level)? {
+            let mut is_there = true;
+            for cell in 0..cells {
+                is_there = is_there && self.has_region(level, cell)?;
+            }
+            if is_there {
                 highest = level;
             }
             level += 1;
@@ -647,44 +678,4 @@ impl Work {
 pub(crate) fn add_up(a: f64, b: f64) -> f64 {
     let sum = a + b;
     if sum > 0.0 { sum.next_up() } else { sum }
-}
-
-/// How far a run has come; given to the observer, which says whether to go on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// What is being done.
-    pub what: &'static str,
-    /// How much of that is done.
-    pub done: u64,
-    /// Of how much in all, where that is known.
-    pub of: u64,
-    /// On which level.
-    pub level: u32,
-}
-
-const RUN: &str = "run.json";
-
-fn record_path(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".json");
-    name.into()
-}
-
-/// Removes the levels in the folder of a run, as far as that is possible.
-fn remove_levels(folder: &Path) {
-    let is_level = |entry: &fs::DirEntry| entry.file_name().to_string_lossy().starts_with("level-");
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(is_level) {
-        let _ = fs::remove_dir_all(entry.path());
-    }
-}
-
-pub(crate) fn put_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
-    let text = serde_json::to_string_pretty(value)
-        .map_err(|error| Error::damaged(path, error.to_string()))?;
-    Ok(mesh_io::replace_file(path, |writer| writer.write_all(text.as_bytes()))?)
-}
-
-fn get_json<T: DeserializeOwned>(path: &Path) -> Result<T, Error> {
-    let text = fs::read(path).map_err(Error::io(path))?;
-    serde_json::from_slice(&text).map_err(|error| Error::damaged(path, error.to_string()))
 }

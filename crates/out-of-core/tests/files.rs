@@ -57,6 +57,8 @@ fn a_folder_without_its_manifest_is_begun_anew() {
     let killed = split(&place, &input, &draft).unwrap();
     let levels = run(&killed, &mut |_| true).unwrap().levels.len();
     assert!(levels > 1);
+    // The lock of a process that was killed is free.
+    drop(killed);
     std::fs::remove_file(place.join("run.json")).unwrap();
     std::fs::remove_dir_all(place.join("level-0")).unwrap();
     std::fs::create_dir_all(place.join("scratch/left")).unwrap();
@@ -86,10 +88,10 @@ fn what_is_no_region_is_refused_with_a_checksum_too() {
         Region { triangles: vec![[0, 1, 3]], ..good.clone() },
         Region { triangles: vec![[0, 1, 1]], ..good.clone() },
         Region { triangles: vec![[0, 1, 2], [0, 1, 2]], ..good.clone() },
-        Region { stuck: vec![5], ..good.clone() },
+        Region { non_manifold: vec![5], ..good.clone() },
         Region { vertex_ids: vec![4, 1, 7], ..good.clone() },
         Region { positions: vec![glam::DVec3::NAN; 3], ..good.clone() },
-        Region { own: 2, homes: vec![0], ..good.clone() },
+        Region { own: 2, other_cells: vec![0], ..good.clone() },
     ];
     for region in bad {
         region.write(&path).unwrap();

@@ -8,7 +8,7 @@ use crate::common::{bits, open_torus, settings, split, torus, write};
 use mesh_core::TriMesh;
 use mesh_metric::{CertifyOptions, CompareOptions, Surface, compare, hausdorff_bounds};
 use out_of_core::{
-    Error, Left, Next, Outcome, Settings, Step, Work, assemble, finish_cell, run, write_tiles,
+    Error, Next, Outcome, ResultMesh, Settings, Step, Work, assemble, refine_cell, run, write_tiles,
 };
 use simplify::{Options, Preset, RefineOptions, Target};
 
@@ -22,20 +22,20 @@ fn ratio(share: f64) -> Target {
 
 /// All results of a run as meshes, from the finest, with their bounds.
 fn results(outcome: &Outcome, work: &Work, scratch: &Path) -> Vec<(TriMesh, Option<f64>)> {
-    let mesh = |left: &Left| match left {
-        Left::Mesh(mesh) => mesh.clone(),
-        Left::Regions { level } => {
+    let mesh = |left: &ResultMesh| match left {
+        ResultMesh::InMemory(mesh) => mesh.clone(),
+        ResultMesh::OnDisk { level } => {
             let path = scratch.join("assembled.ply");
             assemble(work, *level, &path).unwrap();
             TriMesh::from_soup(&mesh_io::read(&path).unwrap().soup).unwrap()
         }
     };
-    let finer = outcome.finer.iter().map(|level| {
-        let mesh = mesh(&level.left(work).unwrap());
+    let finer = outcome.finer_levels.iter().map(|level| {
+        let mesh = mesh(&level.load(work).unwrap());
         assert_eq!(mesh.topology().face_count() as u64, level.faces);
         (mesh, level.error)
     });
-    finer.chain([(mesh(&outcome.left), outcome.error)]).collect()
+    finer.chain([(mesh(&outcome.result), outcome.error)]).collect()
 }
 
 fn euler(mesh: &TriMesh) -> i64 {
@@ -54,7 +54,7 @@ fn mean(a: &TriMesh, b: &TriMesh) -> f64 {
 /// With results on both sides of what fits.
 fn given(preset: Preset) -> Settings {
     let finer = vec![faces(4000), ratio(0.6), faces(20_000)];
-    Settings { finer, ..settings(preset, 1000, 10_000, 9000) }
+    Settings { finer_levels: finer, ..settings(preset, 1000, 10_000, 9000) }
 }
 
 #[test]
@@ -73,9 +73,10 @@ fn every_level_has_the_number_of_faces_asked_for_and_is_whole() {
             let targets = work.targets();
             assert_eq!(targets, [(0.6 * faces as f64).ceil() as u64, 20_000, 4000, 1000]);
             let outcome = run(&work, &mut |_| true).unwrap();
-            let is_apart =
-                |level: &out_of_core::Finer| matches!(level.left(&work), Ok(Left::Regions { .. }));
-            let apart: Vec<bool> = outcome.finer.iter().map(is_apart).collect();
+            let is_apart = |level: &out_of_core::DetailLevel| {
+                matches!(level.load(&work), Ok(ResultMesh::OnDisk { .. }))
+            };
+            let apart: Vec<bool> = outcome.finer_levels.iter().map(is_apart).collect();
             assert_eq!(apart, [true, true, false]);
             let made = results(&outcome, &work, folder.path());
             let mut last = 0.0;
@@ -100,8 +101,11 @@ fn every_level_has_the_number_of_faces_asked_for_and_is_whole() {
             }
             // As tiles, too.
             let tiles = folder.path().join("tiles");
-            let level = outcome.finer[0].left(&work).unwrap();
-            assert_eq!(write_tiles(&work, &level, &tiles).unwrap().faces, outcome.finer[0].faces);
+            let level = outcome.finer_levels[0].load(&work).unwrap();
+            assert_eq!(
+                write_tiles(&work, &level, &tiles).unwrap().faces,
+                outcome.finer_levels[0].faces
+            );
         }
     }
 }
@@ -133,8 +137,8 @@ fn levels_have_the_same_bits_however_they_come_about() {
                 finished.push((level, plan.cells));
             }
             match plan.next {
-                Next::InOnePiece | Next::Cells => break,
-                Next::Strips { .. } => strips += 1,
+                Next::InMemory | Next::Done => break,
+                Next::SeamStrips { .. } => strips += 1,
                 Next::Pass { .. } => {
                     (0..plan.cells).rev().for_each(|cell| drop(work.reduce(level, cell)));
                 }
@@ -145,7 +149,7 @@ fn levels_have_the_same_bits_however_they_come_about() {
         }
         assert_eq!((finished.len(), strips), (2, 2));
         for (level, cells) in finished.into_iter().rev() {
-            let finish = |cell| drop(finish_cell(&work, level, cell, &mut |_| true).unwrap());
+            let finish = |cell| drop(refine_cell(&work, level, cell, &mut |_| true).unwrap());
             (0..cells).rev().for_each(finish);
         }
         assert!(of(&run(&work, &mut |_| true).unwrap(), &work) == whole);
@@ -156,11 +160,11 @@ fn levels_have_the_same_bits_however_they_come_about() {
     let mut stops = 0;
     let outcome = loop {
         let mut left = random.usize(1..12);
-        let see = &mut |_: Step| {
+        let observer = &mut |_: Step| {
             left = left.saturating_sub(1);
             left > 0 || stops > 20
         };
-        let done = split(&place("stopped"), &input, &given).and_then(|work| run(&work, see));
+        let done = split(&place("stopped"), &input, &given).and_then(|work| run(&work, observer));
         match done {
             Ok(done) => break done,
             Err(Error::Stopped) => stops += 1,
@@ -188,8 +192,7 @@ fn cut_one_short(work: &Path, random: &mut fastrand::Rng) {
     for level in 0..20 {
         let Ok(files) = std::fs::read_dir(work.join(format!("level-{level}"))) else { break };
         finished.extend(files.map(|file| file.unwrap().path()).filter(|path| {
-            path.extension()
-                .is_some_and(|extension| extension == "finished" || extension == "stage")
+            path.extension().is_some_and(|extension| extension == "refined" || extension == "lod")
         }));
     }
     finished.sort();
@@ -208,7 +211,7 @@ fn levels_of_what_fits_are_those_of_one_run() {
     let input = write(&mesh, &folder.path().join("in.ply"));
     for preset in [Preset::Draft, Preset::Fast] {
         let mut given = settings(preset, 500, 100_000, 100_000);
-        given.finer = vec![ratio(0.4), faces(1500)];
+        given.finer_levels = vec![ratio(0.4), faces(1500)];
         given.options.refine = RefineOptions::none();
         let work = split(&folder.path().join(preset.name()), &input, &given).unwrap();
         let outcome = run(&work, &mut |_| true).unwrap();
@@ -234,14 +237,15 @@ fn bounds_of_all_levels_hold_for_random_partitions() {
         let input = write(&mesh, &folder.path().join("in.ply"));
         let preset = if round % 3 == 0 { Preset::Default } else { Preset::Fast };
         let mut given = settings(preset, 60, random.u64(60..500), random.u64(150..900));
-        given.finer = (0..3).map(|_| ratio(0.05 + 0.8 * random.f64())).collect();
+        given.finer_levels = (0..3).map(|_| ratio(0.05 + 0.8 * random.f64())).collect();
         given.prove = Some(1e-3);
         let folder_of_run = folder.path().join("work");
         let work = split(&folder_of_run, &input, &given).unwrap();
         let outcome = run(&work, &mut |_| true).unwrap();
-        let is_apart =
-            |level: &&out_of_core::Finer| matches!(level.left(&work), Ok(Left::Regions { .. }));
-        apart += outcome.finer.iter().filter(is_apart).count();
+        let is_apart = |level: &&out_of_core::DetailLevel| {
+            matches!(level.load(&work), Ok(ResultMesh::OnDisk { .. }))
+        };
+        apart += outcome.finer_levels.iter().filter(is_apart).count();
         let before = Surface::new(&mesh).unwrap();
         let size = before.bounding_box().diagonal();
         let options = CertifyOptions { tolerance: 1e-3 * size, ..CertifyOptions::default() };
@@ -267,16 +271,16 @@ fn a_level_is_a_number_of_faces() {
         Target { cost: Some(1.0), ..faces(500) },
         Target { vertices: Some(20), ..Target::default() },
     ] {
-        let given = Settings { finer: vec![bad], ..settings(Preset::Fast, 100, 700, 800) };
+        let given = Settings { finer_levels: vec![bad], ..settings(Preset::Fast, 100, 700, 800) };
         assert!(matches!(split(&work, &input, &given), Err(Error::Unsupported(..))));
         assert!(!work.exists());
     }
     // Twice the same, more than there are, and coarser than the options say: all of them are there.
     let finer = vec![faces(50), faces(50_000), faces(10_000), faces(10_000), ratio(0.0)];
-    let given = Settings { finer, ..settings(Preset::Fast, 100, 4000, 5000) };
+    let given = Settings { finer_levels: finer, ..settings(Preset::Fast, 100, 4000, 5000) };
     let work = split(&work, &input, &given).unwrap();
     let outcome = run(&work, &mut |_| true).unwrap();
-    let counts: Vec<u64> = outcome.finer.iter().map(|level| level.faces).collect();
+    let counts: Vec<u64> = outcome.finer_levels.iter().map(|level| level.faces).collect();
     assert_eq!(counts[..3], [mesh.topology().face_count() as u64, counts[1], counts[1]]);
     assert!(counts[1].abs_diff(10_000) <= 100, "{counts:?}");
     assert_eq!(counts[3..], [100, 50]);

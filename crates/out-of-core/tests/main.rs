@@ -2,7 +2,9 @@
 
 mod bounds;
 mod common;
+mod disk_mesh;
 mod files;
 mod levels;
-mod passing;
+mod scratch;
 mod whole;
+mod work_folder;

@@ -6,7 +6,7 @@ use crate::common::{Done, bits, open_torus, settings, simplify, split, torus, wr
 use mesh_core::TriMesh;
 use mesh_metric::{CompareOptions, Surface, compare};
 use out_of_core::{
-    Error, Left, Next, Repairs, Step, assemble, finish_cell, join, run, write_tiles,
+    Error, Next, Repairs, ResultMesh, Step, assemble, join, refine_cell, run, write_tiles,
 };
 use simplify::{Options, Preset};
 
@@ -55,8 +55,9 @@ fn rims_do_not_show() {
     let mut sums = [[0.0; 3]; 2];
     for face in done.mesh.topology().faces() {
         let corners = done.mesh.triangle(face);
-        let homes = corners.map(|corner| cells.cell_of(corner));
-        let at_rim = usize::from(homes[0] != homes[1] || homes[1] != homes[2]);
+        let other_cells = corners.map(|corner| cells.cell_of(corner));
+        let at_rim =
+            usize::from(other_cells[0] != other_cells[1] || other_cells[1] != other_cells[2]);
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let area = 0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
         let add = [1.0, area, area * original.distance(middle)];
@@ -128,14 +129,14 @@ fn a_run_that_was_stopped_anywhere_goes_on_to_the_same_result() {
     let work = folder.path().join("work");
     let done = loop {
         let mut left = random.usize(1..40);
-        let see = &mut |_: Step| {
+        let observer = &mut |_: Step| {
             left = left.saturating_sub(1);
             left > 0 || stops > 20
         };
         let reading = mesh_io::ReadOptions::default();
         let source = out_of_core::Input::Path(&input);
-        let done = out_of_core::Work::split(&work, source, &reading, given.clone(), see)
-            .and_then(|work| run(&work, see));
+        let done = out_of_core::Work::split(&work, source, &reading, given.clone(), observer)
+            .and_then(|work| run(&work, observer));
         match done {
             Ok(done) => break Done::from(done),
             Err(Error::Stopped) => stops += 1,
@@ -191,7 +192,7 @@ fn regions_hold_every_face_once_and_join_to_the_whole() {
         by_pairs = by_pairs.chunks(2).map(|pair| join(pair.to_vec(), 1).unwrap()).collect();
     }
     for all in [&at_once, &by_pairs[0]] {
-        assert!(all.homes.is_empty() && all.own == mesh.topology().vertex_count());
+        assert!(all.other_cells.is_empty() && all.own == mesh.topology().vertex_count());
         assert_eq!(all.positions, mesh.positions());
         let ids = |t: &[u32; 3]| rotated(t.map(|v| all.vertex_ids[v as usize]));
         assert_eq!(sorted(all.triangles.iter().map(ids).collect()), sorted(whole.clone()));
@@ -230,7 +231,7 @@ fn defects_are_refused_or_cut() {
     let work = folder.path().join("work");
     let refused = simplify(&work, &pinched, &given);
     assert!(matches!(refused, Err(Error::NotManifold { vertex: 0 })), "{refused:?}");
-    given.repairs = Repairs { cut: true, ..Repairs::default() };
+    given.repairs = Repairs { cut_non_manifold: true, ..Repairs::default() };
     let done = simplify(&work, &pinched, &given).unwrap();
     let topology = done.mesh.topology();
     assert!(topology.validate().is_ok() && topology.face_count() <= 2000 && topology.is_closed());
@@ -268,13 +269,13 @@ fn a_result_larger_than_memory_is_put_together_from_its_regions() {
         given.prove = (preset == Preset::Default).then_some(1e-3);
         let work = split(&folder.path().join(preset.name()), &input, &given).unwrap();
         let done = run(&work, &mut |_| true).unwrap();
-        let Left::Regions { level } = done.left else { panic!("{done:?}") };
-        // Finished by itself, on another machine, a cell is the same.
-        let record = finish_cell(&work, level, 1, &mut |_| true).unwrap();
-        let path = work.folder().join(format!("level-{level}/cell-1.finished"));
+        let ResultMesh::OnDisk { level } = done.result else { panic!("{done:?}") };
+        // Refined by itself, on another machine, a cell is the same.
+        let record = refine_cell(&work, level, 1, &mut |_| true).unwrap();
+        let path = work.folder().join(format!("level-{level}/cell-1.refined"));
         std::fs::remove_file(path).unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        let again = pool.install(|| finish_cell(&work, level, 1, &mut |_| true)).unwrap();
+        let again = pool.install(|| refine_cell(&work, level, 1, &mut |_| true)).unwrap();
         assert_eq!((record.sha256, record.faces), (again.sha256, again.faces));
 
         let output = folder.path().join("out.ply");
@@ -302,8 +303,8 @@ fn a_result_larger_than_memory_is_put_together_from_its_regions() {
         }
 
         // The same as tiles: every face once, and on common rims the same coordinates.
-        let tiles =
-            write_tiles(&work, &Left::Regions { level }, &folder.path().join("tiles")).unwrap();
+        let tiles = write_tiles(&work, &ResultMesh::OnDisk { level }, &folder.path().join("tiles"))
+            .unwrap();
         assert_eq!(tiles.faces, done.faces);
         let mut faces: Vec<[[u64; 3]; 3]> = Vec::new();
         for tile in &tiles.tiles {

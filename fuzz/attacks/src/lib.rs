@@ -19,6 +19,7 @@ pub mod record;
 pub mod round_trip;
 pub mod shape;
 pub mod simplify;
+pub mod work_folder;
 
 /// An attack with arbitrary bytes.
 pub type Attack = fn(&[u8]);
@@ -38,4 +39,5 @@ pub const ALL: &[(&str, Attack)] = &[
     ("patch", patch::attack),
     ("distance", distance::attack),
     ("record", record::attack),
+    ("work_folder", work_folder::attack),
 ];

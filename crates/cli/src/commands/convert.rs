@@ -71,9 +71,11 @@ fn one(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failur
 fn passing(options: &Convert, task: &Task, console: &Console) -> Result<Done, Failure> {
     let Convert { job, streaming } = options;
     let mut seconds = Seconds::default();
-    let (spool, _scratch) = streaming.spool_of(task, job, &mut seconds, console)?;
-    Seconds::time(&mut seconds.save, || streaming::save(&spool, task, &job.save, None, console))?;
-    let summary = spool.summary();
+    let (disk_mesh, _scratch) = streaming.disk_mesh_of(task, job, &mut seconds, console)?;
+    Seconds::time(&mut seconds.save, || {
+        streaming::save(&disk_mesh, task, &job.save, None, console)
+    })?;
+    let summary = disk_mesh.summary();
     let counts = [summary.vertices as usize, summary.faces as usize];
     let report = task.report(console, counts, Nothing {}, seconds);
     let brief = format!("{} vertices, {} faces", report.vertices, report.faces);

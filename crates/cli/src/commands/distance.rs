@@ -9,7 +9,7 @@ use mesh_metric::{
     hausdorff_bounds,
 };
 use mesh_view::{Lines, Page};
-use out_of_core::Spool;
+use out_of_core::DiskMesh;
 use serde::Serialize;
 
 use crate::args::is_standard;
@@ -191,14 +191,17 @@ fn passing(options: &Distance, console: &Console) -> Result<Outcome, Failure> {
     let mut seconds = Seconds::default();
     let scratch = streaming.scratch(None)?;
     let [a, b] = [("first", first), ("second", second)].map(|(name, path)| {
-        Seconds::time(&mut seconds.load, || streaming.spool(&scratch, name, path, loading, console))
+        Seconds::time(&mut seconds.load, || {
+            streaming.disk_mesh(&scratch, name, path, loading, console)
+        })
     });
     let (a, b) = (a?, b?);
     let found = Seconds::time(&mut seconds.compute, || {
         with_bar(console, |see| out_of_core::distance(&a, &b, &options.sampling(), see))
     })?;
-    let counts =
-        |spool: &Spool| [spool.summary().vertices, spool.summary().faces].map(|n| n as usize);
+    let counts = |disk_mesh: &DiskMesh| {
+        [disk_mesh.summary().vertices, disk_mesh.summary().faces].map(|n| n as usize)
+    };
     let results = Results::new(options, &found, counts(&b), a.summary().size(), None);
     let report = Report::new(console, first, counts(&a), results, seconds);
     report.done(console, summary(&report.results), String::new())?.print(console)?;

@@ -7,7 +7,7 @@ use mesh_core::PolygonSoup;
 use mesh_core::build::{BuildError, Repair};
 use mesh_core::diagnose::{Diagnosis, diagnose};
 use mesh_core::measure::SoupMeasures;
-use out_of_core::Survey;
+use out_of_core::Statistics;
 use serde::Serialize;
 
 use crate::console::Console;
@@ -75,8 +75,8 @@ pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure>
     let console = &session.console;
     let mut seconds = Seconds::default();
     if options.streaming.is_needed(&[&options.input], &options.loading)? {
-        let survey = survey(options, console, &mut seconds)?;
-        return print(options, &survey.diagnosis, &survey.measures, seconds, console);
+        let statistics = statistics(options, console, &mut seconds)?;
+        return print(options, &statistics.diagnosis, &statistics.measures, seconds, console);
     }
     let soup = Seconds::time(&mut seconds.load, || subject(options, console))?;
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
@@ -85,14 +85,18 @@ pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure>
 }
 
 /// What is found out of a mesh that passes by.
-fn survey(options: &Info, console: &Console, seconds: &mut Seconds) -> Result<Survey, Failure> {
+fn statistics(
+    options: &Info,
+    console: &Console,
+    seconds: &mut Seconds,
+) -> Result<Statistics, Failure> {
     let Info { input, loading, streaming } = options;
     Streaming::check(loading)?;
     let scratch = streaming.scratch(None)?;
-    let spool = Seconds::time(&mut seconds.load, || {
-        streaming.spool(&scratch, "mesh", input, loading, console)
+    let disk_mesh = Seconds::time(&mut seconds.load, || {
+        streaming.disk_mesh(&scratch, "mesh", input, loading, console)
     })?;
-    Seconds::time(&mut seconds.compute, || with_bar(console, |see| spool.survey(see)))
+    Seconds::time(&mut seconds.compute, || with_bar(console, |see| disk_mesh.statistics(see)))
 }
 
 fn print(

@@ -1,12 +1,11 @@
-//! `curvmesh region`: the steps of a run over a mesh larger than memory, one by one, for job arrays.
+//! `curvmesh region`: the steps of a run on a mesh larger than memory, one by one, for job arrays.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use out_of_core::{Next, Plan, Step, Work, finish_cell, run as run_rest, write_tiles};
+use out_of_core::{Next, Plan, Step, Work, refine_cell, run as run_rest, write_tiles};
 use serde::Serialize;
 
-use crate::args::is_standard;
 use crate::batch::{Shard, parse_shard};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -17,42 +16,48 @@ use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, paths_of_levels};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{NOT_FITTED, OF_FITS, OF_TARGETS, Policy, Targets, parse_ratio};
 
-/// Simplify a mesh larger than memory step by step, on as many machines as there are
+/// Simplify a mesh larger than memory step by step, on any number of machines
 ///
-/// Every step goes from files to files in a work folder on a disk that all machines see. What is done is
-/// passed over, so that a job that failed is simply started again.
+/// Each step reads and writes files in a work folder, on a disk that all machines see. Finished steps are skipped, so that
+/// a job that failed is simply started again.
 ///
-///     curvmesh region split huge.ply -w work --ratio 0.01 --memory 8G
-///     curvmesh region plan work                  # which level is next, and what is to be done
-///     curvmesh region reduce work --level 0 --shard 3/64
-///     curvmesh region join work --level 1 --shard 3/16
-///     curvmesh region finish work -o small.ply
-///     curvmesh region finish work --shard 3/16   # of a result that does not fit: its cells side by side
-///     curvmesh region finish work --tiles small  # a file for each cell
-///
-/// Split with --levels or --level-faces, a mesh has several results, levels of detail, which go to a folder.
-///
-///     curvmesh region split huge.ply -w work --levels 0.3,0.1,0.01 --memory 8G
-///     curvmesh region finish work --level 2 --shard 3/16   # if the plan of level 2 says that it is one of them
-///     curvmesh region finish work -o levels
+/// With --levels or --level-faces, `split` starts a run with several results, levels of detail, which are written to a
+/// folder.
 #[derive(Debug, Args)]
-#[command(verbatim_doc_comment)]
+#[command(after_long_help = EXAMPLES)]
 pub(crate) struct Region {
     #[command(subcommand)]
     step: RegionStep,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+    curvmesh region split huge.ply -w work --ratio 0.01 --memory 8G
+    curvmesh region plan work                  # prints which level is next, and its steps
+    curvmesh region reduce work --level 0 --shard 3/64
+    curvmesh region join work --level 1 --shard 3/16
+    curvmesh region finish work -o small.ply
+
+A result that does not fit into memory is refined cell by cell:
+    curvmesh region finish work --shard 3/16
+    curvmesh region finish work --tiles small  # writes a file for each cell
+
+Levels of detail:
+    curvmesh region split huge.ply -w work --levels 0.3,0.1,0.01 --memory 8G
+    curvmesh region finish work --level 2 --shard 3/16   # if level 2 is a result
+    curvmesh region finish work -o levels";
+
 #[derive(Debug, Subcommand)]
 enum RegionStep {
     /// Split a file into regions on disk
     Split(Box<Split>),
-    /// Say what is to be done next: reduce and join a level, or finish
+    /// Print the next steps: reduce and join a level, or finish
     Plan(Folder),
-    /// Collapse regions of a level up to the cost that is planned
+    /// Collapse regions of a level up to the planned cost
     Reduce(Cells),
-    /// Join what was left of the level below
+    /// Join the collapsed regions of the level below
     Join(Cells),
-    /// Do whatever is left to do, and write the result
+    /// Do all steps that are left, and write the result
     Finish(Finish),
 }
 
@@ -64,18 +69,18 @@ struct Split {
     /// The folder for the regions
     #[arg(short, long, value_name = "DIR", help_heading = None)]
     work_dir: PathBuf,
-    /// The most memory that a step may take, like 512MiB or 4G
+    /// The memory limit of a step, such as 512MiB or 4G
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes, help_heading = None)]
     memory: u64,
     #[command(flatten)]
     targets: Targets,
-    /// Levels of detail with these parts of the faces, not fitted to the input, instead of one result
+    /// Make levels of detail with these shares of the faces, not fitted to the input, instead of one result
     #[arg(
         long, value_name = "RATIOS", value_delimiter = ',', value_parser = parse_ratio,
         help_heading = "Levels of detail"
     )]
     levels: Vec<f64>,
-    /// Levels of detail with so many faces
+    /// Make levels of detail with these numbers of faces
     #[arg(long, value_name = "COUNTS", value_delimiter = ',', help_heading = "Levels of detail")]
     level_faces: Vec<usize>,
     #[command(flatten)]
@@ -99,7 +104,7 @@ struct Cells {
     /// The level
     #[arg(long, value_name = "L")]
     level: u32,
-    /// Only this cell [default: all]
+    /// Only this cell [default: all cells]
     #[arg(long, value_name = "C", conflicts_with = "shard")]
     cell: Option<u32>,
     /// Only the K-th of N parts of the cells, as in 3/64
@@ -115,55 +120,55 @@ struct Finish {
     /// The file to write, or the folder for several levels of detail
     #[arg(short, long, value_name = "OUT", required_unless_present_any = ["tiles", "shard", "cell", "level"])]
     output: Option<PathBuf>,
-    /// The folder for one PLY file for each cell, and tiles.json, which lists them; vertices on common rims
-    /// have the same coordinates. Levels of detail get a folder each within it
+    /// The folder for one PLY file for each cell, and tiles.json, which lists them. Vertices that two files share have the
+    /// same coordinates. Each level of detail gets its own folder in it
     #[arg(long, value_name = "DIR")]
     tiles: Option<PathBuf>,
-    /// Fit no more than this cell of a result that does not fit into memory, and write nothing else
+    /// Only refine this cell of a result that does not fit into memory
     #[arg(long, value_name = "C", conflicts_with_all = ["shard", "output", "tiles"])]
     cell: Option<u32>,
-    /// Fit no more than the K-th of N parts of its cells, as in 3/16
+    /// Only refine the K-th of N parts of its cells, as in 3/16
     #[arg(long, value_name = "K/N", value_parser = parse_shard, conflicts_with_all = ["output", "tiles"])]
     shard: Option<Shard>,
     /// Print the progress as lines on stderr, for programs: `progress: fit 3 of 12`
     #[arg(long, hide = true)]
     tell_progress: bool,
-    /// The level whose cells these are [default: the last one]
+    /// The level of these cells [default: the last one]
     #[arg(long, value_name = "L", conflicts_with_all = ["output", "tiles"])]
     level: Option<u32>,
     #[command(flatten)]
     save: SaveOptions,
 }
 
-/// What a step has done or found.
+/// The report of a step.
 #[derive(Serialize)]
 struct Report {
     command: String,
     work_dir: String,
     step: &'static str,
     level: u32,
-    /// The cells of the level.
+    /// The number of cells of the level.
     cells: u32,
-    /// The faces of what was done, or of the level.
+    /// The number of faces of the regions of the step, or of the level.
     faces: u64,
-    /// What comes next, from a plan: `pass`, `strips`, `finish`.
+    /// What is next, from a plan: `pass`, `strips`, `finish`.
     #[serde(skip_serializing_if = "Option::is_none")]
     next: Option<&'static str>,
-    /// How many cells the next level has, where there is one.
+    /// The number of cells of the next level.
     #[serde(skip_serializing_if = "Option::is_none")]
     joined: Option<u32>,
-    /// How many cells can be finished side by side, where the level is a result that does not fit.
+    /// The number of cells that can be refined side by side, if the level is a result that does not fit into memory.
     #[serde(skip_serializing_if = "Option::is_none")]
     apart: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     output: Option<String>,
-    /// The folder of the tiles, and how many there are.
+    /// The folder of the tiles, and their number.
     #[serde(skip_serializing_if = "Option::is_none")]
     tiles: Option<(String, usize)>,
     /// The levels of detail that were written, from the finest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     levels: Vec<Level>,
-    /// No point of either surface is farther from the other one than this, if that was proved.
+    /// The proved upper bound of the Hausdorff distance from the input.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<f64>,
 }
@@ -214,8 +219,8 @@ fn split_file(options: &Split, session: &Session) -> Result<Outcome, Failure> {
 fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Failure> {
     let (next, joined) = match plan.next {
         Next::Pass { bits, .. } => ("pass", Some(plan.cells.div_ceil(1 << bits))),
-        Next::Strips { .. } => ("strips", Some(plan.cells)),
-        Next::InOnePiece | Next::Cells => ("finish", None),
+        Next::SeamStrips { .. } => ("strips", Some(plan.cells)),
+        Next::InMemory | Next::Done => ("finish", None),
     };
     let apart = (plan.results > 0).then_some(plan.cells);
     let report = Report {
@@ -229,14 +234,14 @@ fn print_plan(work: &Work, plan: &Plan, console: &Console) -> Result<Outcome, Fa
     };
     let text = match joined {
         Some(_) if next == "strips" => format!(
-            "level {}: {} faces in {} cells; collapse their rims: join one cell of level {}, which makes all",
+            "level {}: {} faces in {} cells; collapse their seams: join one cell of level {}, which makes all cells",
             plan.level,
             plan.faces,
             plan.cells,
             plan.level + 1
         ),
         Some(joined) => format!(
-            "level {}: {} faces in {} cells; reduce them, then join them to the {joined} of level {}",
+            "level {}: {} faces in {} cells; reduce them, then join them to {joined} cells of level {}",
             plan.level,
             plan.faces,
             plan.cells,
@@ -256,9 +261,11 @@ fn each_cell(
     let work = open(&options.work_dir)?;
     let below = if step == "join" { options.level.checked_sub(1) } else { Some(options.level) };
     let Some(below) = below else {
-        return Err(Failure::usage("level 0 is what was split; the first that is joined is 1"));
+        return Err(Failure::usage(
+            "level 0 is the input and is not joined; the first level that is joined is 1",
+        ));
     };
-    // Everybody comes to the same plan.
+    // Each process makes the same plan.
     work.plan(below).map_err(Failure::regions)?;
     let cells = work.cells(options.level).map_err(Failure::regions)?;
     let mut faces = 0;
@@ -269,7 +276,7 @@ fn each_cell(
     print(&report, &format!("{step} of level {}: {faces} faces", options.level), console)
 }
 
-/// Those of the cells of a level that are asked for.
+/// The cells of a level that the options name.
 fn mine(
     cell: Option<u32>,
     shard: Option<Shard>,
@@ -287,18 +294,18 @@ fn mine(
     })
 }
 
-/// Finishes some cells of a result that does not fit into memory; one that does is finished in one piece.
+/// Refines some cells of a result that does not fit into memory.
 fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outcome, Failure> {
     let plan = options.level.map_or_else(|| work.current(), |level| work.plan(level));
     let plan = plan.map_err(Failure::regions)?;
     let cells = match plan.next {
         _ if plan.results > 0 => plan.cells,
-        Next::InOnePiece | Next::Cells => 0,
-        Next::Pass { .. } | Next::Strips { .. } if options.level.is_some() => {
+        Next::InMemory | Next::Done => 0,
+        Next::Pass { .. } | Next::SeamStrips { .. } if options.level.is_some() => {
             return Err(Failure::usage(format!("level {} is no result", plan.level)));
         }
-        Next::Pass { .. } | Next::Strips { .. } => {
-            let message = format!("level {} is to be reduced and joined first", plan.level);
+        Next::Pass { .. } | Next::SeamStrips { .. } => {
+            let message = format!("reduce and join level {} first", plan.level);
             return Err(Failure::usage(message));
         }
     };
@@ -306,7 +313,7 @@ fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outc
     let mut faces = 0;
     if cells > 0 {
         for cell in mine(options.cell, options.shard, plan.level, cells)? {
-            let record = finish_cell(work, plan.level, cell, &mut |step| {
+            let record = refine_cell(work, plan.level, cell, &mut |step| {
                 large::show(&bar, step);
                 !interrupt::is_asked_to_end()
             });
@@ -316,8 +323,8 @@ fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outc
     bar.finish_and_clear();
     let report = Report { level: plan.level, cells, faces, ..report(work, "finish", console) };
     let text = match cells {
-        0 => "the result fits: finish it in one piece, with -o".to_owned(),
-        _ => format!("finished cells of level {}: {faces} faces", plan.level),
+        0 => "the result fits into memory: finish it as one mesh, with -o".to_owned(),
+        _ => format!("refined cells of level {}: {faces} faces", plan.level),
     };
     print(&report, &text, console)
 }
@@ -325,12 +332,10 @@ fn finish_apart(options: &Finish, work: &Work, console: &Console) -> Result<Outc
 fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     let console = &session.console;
     let work = open(&options.work_dir)?;
-    let (count, source) = (work.targets().len(), &work.manifest().source);
+    let (count, source) = (work.targets().len(), &work.manifest().input);
     let name = Path::new(source.bytes.map_or("-", |_| &source.name));
     let paths_in = |folder| paths_of_levels(name, folder, count, &options.save, "ply");
-    let is_folder = |output: &Path| {
-        output.extension().is_none() && !is_standard(output) && options.save.to.is_none()
-    };
+    let is_folder = |output: &Path| large::is_folder(output, &options.save, count);
     let has_levels = count > 1 || options.output.as_deref().is_some_and(is_folder);
     let paths = match &options.output {
         Some(folder) if has_levels => paths_in(folder),
@@ -358,6 +363,7 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
     bar.finish_and_clear();
     let outcome = outcome.map_err(Failure::regions)?;
     let mut report = Report {
+        // A run has at least one level, and no more than 2^32 plans.
         level: outcome.levels.len() as u32 - 1,
         cells: outcome.cells.last().copied().unwrap_or(0),
         faces: outcome.faces,
@@ -379,12 +385,12 @@ fn finish_run(options: &Finish, session: &Session) -> Result<Outcome, Failure> {
         return print(&report, &lines.join("\n"), console);
     }
     if let Some(folder) = &options.tiles {
-        let written = while_writing(folder, || write_tiles(&work, &outcome.left, folder))
+        let written = while_writing(folder, || write_tiles(&work, &outcome.result, folder))
             .map_err(Failure::regions)?;
         report.tiles = Some((folder.display().to_string(), written.tiles.len()));
     }
     if let Some(output) = &options.output {
-        large::save_left(outcome.left, &work, output, &options.save, console)?;
+        large::save_left(outcome.result, &work, output, &options.save, console)?;
     }
     let places = options.output.iter().chain(&options.tiles).map(|path| path.display().to_string());
     let places = places.collect::<Vec<_>>().join(", ");

@@ -7,7 +7,7 @@ use mesh_io::Model;
 use mesh_metric::Surface;
 use mesh_view::Page;
 use mesh_work::{Attributes, Loaded};
-use out_of_core::Left;
+use out_of_core::ResultMesh;
 use serde::Serialize;
 use simplify::{FitReport, Simplified, simplify_observed};
 
@@ -156,12 +156,12 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
     })?;
     let passes = Passes::of(&outcome);
     let summary = &work.manifest().summary;
-    let vertices_out = match &outcome.left {
-        Left::Mesh(mesh) => {
+    let vertices_out = match &outcome.result {
+        ResultMesh::InMemory(mesh) => {
             let topology = mesh.topology();
             Some(topology.vertices().filter(|&v| !topology.is_isolated_vertex(v)).count())
         }
-        Left::Regions { .. } => None,
+        ResultMesh::OnDisk { .. } => None,
     };
     let results = Results {
         preset: options.policy.preset.to_string(),
@@ -178,7 +178,7 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
         if task.makes_folder {
             make_folder_of(output)?;
         }
-        large::save_left(outcome.left, &work, output, &options.job.save, console)
+        large::save_left(outcome.result, &work, output, &options.job.save, console)
     })?;
     large::remove(work, large);
     let report = task.report(console, counts, results, seconds);

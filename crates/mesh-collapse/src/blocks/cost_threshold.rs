@@ -8,8 +8,10 @@ use crate::blocks::rules::Rules;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CostThreshold {
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "checked::bucket"))]
     bucket: usize,
     /// So many of 65,536 blocks go up to the next bucket.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "checked::share"))]
     higher: u32,
     /// The place of the first block among those.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -25,7 +27,40 @@ const WHOLE: u32 = 1 << 16;
 pub struct Forecast {
     faces: u64,
     /// By bucket, from the cheapest up.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "checked::counts"))]
     gone: Vec<(usize, u32)>,
+}
+
+/// Numbers that were read from a file, in their ranges.
+#[cfg(feature = "serde")]
+mod checked {
+    use serde::de::{Deserialize, Deserializer, Error};
+
+    use super::{BUCKETS, WHOLE};
+
+    pub(super) fn bucket<'de, D: Deserializer<'de>>(from: D) -> Result<usize, D::Error> {
+        let bucket = usize::deserialize(from)?;
+        let range = || D::Error::custom(format!("bucket {bucket} of a cost, beyond {BUCKETS}"));
+        (bucket <= BUCKETS).then_some(bucket).ok_or_else(range)
+    }
+
+    pub(super) fn share<'de, D: Deserializer<'de>>(from: D) -> Result<u32, D::Error> {
+        let share = u32::deserialize(from)?;
+        let range = || D::Error::custom(format!("{share} of {WHOLE} blocks"));
+        (share <= WHOLE).then_some(share).ok_or_else(range)
+    }
+
+    pub(super) fn counts<'de, D: Deserializer<'de>>(
+        from: D,
+    ) -> Result<Vec<(usize, u32)>, D::Error> {
+        let counts = Vec::<(usize, u32)>::deserialize(from)?;
+        match counts.iter().find(|&&(bucket, _)| bucket >= BUCKETS) {
+            None => Ok(counts),
+            Some((bucket, _)) => {
+                Err(D::Error::custom(format!("bucket {bucket} of a cost, beyond {BUCKETS}")))
+            }
+        }
+    }
 }
 
 impl Forecast {

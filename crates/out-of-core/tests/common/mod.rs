@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use mesh_core::{PolygonSoup, TriMesh};
 use mesh_io::{ReadOptions, WriteOptions};
-use out_of_core::{Error, Input, Outcome, Repairs, Settings, Sizes, Step, Work, run};
+use out_of_core::{Capacity, Error, Input, Outcome, Repairs, Settings, Step, Work, run};
 use simplify::{Options, Preset};
 
 /// A torus with bumps of several sizes, of about so many faces; `seed` makes others of it.
@@ -70,13 +70,13 @@ pub(crate) fn settings(
     preset: Preset,
     faces: usize,
     region_faces: u64,
-    rest_faces: u64,
+    in_memory_faces: u64,
 ) -> Settings {
     Settings {
         options: Options::preset(preset).to_faces(faces),
-        finer: Vec::new(),
+        finer_levels: Vec::new(),
         repairs: Repairs::default(),
-        sizes: Sizes { region_faces, rest_faces, stream: 1 << 20 },
+        capacity: Capacity { region_faces, in_memory_faces, stream: 1 << 20 },
         prove: None,
     }
 }

@@ -5,7 +5,7 @@ use mesh_core::{TriMesh, VertexId};
 use mesh_io::Format;
 use mesh_render::{Range, Scale, ScaleOptions, rank};
 use mesh_work::{Integrals, Quantity, VertexValues};
-use out_of_core::{Columns, VertexNumbers};
+use out_of_core::{Columns, VertexScalars};
 
 use crate::commands::curvature::options::{Curvature, EstimatorName};
 use crate::commands::curvature::vertex::{Results, done};
@@ -30,7 +30,7 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         return refuse("--view");
     }
     let mut seconds = Seconds::default();
-    let (spool, _scratch) = streaming.spool_of(task, job, &mut seconds, console)?;
+    let (disk_mesh, _scratch) = streaming.disk_mesh_of(task, job, &mut seconds, console)?;
     let shown = Quantity::ALL.iter().position(|q| q == quantity).unwrap_or_default();
     let (mut totals, mut willmore) = (Totals::default(), 0.0);
     let mut of_mesh = |mesh: &TriMesh, own: &[VertexId]| {
@@ -42,7 +42,9 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         rows(&values, own)
     };
     let numbers = Seconds::time(&mut seconds.compute, || {
-        with_bar(console, |see| spool.vertex_numbers(Quantity::ALL.len(), shown, &mut of_mesh, see))
+        with_bar(console, |see| {
+            disk_mesh.vertex_scalars(Quantity::ALL.len(), shown, &mut of_mesh, see)
+        })
     })?;
     let scale = scale(options, &numbers).map_err(Failure::regions)?;
     if let Some(output) = &task.output {
@@ -56,11 +58,11 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
         };
         let columns = Columns { numbers: &numbers, names: &names, color: &color };
         Seconds::time(&mut seconds.save, || {
-            streaming::save(&spool, task, &job.save, Some(columns), console)
+            streaming::save(&disk_mesh, task, &job.save, Some(columns), console)
         })?;
         console.message(options.colors.explain(&scale));
     }
-    let summary = spool.summary();
+    let summary = disk_mesh.summary();
     let counts = [summary.vertices as usize, summary.triangles as usize];
     let integrals = Integrals::new(&totals, willmore);
     let results = Results::new(*quantity, integrals, &totals, None, &scale);
@@ -74,7 +76,7 @@ fn rows(values: &VertexValues, own: &[VertexId]) -> Vec<f64> {
 }
 
 /// The colours, by the ranks of all values.
-fn scale(options: &Curvature, numbers: &VertexNumbers) -> Result<Scale, out_of_core::Error> {
+fn scale(options: &Curvature, numbers: &VertexScalars) -> Result<Scale, out_of_core::Error> {
     let chosen = options.colors.options(options.quantity.is_signed(), false);
     let (Some(percentiles), Some(last)) =
         (chosen.range.percentiles(), numbers.count().checked_sub(1))

@@ -1,4 +1,4 @@
-//! What `curvmesh lod` takes from the command line.
+//! The command line of `curvmesh lod`.
 
 use std::path::PathBuf;
 
@@ -7,6 +7,7 @@ use mesh_core::TriMesh;
 use mesh_work::{Length, LevelSteps, parse_length};
 
 use crate::carry::Carry;
+use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::large::Large;
@@ -15,24 +16,21 @@ use crate::simplify_options::{NOT_FITTED, OF_FITS, Policy, parse_ratio};
 use crate::task::Source;
 use crate::view::Look;
 
-/// Make levels of detail, each of them a stage of one run of collapses
+/// Make levels of detail from one sequence of collapses
 ///
-/// The vertices of a level are what those of the finer ones have become, so levels are not fitted to
-/// the input, as the results of `simplify` are. OUT is a folder for a file per level, or a GLB or glTF
-/// file for all of them with the input as the finest (`MSFT_lod`).
+/// Each vertex of a level comes from vertices of the finer levels. So levels are not fitted to the input, as the
+/// results of `simplify` are.
 ///
-/// The run can be recorded, and levels made from the record later; they are exactly the same.
+/// OUT is a folder for one file per level, or a GLB or glTF file for all levels, with the input as the finest one
+/// (`MSFT_lod`). Without --levels, --faces or --errors, the levels have 50 %, 25 %, 10 % and 5 % of the faces.
 ///
-/// With --memory, a mesh that does not fit is done region by region, and so are levels that do not fit: OUT is
-/// a folder then, for PLY files or tiles.
+/// The collapses can be recorded, and levels made from the record later; they are exactly the same.
 ///
-///     curvmesh lod truck.glb -o truck-lod.glb --levels 0.5,0.25,0.1 --lenient
-///     curvmesh lod scan.ply -o levels --errors 0.1%,1% --record scan.lod
-///     curvmesh lod scan.ply -o small.ply --replay scan.lod --faces 3000
-///     curvmesh lod huge.ply -o levels --levels 0.3,0.1,0.01 --memory 1GiB
+/// With --memory, a mesh that does not fit into memory is simplified region by region, and so are levels that do not
+/// fit. OUT is then a folder for PLY files or tiles.
 #[derive(Debug, Args)]
 #[command(
-    verbatim_doc_comment,
+    after_long_help = EXAMPLES,
     mut_arg("fit_rounds", |option| option.hide(true)),
     mut_arg("norm", |option| option.hide(true)),
     mut_arg("anneal_time", |option| option.hide(true)),
@@ -41,8 +39,8 @@ use crate::view::Look;
 pub(crate) struct Lod {
     #[command(flatten)]
     pub(crate) source: Source,
-    /// A folder for the levels, a GLB or glTF file for all of them, or a file or the standard output
-    /// `-` for the only one
+    /// A folder for the levels, a GLB or glTF file for all of them, or a file or the standard output `-` if there is only
+    /// one level
     #[arg(short, long, value_name = "OUT", help_heading = None)]
     pub(crate) output: PathBuf,
     #[command(flatten)]
@@ -63,40 +61,54 @@ pub(crate) struct Lod {
     pub(crate) look: Look,
     #[command(flatten)]
     pub(crate) large: Large,
-    /// Go on where an earlier run with --memory was interrupted
+    /// Resume an interrupted run with --memory
     #[arg(long, requires = "memory", help_heading = "Meshes larger than memory")]
     pub(crate) resume: bool,
-    /// Write each level as a folder of tiles, a PLY file for each region, and tiles.json, which lists them
+    /// Write each level as a folder of tiles: a PLY file for each region, and tiles.json, which lists them
     #[arg(long, requires = "memory", help_heading = "Meshes larger than memory")]
     pub(crate) tiles: bool,
 }
 
-/// What the levels are.
-#[derive(Debug, Args)]
+/// The levels.
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Levels (in one of these ways)")]
-#[group(required = true, multiple = false)]
+#[group(multiple = false)]
 pub(crate) struct Steps {
-    /// Levels with these parts of the faces of the input
+    /// Levels with these shares of the faces of the input [default: 0.5,0.25,0.1,0.05]
     #[arg(long, value_name = "RATIOS", value_delimiter = ',', value_parser = parse_ratio)]
     pub(crate) levels: Vec<f64>,
-    /// Levels with so many faces, or one fewer
+    /// Levels with these numbers of faces, or one fewer
     #[arg(long, value_name = "COUNTS", value_delimiter = ',')]
     pub(crate) faces: Vec<usize>,
-    /// The coarsest levels within these distances of the input
+    /// The coarsest levels within these distances from the input
     #[arg(long, value_name = "LENGTHS", value_delimiter = ',', value_parser = parse_length)]
     pub(crate) errors: Vec<Length>,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+    curvmesh lod scan.ply -o levels
+    curvmesh lod truck.glb -o truck-lod.glb --levels 0.5,0.25,0.1 --lenient
+    curvmesh lod scan.ply -o levels --errors 0.1%,1% --record scan.lod
+    curvmesh lod scan.ply -o small.ply --replay scan.lod --faces 3000
+    curvmesh lod huge.ply -o levels --levels 0.3,0.1,0.01 --memory 1GiB";
+
+/// The shares of the faces that levels have by default.
+const DEFAULT_RATIOS: [f64; 4] = [0.5, 0.25, 0.1, 0.05];
+
+/// No default level has fewer faces, except for the finest one.
+const FEWEST_FACES: f64 = 100.0;
+
 impl Lod {
-    /// Whether the mesh is done region by region: it does not fit into the memory that is allowed, as far as
-    /// its length tells, or what only regions give is asked for.
+    /// Whether the mesh is simplified region by region: judged by its length it does not fit into memory, or the options
+    /// ask for tiles or proofs.
     pub(crate) fn is_in_regions(&self) -> Result<bool, Failure> {
         let of_regions = self.tiles || (self.policy.proves() && self.steps.errors.is_empty());
         let is_needed = self.large.is_needed(&self.source.input, &self.source.loading)?;
         Ok(is_needed || (self.large.memory.is_some() && of_regions))
     }
 
-    /// Refuses options that would do nothing with a mesh in memory.
+    /// Refuses options that have no effect on a mesh in memory.
     pub(crate) fn check_given(&self, given: &Given) -> Result<(), Failure> {
         given.refuse(&OF_FITS, NOT_FITTED)?;
         if self.steps.errors.is_empty() {
@@ -121,6 +133,32 @@ impl Lod {
 }
 
 impl Steps {
+    /// These levels. If none is named, default levels for a mesh of so many faces, which are reported.
+    pub(crate) fn or_default(&self, faces: Option<usize>, console: &Console) -> Self {
+        let steps = self.or_quiet_default(faces);
+        if self.count() == 0 {
+            let shares: Vec<String> =
+                steps.levels.iter().map(|ratio| format!("{} %", 100.0 * ratio)).collect();
+            console.message(format_args!(
+                "no levels are named: making levels with {} of the faces; name others with --levels",
+                shares.join(", ")
+            ));
+        }
+        steps
+    }
+
+    /// As [`Steps::or_default`], without a report.
+    pub(crate) fn or_quiet_default(&self, faces: Option<usize>) -> Self {
+        let mut steps = self.clone();
+        if self.count() == 0 {
+            let is_large = |ratio: f64| faces.is_none_or(|n| n as f64 * ratio >= FEWEST_FACES);
+            let [finest, coarser @ ..] = DEFAULT_RATIOS;
+            let coarser = coarser.into_iter().filter(|&ratio| is_large(ratio));
+            steps.levels = std::iter::once(finest).chain(coarser).collect();
+        }
+        steps
+    }
+
     /// The number of levels.
     pub(crate) fn count(&self) -> usize {
         self.levels.len() + self.faces.len() + self.errors.len()

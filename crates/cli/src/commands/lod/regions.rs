@@ -1,4 +1,4 @@
-//! `curvmesh lod --memory`: levels of a mesh that does not fit, region by region.
+//! `curvmesh lod --memory`: levels of detail of a mesh that does not fit into memory, region by region.
 
 use serde::Serialize;
 
@@ -25,6 +25,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let Lod { source, output, steps, policy, large, save, .. } = options;
     let console = &session.console;
     let tiles = options.tiles;
+    let steps = steps.or_default(None, console);
     let mut paths = paths_of_levels(&source.input, output, steps.count(), save, "ply");
     if tiles {
         paths = paths.iter().map(|path| path.with_extension("")).collect();
@@ -70,7 +71,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     Ok(Outcome::of_run())
 }
 
-/// Refuses what needs the whole mesh, and options that would do nothing.
+/// Refuses options that need the whole mesh in memory, and options that have no effect.
 fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
     given.refuse(&OF_FITS, NOT_FITTED)?;
     let of_wholes = [
@@ -81,7 +82,7 @@ fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
     ];
     if let Some((_, name)) = of_wholes.into_iter().find(|(is_given, _)| *is_given) {
         return Err(Failure::usage(format!(
-            "{name} needs the whole mesh in memory, which --memory does not allow; give more, or leave it out"
+            "{name} needs the whole mesh in memory, which --memory does not allow; allow more memory, or leave the option out"
         )));
     }
     given.refuse(&OF_ATTRIBUTES, ONLY_SHAPES)?;
@@ -89,9 +90,9 @@ fn check_given(options: &Lod, given: &Given) -> Result<(), Failure> {
         given.refuse(&SAVE_OPTIONS, "tiles are binary PLY files")?;
     }
     let output = &options.output;
-    if is_standard(output) || (output.extension().is_some() && !output.is_dir()) {
+    if is_standard(output) || !large::is_folder(output, &options.save, 2) {
         return Err(Failure::usage(format!(
-            "{}: the levels of a mesh that is done region by region go to a folder; name one",
+            "{}: with --memory, levels go to a folder; name one",
             output.display()
         )));
     }

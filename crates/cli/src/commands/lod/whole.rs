@@ -18,6 +18,7 @@ use crate::commands::lod::options::Lod;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
+use crate::large::is_folder;
 use crate::load::Seconds;
 use crate::save::{Outputs, check_target, make_folder_of, paths_of_levels, save};
 use crate::session::{Outcome, Session};
@@ -48,12 +49,15 @@ struct Level {
 
 pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> {
     options.check_given(&session.given)?;
-    let place = Place::new(options, &session.given)?;
+    // What cannot be written is refused before anything is read.
+    Place::new(options, options.steps.or_quiet_default(None).count(), &session.given)?;
     let console = &*session.console.beside(Some(&options.output))?;
     let mut seconds = Seconds::default();
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
-    let steps = options.steps.of(&loaded.mesh, loading.relative)?;
+    let steps = options.steps.or_default(Some(loaded.mesh.topology().face_count()), console);
+    let place = Place::new(options, steps.count(), &session.given)?;
+    let steps = steps.of(&loaded.mesh, loading.relative)?;
     let attributes = options.carry.find(&loaded, console)?;
     let (log, rejected) = Seconds::time(&mut seconds.compute, || {
         collapses(options, &steps, &loaded.mesh, &attributes, console)
@@ -188,8 +192,7 @@ enum Place {
 }
 
 impl Place {
-    fn new(options: &Lod, given: &Given) -> Result<Self, Failure> {
-        let count = options.steps.count();
+    fn new(options: &Lod, count: usize, given: &Given) -> Result<Self, Failure> {
         let output = &options.output;
         if is_standard(output) {
             check_target(output, &options.save, given)?;
@@ -207,7 +210,7 @@ impl Place {
         if holds_all && !(count == 1 && options.replay.is_some()) {
             return Ok(Self::Together(output.clone()));
         }
-        if extension.is_some() && !output.is_dir() {
+        if !is_folder(output, &options.save, count) {
             check_target(output, &options.save, given)?;
             if count > 1 {
                 return Err(Failure::Usage(format!(

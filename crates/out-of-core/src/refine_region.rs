@@ -1,63 +1,45 @@
-//! Finishing a region of a result that does not fit into memory, against its own part of the original.
+//! Refinement of a region of a result that does not fit into memory, against its own part of the original.
 //!
-//! What is on the rim of its faces stays as it is, so that regions are finished one by one, on any machine, and
-//! fit together again.
+//! The boundary of its own faces stays as it is. So regions are refined one by one, on any machine, and fit together
+//! again.
 
-use std::path::Path;
-
-use mesh_core::{FaceId, PolygonSoup, Repair, TriMesh, VertexId, build};
+use mesh_core::{FaceId, Repair, TriMesh, VertexId, build};
 use simplify::Steps;
 
 use crate::error::Error;
-use crate::finish::{Finished, Finishing, NONE, only_moves};
+use crate::non_manifold::non_manifold_vertices;
+use crate::refine::{Refined, Refinement, only_moves, used_vertices};
 use crate::region::Region;
-use crate::star::stuck_vertices;
-use crate::work::{Step, Work};
+use crate::renumber::NONE;
+use crate::step::Step;
+use crate::work::Work;
 
-/// Finishes the faces that belong to a region; copies of others are left out.
-pub(crate) fn finish_region(
+/// Refines the own faces of a region; copies of others are left out.
+pub(crate) fn refine_region(
     work: &Work,
     region: Region,
     options: &Steps,
-    folder: &Path,
-    see: &mut dyn FnMut(Step) -> bool,
+    observer: &mut dyn FnMut(Step) -> bool,
 ) -> Result<Region, Error> {
     let (mesh, source) = own_mesh(&region)?;
     let bits = work.cells(0)?.trailing_zeros() - work.cells(region.level)?.trailing_zeros();
     let cells = (region.cell << bits)..((region.cell + 1) << bits);
-    let finish = |options: &Steps, see: &mut dyn FnMut(Step) -> bool| {
-        let finishing =
-            Finishing { work, cells: cells.clone(), folder: folder.to_owned(), options };
-        finishing.finish(mesh.clone(), see)
+    let refine = |options: &Steps, observer: &mut dyn FnMut(Step) -> bool| {
+        Refinement { work, cells: cells.clone(), options }.refine(mesh.clone(), observer)
     };
-    let mut finished = finish(options, see)?;
-    // The neighbour may have come to the same edge.
-    if has_new_edges(&mesh, &finished) {
-        finished = finish(&only_moves(options), see)?;
+    let mut refined = refine(options, observer)?;
+    // A neighbour may have flipped to the same edge.
+    if has_new_edges(&mesh, &refined) {
+        refined = refine(&only_moves(options), observer)?;
     }
-    Ok(put_back(region, &mesh, &source, &finished))
+    Ok(put_back(region, &mesh, &source, &refined))
 }
 
-/// The faces that belong to a region as a mesh, and the place in the region of each vertex.
+/// The own faces of a region as a mesh, and the index in the region of each vertex.
 fn own_mesh(region: &Region) -> Result<(TriMesh, Vec<u32>), Error> {
-    let triangles: Vec<[u32; 3]> = region.own_triangles().collect();
-    let mut number = vec![NONE; region.positions.len()];
-    let mut source = Vec::new();
-    let mut soup =
-        PolygonSoup::with_capacity(triangles.len(), triangles.len(), 3 * triangles.len());
-    let too_large = |_| Error::RegionTooLarge { faces: triangles.len() as u64 };
-    for triangle in &triangles {
-        let corners = triangle.map(|v| {
-            if number[v as usize] == NONE {
-                number[v as usize] = source.len() as u32;
-                source.push(v);
-                soup.push_vertex(region.positions[v as usize]);
-            }
-            number[v as usize]
-        });
-        soup.push_face(&corners).map_err(too_large)?;
-    }
-    // What hangs together at a vertex alone comes apart; it is on the rim, and stays.
+    let position = |v: u32| region.positions[v as usize];
+    let (soup, source) = used_vertices(region.own_triangles(), region.positions.len(), position)?;
+    // Faces that share only a vertex are separated there. The vertex is on the boundary, and does not move.
     let mut cut = Repair::strict();
     cut.cut_non_manifold = true;
     let built = build(&soup, &cut).map_err(|error| Error::Build(Box::new(error)))?;
@@ -65,17 +47,17 @@ fn own_mesh(region: &Region) -> Result<(TriMesh, Vec<u32>), Error> {
     Ok((built.mesh, source))
 }
 
-/// Whether there is an edge between vertices of the boundary that was not there.
-fn has_new_edges(before: &TriMesh, finished: &Finished) -> bool {
+/// Whether there is a new edge between two vertices of the boundary.
+fn has_new_edges(before: &TriMesh, refined: &Refined) -> bool {
     let topology = before.topology();
-    let mut old = vec![NONE; finished.mesh.positions().len()];
+    let mut old = vec![NONE; refined.mesh.positions().len()];
     for v in topology.vertices().filter(|&v| topology.is_boundary_vertex(v)) {
-        let new = finished.kept[v.index()];
+        let new = refined.kept[v.index()];
         if new != NONE {
             old[new as usize] = v.get();
         }
     }
-    let after = finished.mesh.topology();
+    let after = refined.mesh.topology();
     after.edges().any(|edge| {
         let [a, b] = after.edge_vertices(edge).map(|v| old[v.index()]);
         let found = |a, b| topology.find_half_edge(VertexId::new(a), VertexId::new(b)).is_some();
@@ -83,18 +65,18 @@ fn has_new_edges(before: &TriMesh, finished: &Finished) -> bool {
     })
 }
 
-/// The region with other faces of its own: what is on their rim is known by its number, and what is within
-/// gets one that is free.
-fn put_back(region: Region, before: &TriMesh, source: &[u32], finished: &Finished) -> Region {
-    let Region { level, cell, own, vertex_ids, homes, positions, .. } = region;
-    let mesh = &finished.mesh;
+/// The region with its refined faces. Vertices on their boundary keep their indices in the input; vertices within get
+/// indices that are free.
+fn put_back(region: Region, before: &TriMesh, source: &[u32], refined: &Refined) -> Region {
+    let Region { level, cell, own, vertex_ids, other_cells, positions, .. } = region;
+    let mesh = &refined.mesh;
     let topology = before.topology();
-    // By vertex of the result the place in the region.
+    // By vertex of the result its index in the region.
     let mut place = vec![NONE; mesh.positions().len()];
     let mut is_used = vec![false; positions.len()];
     let mut is_within = vec![false; positions.len()];
     for v in topology.vertices() {
-        let (old, new) = (source[v.index()], finished.kept[v.index()]);
+        let (old, new) = (source[v.index()], refined.kept[v.index()]);
         if topology.is_boundary_vertex(v) && new != NONE {
             place[new as usize] = old;
             is_used[old as usize] = true;
@@ -104,7 +86,7 @@ fn put_back(region: Region, before: &TriMesh, source: &[u32], finished: &Finishe
     }
     let mut free = (0..own).filter(|&v| is_within[v] && !is_used[v]).map(|v| vertex_ids[v]);
     let mut beyond = (0..u64::MAX).rev();
-    // Own vertices: those of the rim and those that only faces of others use, then those within.
+    // Own vertices: those on the boundary and those that only copies use, then those within.
     let mut owned: Vec<(u64, u32, bool)> = (0..own as u32)
         .filter(|&v| is_used[v as usize] || !is_within[v as usize])
         .map(|v| (vertex_ids[v as usize], v, true))
@@ -132,7 +114,7 @@ fn put_back(region: Region, before: &TriMesh, source: &[u32], finished: &Finishe
     for (i, &v) in (owned.len() as u32..).zip(&others) {
         number_of_old[v as usize] = i;
         result.vertex_ids.push(vertex_ids[v as usize]);
-        result.homes.push(homes[v as usize - own]);
+        result.other_cells.push(other_cells[v as usize - own]);
         result.positions.push(positions[v as usize]);
     }
     for (new, &old) in place.iter().enumerate().filter(|(_, old)| **old != NONE) {
@@ -141,6 +123,6 @@ fn put_back(region: Region, before: &TriMesh, source: &[u32], finished: &Finishe
     let faces = mesh.topology().faces();
     let triangle = |face: FaceId| mesh.topology().face_vertices(face).map(|v| number[v.index()]);
     result.triangles = faces.map(triangle).collect();
-    result.stuck = stuck_vertices(result.own, &result.triangles);
+    result.non_manifold = non_manifold_vertices(result.own, &result.triangles);
     result
 }

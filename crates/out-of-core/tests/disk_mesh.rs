@@ -9,22 +9,26 @@ use glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh, VertexId, diagnose};
 use mesh_io::{Format, Model, ReadOptions, WriteOptions};
 use mesh_metric::{CompareOptions, Surface, compare};
-use out_of_core::{Error, Input, ScratchFolder, Spool, distance};
+use out_of_core::{DiskMesh, Error, Input, ScratchFolder, distance};
 
 /// Memory in which these meshes have many regions.
 const LITTLE: u64 = 31 << 20;
 
 /// Reads a file into a folder, and does something with it.
-fn with_spool<T>(input: &Path, act: impl FnOnce(&Spool) -> Result<T, Error>) -> Result<T, Error> {
-    let folder = input.with_extension("spool");
-    let scratch = ScratchFolder::new(&folder)?;
+fn with_disk_mesh<T>(
+    input: &Path,
+    act: impl FnOnce(&DiskMesh) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let folder = input.with_extension("mesh");
+    let scratch = ScratchFolder::new(&folder, "mesh".as_ref())?;
     let reading = ReadOptions { allow_empty: true, ..ReadOptions::default() };
-    let mut see = |_| true;
-    let spool = Spool::read(&scratch, "mesh", Input::Path(input), &reading, LITTLE, &mut see)?;
-    let done = act(&spool);
-    drop(spool);
+    let mut observer = |_| true;
+    let mesh =
+        DiskMesh::read(&scratch, "mesh", Input::Path(input), &reading, LITTLE, &mut observer)?;
+    let done = act(&mesh);
+    drop(mesh);
     drop(scratch);
-    assert!(!folder.exists());
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
     done
 }
 
@@ -92,17 +96,17 @@ fn a_survey_counts_what_a_diagnosis_does() {
     soups.push(PolygonSoup::new());
     for (i, soup) in soups.iter().enumerate() {
         let input = save(soup, &folder.path().join("in.ply"));
-        let survey = with_spool(&input, |spool| spool.survey(&mut |_| true)).unwrap();
+        let statistics = with_disk_mesh(&input, |mesh| mesh.statistics(&mut |_| true)).unwrap();
         // Which side is out takes the whole mesh: the survey does not know it.
         let mut whole = diagnose(soup).unwrap();
         whole.inside_out = None;
-        assert_eq!(survey.diagnosis, whole, "{i}");
+        assert_eq!(statistics.diagnosis, whole, "{i}");
         let measures = soup.measure();
-        assert_eq!(survey.measures.bounds, measures.bounds);
-        let area = survey.measures.area;
+        assert_eq!(statistics.measures.bounds, measures.bounds);
+        let area = statistics.measures.area;
         assert!((area - measures.area).abs() <= 1e-11 * measures.area, "{area}");
         if whole.is_closed() && whole.is_oriented() {
-            let volume = survey.measures.volume;
+            let volume = statistics.measures.volume;
             assert!((volume - measures.volume).abs() <= 1e-11 * measures.volume, "{volume}");
         }
     }
@@ -120,10 +124,10 @@ fn formats_pass_on_as_they_are_written_in_memory() {
             let mut whole = Vec::new();
             mesh_io::write_to(&mut whole, &model, to, &options).unwrap();
             let output = folder.path().join("out").with_extension(to.extension());
-            with_spool(&input, |spool| {
-                let _ = spool.stage(&output, &options, None)?.commit()?;
+            with_disk_mesh(&input, |mesh| {
+                let _ = mesh.stage(&output, &options, None)?.commit()?;
                 let mut streamed = Vec::new();
-                let _ = spool.write_to(&mut streamed, to, &options, None)?;
+                let _ = mesh.write_to(&mut streamed, to, &options, None)?;
                 assert!(streamed == whole, "{from} to {to}");
                 Ok(())
             })
@@ -158,8 +162,8 @@ fn numbers_of_vertices_have_the_same_bits() {
         let all: Vec<VertexId> = mesh.topology().vertices().collect();
         let whole = normals_and_angles(mesh, &all);
         let output = folder.path().join("out.ply");
-        let ranks = with_spool(&input, |spool| {
-            let numbers = spool.vertex_numbers(
+        let ranks = with_disk_mesh(&input, |mesh| {
+            let numbers = mesh.vertex_scalars(
                 3,
                 1,
                 &mut |mesh, own| normals_and_angles(mesh, own),
@@ -168,7 +172,7 @@ fn numbers_of_vertices_have_the_same_bits() {
             let names = ["x_sum", "length", "faces"];
             let color = |row: &[f64]| [row[2] as u8, 1, 2, 255];
             let columns = out_of_core::Columns { numbers: &numbers, names: &names, color: &color };
-            let _ = spool.stage(&output, &WriteOptions::default(), Some(columns))?.commit()?;
+            let _ = mesh.stage(&output, &WriteOptions::default(), Some(columns))?.commit()?;
             let ranks = [0, 1, numbers.count() / 3, numbers.count() - 1];
             let mut found = Vec::new();
             for rank in ranks {
@@ -196,8 +200,8 @@ fn numbers_of_vertices_have_the_same_bits() {
     }
     // What is no mesh is told by the vertex.
     let input = save(&tangle(7), &folder.path().join("tangle.ply"));
-    let refused = with_spool(&input, |spool| {
-        spool.vertex_numbers(1, 0, &mut |_, own| vec![0.0; own.len()], &mut |_| true).map(|_| ())
+    let refused = with_disk_mesh(&input, |mesh| {
+        mesh.vertex_scalars(1, 0, &mut |_, own| vec![0.0; own.len()], &mut |_| true).map(|_| ())
     });
     assert!(
         matches!(refused, Err(Error::NotManifold { .. } | Error::Degenerate { .. })),
@@ -232,8 +236,8 @@ fn distances_are_those_of_the_whole() {
     for (i, [a, b]) in [[&a, &near], [&a, &far], [&a, &large], [&large, &far]].iter().enumerate() {
         let paths =
             [(a, "a.ply"), (b, "b.ply")].map(|(s, name)| save(s, &folder.path().join(name)));
-        let found = with_spool(&paths[0], |first| {
-            with_spool(&paths[1], |second| distance(first, second, &options, &mut |_| true))
+        let found = with_disk_mesh(&paths[0], |first| {
+            with_disk_mesh(&paths[1], |second| distance(first, second, &options, &mut |_| true))
         })
         .unwrap();
         let [a, b] = [a, b].map(|soup| surface(soup));
@@ -247,8 +251,8 @@ fn distances_are_those_of_the_whole() {
     }
     let empty = save(&PolygonSoup::new(), &folder.path().join("empty.ply"));
     let input = save(&near, &folder.path().join("b.ply"));
-    let refused = with_spool(&input, |first| {
-        with_spool(&empty, |second| distance(first, second, &options, &mut |_| true))
+    let refused = with_disk_mesh(&input, |first| {
+        with_disk_mesh(&empty, |second| distance(first, second, &options, &mut |_| true))
     });
     assert!(matches!(refused, Err(Error::Surface(_))), "{refused:?}");
 }
@@ -264,26 +268,22 @@ fn what_stops_leaves_nothing_behind() {
     let input = save(&tangle(1), &folder.path().join("in.ply"));
     let scratch_folder = folder.path().join("scratch");
     for stop_at in [1, 2, 3] {
-        let scratch = ScratchFolder::new(&scratch_folder).unwrap();
+        let scratch = ScratchFolder::new(&scratch_folder, "in".as_ref()).unwrap();
         let mut left = stop_at;
-        let mut see = |_| {
+        let mut observer = |_| {
             left -= 1;
             left > 0
         };
         let reading = ReadOptions::default();
-        let read = Spool::read(&scratch, "a", Input::Path(&input), &reading, LITTLE, &mut see);
-        let done = read.and_then(|spool| spool.survey(&mut see));
+        let read =
+            DiskMesh::read(&scratch, "a", Input::Path(&input), &reading, LITTLE, &mut observer);
+        let done = read.and_then(|mesh| mesh.statistics(&mut observer));
         assert!(matches!(done, Err(Error::Stopped)), "{stop_at}: {done:?}");
         drop(scratch);
-        assert!(!scratch_folder.exists());
+        assert_eq!(std::fs::read_dir(&scratch_folder).unwrap().count(), 0);
     }
-    // Folders of others are not touched.
-    std::fs::create_dir(&scratch_folder).unwrap();
-    std::fs::write(scratch_folder.join("notes.txt"), "mine").unwrap();
-    assert!(matches!(ScratchFolder::new(&scratch_folder), Err(Error::NotEmpty { .. })));
-    assert!(scratch_folder.join("notes.txt").exists());
-    let little = Spool::read(
-        &ScratchFolder::new(&folder.path().join("other")).unwrap(),
+    let little = DiskMesh::read(
+        &ScratchFolder::new(&folder.path().join("other"), "in".as_ref()).unwrap(),
         "a",
         Input::Path(&input),
         &ReadOptions::default(),

@@ -1,67 +1,66 @@
-//! Numbers that belong to vertices and are computed from the faces around each, region by region.
+//! Scalars of vertices that are computed from the faces around each vertex, region by region.
 //!
-//! In its region, a vertex has all of its faces, in the order of the file. So what depends on these alone
-//! is the same, to the last bit, as in the whole mesh. Where one begins to go round a vertex depends on the
-//! numbers of its neighbours, which are therefore in the order of the file too.
+//! The region of a vertex holds all of its faces, in the order of the file, and their vertices in the order of the file. So
+//! the one-ring of the vertex, and what is computed from it, is the same as in the whole mesh, bit for bit.
 
 use glam::DVec3;
 use mesh_core::{Handle, PolygonSoup, Repair, TriMesh, VertexId, build};
 
+use crate::disk_mesh::DiskMesh;
 use crate::error::Error;
-use crate::incoming::MOST_FILES;
+use crate::ingest::MOST_FILES;
 use crate::region::Region;
-use crate::scratch::{ID, Scratch, Sink, id_bytes, id_of};
+use crate::renumber::{inverse, renumbered};
+use crate::scratch_file::{ID, ScratchFile, ScratchWriter, id_bytes, id_of};
 use crate::split::Repairs;
-use crate::spool::Spool;
-use crate::work::Step;
+use crate::step::Step;
 
-/// Some numbers for each vertex of a mesh, in files.
-pub struct VertexNumbers {
+/// Some scalars for each vertex of a mesh, in files.
+pub struct VertexScalars {
     width: usize,
-    /// The vertices of each file, of which the first has those with the lowest numbers.
+    /// The number of vertices of each file. The first file has those with the lowest indices.
     window: u64,
-    /// The number of a vertex and its row, in no order within a file.
-    rows: Vec<Scratch>,
-    /// The row of vertices that no face uses.
+    /// The index of each vertex and its scalars, in no order within a file.
+    rows: Vec<ScratchFile>,
+    /// The scalars of vertices that no face uses.
     blank: Vec<f64>,
-    /// The finite numbers of the column that is chosen, of vertices in use.
-    chosen: Scratch,
+    /// The finite scalars of the column that ranks are asked for, of vertices that faces use.
+    chosen: ScratchFile,
     count: u64,
-    /// Whether all numbers of a column are numbers of 32 bits.
+    /// Whether all scalars of a column are exact with 32 bits.
     single: Vec<bool>,
 }
 
 /// The bytes that a face takes while the mesh of its region is built.
 const PER_FACE: u64 = 420;
 
-impl Spool {
-    /// Computes numbers of vertices. `of_mesh` is given the mesh of a region, and those of its vertices that have
-    /// all their faces in it; it gives `width` numbers for each of these. One of these columns is `chosen` to be
-    /// asked for its ranks.
+impl DiskMesh {
+    /// Computes scalars of vertices. `of_mesh` is given the mesh of a region, and the vertices that have all their faces in
+    /// it; it returns `width` scalars for each of them. Ranks can be asked for of the column `chosen`.
     ///
     /// # Errors
     /// The surface is not an oriented manifold, a face uses a vertex twice or one that is not there, or the
     /// files cannot be read or written.
-    pub fn vertex_numbers(
+    pub fn vertex_scalars(
         &self,
         width: usize,
         chosen: usize,
         of_mesh: &mut dyn FnMut(&TriMesh, &[VertexId]) -> Vec<f64>,
-        see: &mut dyn FnMut(Step) -> bool,
-    ) -> Result<VertexNumbers, Error> {
+        observer: &mut dyn FnMut(Step) -> bool,
+    ) -> Result<VertexScalars, Error> {
         let vertices = self.summary().vertices;
         let row = (ID + 8 * width + 8 * width) as u64;
         let fits = (self.memory.stream() / row).max(1024);
-        let windows = vertices.div_ceil(fits).clamp(1, MOST_FILES);
+        let windows = vertices.div_ceil(fits).clamp(1, u64::from(MOST_FILES));
         let window = vertices.div_ceil(windows).max(1);
         let mut rows = Vec::new();
         for i in 0..windows {
-            rows.push(Sink::new(self.folder.join(format!("rows-{i}")))?);
+            rows.push(ScratchWriter::new(self.folder.join(format!("rows-{i}")))?);
         }
-        let mut column = Sink::new(self.folder.join("column"))?;
+        let mut column = ScratchWriter::new(self.folder.join("column"))?;
         let mut single = vec![true; width];
         let (mut used, mut count) = (0, 0);
-        self.each_region(PER_FACE, Repairs::default(), see, &mut |region| {
+        self.each_region(PER_FACE, Repairs::default(), observer, &mut |region| {
             let ids = region.vertex_ids[..region.own].to_vec();
             let (mesh, own) = mesh_of(region)?;
             let numbers = of_mesh(&mesh, &own);
@@ -87,8 +86,9 @@ impl Spool {
             blank = of_mesh(&lonely, &[VertexId::from_index(0)]);
             single.iter_mut().zip(&blank).for_each(|(single, &value)| *single &= is_single(value));
         }
-        let rows: Result<Vec<Scratch>, Error> = rows.into_iter().map(Sink::finish).collect();
-        Ok(VertexNumbers {
+        let rows: Result<Vec<ScratchFile>, Error> =
+            rows.into_iter().map(ScratchWriter::finish).collect();
+        Ok(VertexScalars {
             width,
             window,
             rows: rows?,
@@ -104,14 +104,13 @@ fn is_single(value: f64) -> bool {
     value.is_nan() || f64::from(value as f32) == value
 }
 
-/// The mesh of a region, and its own vertices in it. Vertices of other cells are here with some of their faces
-/// only, which may come apart there.
+/// The mesh of a region, and its own vertices in it. Vertices of other cells have only some of their faces here, and may be
+/// cut into several.
 fn mesh_of(region: Region) -> Result<(TriMesh, Vec<VertexId>), Error> {
     let Region { own, vertex_ids, positions, mut triangles, .. } = region;
     let mut order: Vec<u32> = (0..positions.len() as u32).collect();
     order.sort_unstable_by_key(|&v| vertex_ids[v as usize]);
-    let mut number = vec![0_u32; order.len()];
-    order.iter().zip(0..).for_each(|(&v, new)| number[v as usize] = new);
+    let number = inverse(order.iter().copied());
     triangles.as_flattened_mut().iter_mut().for_each(|v| *v = number[*v as usize]);
     drop((vertex_ids, number));
     let corners = triangles.len() * 3;
@@ -135,13 +134,12 @@ fn mesh_of(region: Region) -> Result<(TriMesh, Vec<VertexId>), Error> {
         let own = (0..source.len()).filter(|&v| is_own(source[v])).map(VertexId::from_index);
         return Ok((built.mesh, own.collect()));
     }
-    // The parts of a vertex that came apart belong beside each other.
+    // The parts of a vertex that was cut follow each other.
     let mut again: Vec<u32> = (0..source.len() as u32).collect();
     again.sort_by_key(|&v| source[v as usize]);
-    let mut number = vec![0_u32; again.len()];
-    again.iter().zip(0..).for_each(|(&v, new)| number[v as usize] = new);
-    let triangles: Vec<[u32; 3]> =
-        built.mesh.topology().triangles().map(|t| t.map(|v| number[v as usize])).collect();
+    let number = inverse(again.iter().copied());
+    let triangles: Vec<[u32; 3]> = built.mesh.topology().triangles().collect();
+    let triangles = renumbered(&triangles, &number);
     let positions: Vec<DVec3> = again.iter().map(|&v| built.mesh.positions()[v as usize]).collect();
     drop(built.mesh);
     let mesh = TriMesh::from_triangles(&positions, &triangles).map_err(|_| too_large())?;
@@ -149,19 +147,19 @@ fn mesh_of(region: Region) -> Result<(TriMesh, Vec<VertexId>), Error> {
     Ok((mesh, own.map(VertexId::from_index).collect()))
 }
 
-impl VertexNumbers {
-    /// Whether all numbers of each column are numbers of 32 bits.
+impl VertexScalars {
+    /// Whether all scalars of each column are exact with 32 bits.
     pub(crate) fn single(&self) -> &[bool] {
         &self.single
     }
 
-    /// The chosen column: how many of its numbers are finite, vertices that no face uses left out.
+    /// The number of finite scalars in the chosen column, of vertices that faces use.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The number that so many others of the chosen column come before, in ascending order.
+    /// The scalar of a rank in the chosen column, in ascending order from rank 0.
     ///
     /// # Errors
     /// The files cannot be read.
@@ -169,11 +167,11 @@ impl VertexNumbers {
         if rank >= self.count {
             return Ok(None);
         }
-        // Digit by digit, from the front: each time through the file, those with the digits so far are counted.
+        // Radix selection with digits of 16 bits: each time through the file, scalars with the digits so far are counted.
         let (mut prefix, mut left) = (0_u64, rank);
         for digit in (0..4).rev() {
             let mut counts = vec![0_u64; 1 << 16];
-            let mut source = self.chosen.source()?;
+            let mut source = self.chosen.reader()?;
             while let Some(bytes) = source.next()? {
                 let key = ordered(f64::from_le_bytes(bytes));
                 if digit == 3 || key >> (16 * (digit + 1)) == prefix {
@@ -190,7 +188,7 @@ impl VertexNumbers {
         Ok(Some(from_ordered(prefix)))
     }
 
-    /// Calls `visit` with the row of each vertex, in their order.
+    /// Calls `visit` with the scalars of each vertex, in order.
     pub(crate) fn each_row(
         &self,
         vertices: u64,
@@ -202,7 +200,7 @@ impl VertexNumbers {
             if !self.blank.is_empty() {
                 all.chunks_exact_mut(self.width).for_each(|row| row.copy_from_slice(&self.blank));
             }
-            let mut source = rows.source()?;
+            let mut source = rows.reader()?;
             while let Some(id) = source.next::<ID>()? {
                 let place = (id_of(id) - first) as usize * self.width;
                 for value in &mut all[place..place + self.width] {
@@ -215,7 +213,7 @@ impl VertexNumbers {
     }
 }
 
-/// Bits that are in the same order as the numbers.
+/// Bits in the order of the numbers.
 fn ordered(value: f64) -> u64 {
     let bits = value.to_bits();
     if bits >> 63 == 1 { !bits } else { bits | 1 << 63 }

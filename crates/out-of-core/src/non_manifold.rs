@@ -1,11 +1,12 @@
-//! Where a surface is not an oriented manifold.
+//! Vertices at which a surface is not an oriented manifold.
 
-/// No side.
-const NONE: u32 = u32::MAX;
+use crate::renumber::NONE;
 
-/// Those of the first `own` vertices, ascending, whose faces are not one fan: some edge there has more than
-/// two faces, or two that run the same way, or the faces hang together at the vertex alone.
-pub(crate) fn stuck_vertices(own: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
+/// The vertices among the first `own`, ascending, whose faces are not one fan: an edge there has more than two faces, or two
+/// faces of opposite orientation, or faces share the vertex alone.
+///
+/// There are fewer corners than 2^32.
+pub(crate) fn non_manifold_vertices(own: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
     // The corners at each own vertex.
     let mut starts = vec![0_u32; own + 1];
     let corners =
@@ -29,7 +30,7 @@ pub(crate) fn stuck_vertices(own: usize, triangles: &[[u32; 3]]) -> Vec<u32> {
     (0..own as u32).filter(is_stuck).collect()
 }
 
-/// The faces at a vertex, each from the vertex after it to the one before it.
+/// The faces at a vertex, each as the edge opposite to the vertex.
 #[derive(Default)]
 struct Fan {
     links: Vec<(u32, u32)>,
@@ -51,7 +52,7 @@ impl Fan {
             let found = self.links.binary_search_by_key(&v, |link| link.0);
             found.map_or(NONE, |place| self.links[place].1)
         };
-        // From the one that no other leads to, or from any if they go round.
+        // Start at the edge without a predecessor, or anywhere if the fan is closed.
         let mut targets: Vec<u32> = self.links.iter().map(|link| link.1).collect();
         targets.sort_unstable();
         if targets.windows(2).any(|pair| pair[0] == pair[1]) {
@@ -80,15 +81,15 @@ mod tests {
 
     #[test]
     fn fans_are_told_from_everything_else() {
-        // Round vertex 0: closed, open, two fans, three faces at an edge, one face turned over.
+        // Around vertex 0: closed, open, two fans, three faces at an edge, one face turned over.
         let closed = [[0, 1, 2], [0, 2, 3], [0, 3, 1]];
-        assert_eq!(stuck_vertices(1, &closed), [0; 0]);
-        assert_eq!(stuck_vertices(1, &closed[..2]), [0; 0]);
-        assert_eq!(stuck_vertices(4, &closed[..2]), [0; 0]);
-        assert_eq!(stuck_vertices(1, &[[0, 1, 2], [0, 3, 4]]), [0]);
-        assert_eq!(stuck_vertices(2, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]), [0, 1]);
-        assert_eq!(stuck_vertices(5, &[[0, 1, 2], [0, 1, 3]]), [0, 1]);
+        assert_eq!(non_manifold_vertices(1, &closed), [0; 0]);
+        assert_eq!(non_manifold_vertices(1, &closed[..2]), [0; 0]);
+        assert_eq!(non_manifold_vertices(4, &closed[..2]), [0; 0]);
+        assert_eq!(non_manifold_vertices(1, &[[0, 1, 2], [0, 3, 4]]), [0]);
+        assert_eq!(non_manifold_vertices(2, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]), [0, 1]);
+        assert_eq!(non_manifold_vertices(5, &[[0, 1, 2], [0, 1, 3]]), [0, 1]);
         let pinched = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [0, 4, 5], [0, 5, 6], [0, 6, 4]];
-        assert_eq!(stuck_vertices(7, &pinched), [0]);
+        assert_eq!(non_manifold_vertices(7, &pinched), [0]);
     }
 }

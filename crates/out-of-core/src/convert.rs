@@ -1,4 +1,4 @@
-//! From files on disk to a file of a format, as a stream.
+//! Writing a mesh on disk to a file of another format, as a stream.
 
 use std::io::Write;
 use std::path::Path;
@@ -8,29 +8,29 @@ use mesh_io::{
     write_passing,
 };
 
+use crate::disk_mesh::DiskMesh;
 use crate::error::Error;
-use crate::scratch::point_of;
-use crate::spool::Spool;
-use crate::vertex_numbers::VertexNumbers;
+use crate::scratch_file::point_of;
+use crate::vertex_scalars::VertexScalars;
 
-/// What vertices get besides their positions.
+/// Scalars and colours that vertices are written with.
 #[derive(Clone, Copy)]
 pub struct Columns<'c> {
-    /// The numbers.
-    pub numbers: &'c VertexNumbers,
+    /// The scalars.
+    pub numbers: &'c VertexScalars,
     /// The names of the columns.
     pub names: &'c [&'c str],
-    /// The colour of a vertex, from its numbers.
+    /// The colour of a vertex, from its scalars.
     pub color: &'c dyn Fn(&[f64]) -> [u8; 4],
 }
 
-impl Spool {
-    /// Writes the mesh as PLY, STL or OBJ; the file takes its place when it is committed. With numbers of
-    /// vertices, polygons are cut into triangles.
+impl DiskMesh {
+    /// Writes the mesh as PLY, STL or OBJ. The file takes its place when it is committed. With scalars, polygons are cut into
+    /// triangles.
     ///
     /// # Errors
-    /// The file cannot be written, the format is another one or cannot hold so much, or a face has a vertex that
-    /// is not there.
+    /// The file cannot be written, the format is another one or cannot hold so many elements, or a face uses a vertex that is
+    /// not there.
     pub fn stage(
         &self,
         path: &Path,
@@ -43,10 +43,10 @@ impl Spool {
         failed.map_or_else(|| Ok(staged?), Err)
     }
 
-    /// As [`Spool::stage`], to a stream, which had better be buffered.
+    /// As [`DiskMesh::stage`], to a stream, which should be buffered.
     ///
     /// # Errors
-    /// As [`Spool::stage`]; part of the file may have been written.
+    /// As [`DiskMesh::stage`]; part of the file may have been written.
     pub fn write_to(
         &self,
         writer: &mut dyn Write,
@@ -78,7 +78,7 @@ impl Spool {
         passing
     }
 
-    /// Gives everything to a writer; a failure that is none of the writer goes to `failed`.
+    /// Passes vertices and faces to a writer. An error that is not one of the writer goes to `failed`.
     fn pass(
         &self,
         out: &mut Passer<'_>,
@@ -86,7 +86,7 @@ impl Spool {
         failed: &mut Option<Error>,
     ) -> std::io::Result<()> {
         let mut written = Ok(());
-        // The walks below have errors of their own.
+        // Errors of the writer end the streams below with `Stopped`.
         let mut put = |result: std::io::Result<()>| {
             result.map_err(|error| {
                 written = Err(error);
@@ -94,17 +94,17 @@ impl Spool {
             })
         };
         let passed = match columns {
-            None => self.incoming.each_vertex(|_, at| put(out.vertex(at, NO_COLOR, &[]))).and_then(
+            None => self.ingested.each_vertex(|_, at| put(out.vertex(at, NO_COLOR, &[]))).and_then(
                 |()| {
-                    self.incoming.each_face(self.memory.stream(), |vertices, corners| {
+                    self.ingested.each_face(self.memory.stream(), |vertices, corners| {
                         put(out.face(vertices, corners))
                     })
                 },
             ),
             Some(Columns { numbers, color, .. }) => self
-                .incoming
+                .ingested
                 .points
-                .source()
+                .reader()
                 .and_then(|mut points| {
                     numbers.each_row(self.summary().vertices, |row| {
                         let at = point_of(&points.expect()?);
@@ -112,7 +112,7 @@ impl Spool {
                     })
                 })
                 .and_then(|()| {
-                    self.incoming.each_triangle(self.memory.stream(), |vertices, corners| {
+                    self.ingested.each_triangle(self.memory.stream(), |vertices, corners| {
                         put(out.face(&vertices, &corners))
                     })
                 }),

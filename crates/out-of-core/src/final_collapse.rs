@@ -1,4 +1,4 @@
-//! What is left once it fits into memory: the last collapses, in one piece.
+//! The last collapses of a run: all regions of a level as one mesh in memory.
 
 use core::ops::ControlFlow;
 
@@ -7,41 +7,40 @@ use simplify::blocks::Fragment;
 use simplify::{Options, Progress, Run, StopReason, finish_collapses};
 
 use crate::error::Error;
-use crate::incoming::Summary;
+use crate::ingest::Summary;
+use crate::non_manifold::non_manifold_vertices;
 use crate::region::Region;
-use crate::star::stuck_vertices;
-use crate::work::Step;
+use crate::step::Step;
 
-/// Collapses what is left of a mesh, of which the summary tells what it was, to the number of faces that the
-/// options name.
-pub(crate) fn collapse_rest(
-    rest: Fragment,
+/// Collapses all regions of a level to the number of faces that the options name. The summary is that of the input.
+pub(crate) fn collapse_in_memory(
+    fragment: Fragment,
     options: &Options,
     summary: &Summary,
     level: u32,
-    see: &mut dyn FnMut(Step) -> bool,
+    observer: &mut dyn FnMut(Step) -> bool,
 ) -> Result<(TriMesh, Run), Error> {
     let faces_before = usize::try_from(summary.triangles).unwrap_or(usize::MAX);
     let mut observe = |now: &Progress| {
         let of = (faces_before - now.face_target.min(faces_before)) as u64;
         let done = (faces_before - now.faces.min(faces_before)) as u64;
         let step = Step { what: "collapsing", done, of, level };
-        if see(step) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        if observer(step) { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    let done = finish_collapses(rest, options, summary.size(), faces_before, &mut observe)?;
+    let done = finish_collapses(fragment, options, summary.size(), faces_before, &mut observe)?;
     if done.1.stop == StopReason::Cancelled {
         return Err(Error::Stopped);
     }
     Ok(done)
 }
 
-/// The region of the whole mesh as collapses take it, cut where it is not manifold.
-pub(crate) fn rest_of(region: Region) -> Result<Fragment, Error> {
-    let is_manifold = stuck_vertices(region.positions.len(), &region.triangles).is_empty();
+/// The fragment that the collapses work on, from the region of the whole mesh. It is cut where it is not manifold.
+pub(crate) fn final_fragment(region: Region) -> Result<Fragment, Error> {
+    let is_manifold = non_manifold_vertices(region.positions.len(), &region.triangles).is_empty();
     if is_manifold { Ok(region.into_fragment().0) } else { cut(region) }
 }
 
-/// The region as a manifold.
+/// Cuts the region where it is not manifold.
 fn cut(region: Region) -> Result<Fragment, Error> {
     let Region { positions, quadrics, triangles, .. } = region;
     let corners = triangles.len() * 3;

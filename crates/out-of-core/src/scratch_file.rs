@@ -1,4 +1,4 @@
-//! Lists too long for memory, in files that are written once from front to end.
+//! Temporary files for lists that are too long for memory, written once from front to end.
 
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -7,12 +7,15 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use crate::error::Error;
+use crate::private_files;
 
 /// Bytes that are read or written at a time.
 const BUFFER: usize = 1 << 16;
 
-/// The bytes of the number of a vertex: enough for 2^40 of them.
+/// The bytes of the index of a vertex.
 pub(crate) const ID: usize = 5;
+/// The largest number of vertices: that many indices fit into so many bytes.
+pub(crate) const MOST_VERTICES: u64 = 1 << (8 * ID);
 
 pub(crate) fn id_bytes(id: u64) -> [u8; ID] {
     let [a, b, c, d, e, ..] = id.to_le_bytes();
@@ -39,65 +42,71 @@ pub(crate) fn point_of(bytes: &[u8; 24]) -> DVec3 {
     DVec3::from(point)
 }
 
-/// A file that is being written, and removed when nobody needs it any more.
-pub(crate) struct Sink {
-    path: PathBuf,
+/// A temporary file that is being written. It is removed when this is dropped.
+pub(crate) struct ScratchWriter {
     writer: BufWriter<File>,
+    file: ScratchFile,
     bytes: u64,
 }
 
-impl Sink {
+impl ScratchWriter {
     pub(crate) fn new(path: PathBuf) -> Result<Self, Error> {
-        let file = File::create(&path).map_err(Error::io(&path))?;
-        Ok(Self { writer: BufWriter::with_capacity(BUFFER, file), path, bytes: 0 })
+        let file = private_files::create_file(&path).map_err(Error::io(&path))?;
+        let writer = BufWriter::with_capacity(BUFFER, file);
+        Ok(Self { writer, file: ScratchFile { path }, bytes: 0 })
     }
 
     pub(crate) fn put(&mut self, bytes: &[u8]) -> Result<(), Error> {
         self.bytes += bytes.len() as u64;
-        self.writer.write_all(bytes).map_err(Error::io(&self.path))
+        self.writer.write_all(bytes).map_err(Error::io(&self.file.path))
     }
 
-    /// The bytes so far.
+    /// The number of bytes so far.
     pub(crate) fn len(&self) -> u64 {
         self.bytes
     }
 
-    /// The file, whole.
-    pub(crate) fn finish(self) -> Result<Scratch, Error> {
-        let Self { path, writer, .. } = self;
-        writer.into_inner().map_err(|error| Error::io(&path)(error.into_error()))?;
-        Ok(Scratch { path })
+    /// Ends the file.
+    pub(crate) fn finish(self) -> Result<ScratchFile, Error> {
+        let Self { file, writer, .. } = self;
+        writer.into_inner().map_err(|error| Error::io(&file.path)(error.into_error()))?;
+        Ok(file)
     }
 }
 
-/// A file that was written, and is removed in the end.
-pub(crate) struct Scratch {
+/// A temporary file that was written. It is removed when this is dropped.
+pub(crate) struct ScratchFile {
     path: PathBuf,
 }
 
-impl Drop for Scratch {
+impl Drop for ScratchFile {
     fn drop(&mut self) {
-        // What cannot be removed is in nobody's way but that of the disk.
+        // What cannot be removed only takes space.
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
-impl Scratch {
-    /// From the front.
-    pub(crate) fn source(&self) -> Result<Source<'_>, Error> {
-        let file = File::open(&self.path).map_err(Error::io(&self.path))?;
-        Ok(Source { path: &self.path, reader: BufReader::with_capacity(BUFFER, file) })
+impl ScratchFile {
+    /// The error of a file that does not hold what was written.
+    pub(crate) fn damaged(&self, reason: &str) -> Error {
+        Error::damaged(&self.path, reason)
+    }
+
+    /// Reads the file from the front.
+    pub(crate) fn reader(&self) -> Result<ScratchReader<'_>, Error> {
+        let file = private_files::open(&self.path).map_err(Error::io(&self.path))?;
+        Ok(ScratchReader { path: &self.path, reader: BufReader::with_capacity(BUFFER, file) })
     }
 }
 
-/// A file that is being read.
-pub(crate) struct Source<'s> {
+/// A temporary file that is being read.
+pub(crate) struct ScratchReader<'s> {
     path: &'s Path,
     reader: BufReader<File>,
 }
 
-impl Source<'_> {
-    /// The next bytes; `None` at the end.
+impl ScratchReader<'_> {
+    /// Reads the next bytes; `None` at the end.
     pub(crate) fn next<const N: usize>(&mut self) -> Result<Option<[u8; N]>, Error> {
         let mut bytes = [0; N];
         match self.reader.read_exact(&mut bytes) {
@@ -107,12 +116,12 @@ impl Source<'_> {
         }
     }
 
-    /// The next bytes, which have to be there.
+    /// Reads the next bytes; an error at the end.
     pub(crate) fn expect<const N: usize>(&mut self) -> Result<[u8; N], Error> {
         self.next()?.ok_or_else(|| Error::damaged(self.path, "the file ends too soon"))
     }
 
-    /// The next face; `None` at the end. The corners replace what was in the list.
+    /// Reads the next face into a list of its corners; `false` at the end.
     pub(crate) fn next_face(&mut self, corners: &mut Vec<u64>) -> Result<bool, Error> {
         let Some([short]) = self.next()? else { return Ok(false) };
         let count = match short {
@@ -127,39 +136,41 @@ impl Source<'_> {
     }
 }
 
-/// Says that the number of corners follows in four bytes.
+/// A number of corners that says: the number follows in four bytes.
 const LONG: u8 = u8::MAX;
 
-/// Appends a face.
-pub(crate) fn put_face(to: &mut Sink, corners: &[u64]) -> Result<(), Error> {
+/// Appends a face of vertices below [`MOST_VERTICES`].
+pub(crate) fn put_face(to: &mut ScratchWriter, corners: &[u64]) -> Result<(), Error> {
     match u8::try_from(corners.len()) {
         Ok(short) if short < LONG => to.put(&[short])?,
         _ => {
             to.put(&[LONG])?;
-            to.put(&(corners.len() as u32).to_le_bytes())?;
+            let too_large = |_| Error::RegionTooLarge { faces: 1 };
+            let count = u32::try_from(corners.len()).map_err(too_large)?;
+            to.put(&count.to_le_bytes())?;
         }
     }
     corners.iter().try_for_each(|&v| to.put(&id_bytes(v)))
 }
 
-/// Points by number, of which the blocks used last are in memory.
-pub(crate) struct Table<'s> {
+/// Points by index. The blocks that were used last are in memory.
+pub(crate) struct PointTable<'s> {
     path: &'s Path,
     file: File,
     count: u64,
-    /// Where the block with this remainder is, if it is there.
+    /// By the remainder of the number of a block: a block and its points.
     slots: Vec<(u64, Vec<DVec3>)>,
     bytes: Vec<u8>,
 }
 
-/// Points of a block.
+/// The points of a block.
 const BLOCK: u64 = 1024;
 
-impl<'s> Table<'s> {
-    /// A file of points, in about so many bytes of memory.
-    pub(crate) fn new(points: &'s Scratch, memory: u64) -> Result<Self, Error> {
+impl<'s> PointTable<'s> {
+    /// Opens a file of points, to take about so many bytes of memory.
+    pub(crate) fn new(points: &'s ScratchFile, memory: u64) -> Result<Self, Error> {
         let path = &points.path;
-        let file = File::open(path).map_err(Error::io(path))?;
+        let file = private_files::open(path).map_err(Error::io(path))?;
         let count = file.metadata().map_err(Error::io(path))?.len() / 24;
         let blocks = count.div_ceil(BLOCK).min(memory / (24 * BLOCK)).max(16);
         let slots = vec![(u64::MAX, Vec::new()); blocks as usize];

@@ -1,9 +1,8 @@
-//! What a mesh is made of and what is wrong with it, region by region.
+//! Counts of elements and defects of a mesh, region by region.
 //!
-//! A region has all faces at its own vertices, so that it can tell of an edge or a vertex all there is to be
-//! told; an edge is counted where its first cell is. Connected parts reach over many regions: each gets a
-//! number in every region that it comes out of, and numbers are joined that stand for parts with a vertex, or
-//! a face, in common.
+//! A region holds all faces at its own vertices, which is enough to classify these vertices and their edges. An edge is
+//! counted in the lowest of its cells. Connected components extend over many regions: a component gets a number in each
+//! region, and numbers are united whose components share a vertex or a face.
 
 use std::path::{Path, PathBuf};
 
@@ -14,46 +13,45 @@ use mesh_core::edge_connectivity::EdgeConnectivity;
 use mesh_core::measure::SoupMeasures;
 use mesh_core::{BoundingBox, Diagnosis};
 
+use crate::disk_mesh::DiskMesh;
 use crate::error::Error;
-use crate::incoming::{MOST_FILES, hash};
+use crate::ingest::{MOST_FILES, hash};
 use crate::region::Region;
-use crate::scratch::{ID, Scratch, Sink, id_bytes};
+use crate::scratch_file::{ID, ScratchFile, ScratchWriter, id_bytes};
 use crate::split::Repairs;
-use crate::spool::Spool;
-use crate::work::Step;
+use crate::step::Step;
 
-/// What [`mesh_core::diagnose()`] and [`mesh_core::PolygonSoup::measure`] say of a mesh that is larger than
-/// memory. The counts are the same; area and volume may differ in the last digits, as they are added up in
-/// another order.
+/// The results of [`mesh_core::diagnose()`] and [`mesh_core::PolygonSoup::measure`] for a mesh that is larger than memory.
+/// The counts are the same. Area and volume are summed in another order, and may differ in the last digits.
 #[derive(Clone, Debug, Default)]
-pub struct Survey {
-    /// Parts and defects.
+pub struct Statistics {
+    /// Counts of elements and defects.
     pub diagnosis: Diagnosis,
-    /// Box, area and volume.
+    /// Bounding box, area and volume.
     pub measures: SoupMeasures,
 }
 
-/// The bytes that a face takes while its region is looked at.
+/// The bytes that a face takes while its region is classified.
 const PER_FACE: u64 = 250;
 
-impl Spool {
-    /// Counts the parts and defects of the mesh, as it is, and measures it.
+impl DiskMesh {
+    /// Counts the elements and defects of the mesh, and measures it.
     ///
     /// # Errors
     /// A face has a vertex that is not there, or the files cannot be read or written.
-    pub fn survey(&self, see: &mut dyn FnMut(Step) -> bool) -> Result<Survey, Error> {
-        let mut surveyor = Surveyor {
-            found: Survey::default(),
+    pub fn statistics(&self, observer: &mut dyn FnMut(Step) -> bool) -> Result<Statistics, Error> {
+        let mut surveyor = Collector {
+            found: Statistics::default(),
             center: self.bounds().map_or(glam::DVec3::ZERO, |bounds| bounds.center()),
             proper: 0,
             used: 0,
-            components: Parts::new(self.folder.join("components"))?,
-            edge_components: Parts::new(self.folder.join("edge-components"))?,
-            boundaries: Parts::new(self.folder.join("boundaries"))?,
+            components: Components::new(self.folder.join("components"))?,
+            edge_components: Components::new(self.folder.join("edge-components"))?,
+            boundaries: Components::new(self.folder.join("boundaries"))?,
         };
-        let repairs = Repairs { drop_degenerate: true, cut: true };
-        self.each_region(PER_FACE, repairs, see, &mut |region| surveyor.look_at(&region))?;
-        let Surveyor { mut found, proper, used, components, edge_components, boundaries, .. } =
+        let repairs = Repairs { drop_degenerate: true, cut_non_manifold: true };
+        self.each_region(PER_FACE, repairs, observer, &mut |region| surveyor.look_at(&region))?;
+        let Collector { mut found, proper, used, components, edge_components, boundaries, .. } =
             surveyor;
         let summary = self.summary();
         let memory = self.memory.stream();
@@ -73,25 +71,25 @@ impl Spool {
     }
 }
 
-/// Goes through regions.
-struct Surveyor {
-    found: Survey,
+/// Collects statistics over regions.
+struct Collector {
+    found: Statistics,
     center: glam::DVec3,
-    /// Triangles of three different vertices.
+    /// The number of triangles with three different vertices.
     proper: usize,
-    /// Vertices that these use.
+    /// The number of vertices that these triangles use.
     used: usize,
-    components: Parts,
-    edge_components: Parts,
-    boundaries: Parts,
+    components: Components,
+    edge_components: Components,
+    boundaries: Components,
 }
 
-/// Which corner comes next in its triangle.
+/// The next corner of the same triangle.
 fn next(corner: u32) -> u32 {
     if corner % 3 == 2 { corner - 2 } else { corner + 1 }
 }
 
-impl Surveyor {
+impl Collector {
     fn look_at(&mut self, region: &Region) -> Result<(), Error> {
         self.proper += region.own_face_count();
         self.used += region.own;
@@ -134,7 +132,7 @@ impl Surveyor {
     fn connect(&mut self, region: &Region) -> Result<(), Error> {
         let corners = region.triangles.as_flattened();
         let vertex_at = |corner: u32| corners[corner as usize];
-        // The sides at own vertices, of which all faces are here.
+        // The sides at own vertices: all faces of these edges are in the region. A region has fewer corners than 2^32.
         let mut sides: Vec<([u32; 2], u32)> = Vec::with_capacity(corners.len());
         for side in 0..corners.len() as u32 {
             let [a, b] = [vertex_at(side), vertex_at(next(side))];
@@ -196,7 +194,7 @@ impl Surveyor {
     }
 }
 
-/// What a vertex or a face is known by in all regions.
+/// By what a vertex or a face is recognised in all regions.
 type Key = [u8; 3 * ID];
 
 fn key_of<const N: usize>(ids: [u64; N]) -> Key {
@@ -207,25 +205,25 @@ fn key_of<const N: usize>(ids: [u64; N]) -> Key {
     key
 }
 
-/// Connected parts that go through many regions.
-struct Parts {
+/// Counts connected components over many regions.
+struct Components {
     path: PathBuf,
-    /// Those that lie within one region.
+    /// The number of components within one region.
     within: usize,
-    /// The numbers of others, one for each region that they are in.
+    /// The numbers of the other components, one for each of their regions.
     numbers: DisjointSets,
     count: u32,
-    /// What is in several regions, with the number that its part has in one of them.
-    shared: Sink,
+    /// Elements that are in several regions, with the number of their component in one of them.
+    shared: ScratchWriter,
 }
 
-impl Parts {
+impl Components {
     fn new(path: PathBuf) -> Result<Self, Error> {
-        let shared = Sink::new(path.clone())?;
+        let shared = ScratchWriter::new(path.clone())?;
         Ok(Self { path, within: 0, numbers: DisjointSets::default(), count: 0, shared })
     }
 
-    /// Adds the parts of a region: its elements, and those of them that are in other regions too.
+    /// Adds the components of a region, from all of its elements and from those that are in other regions too.
     fn add(
         &mut self,
         sets: &mut DisjointSets,
@@ -249,28 +247,29 @@ impl Parts {
         Ok(())
     }
 
-    /// How many there are in all.
+    /// The number of components.
     fn count(self, folder: &Path, memory: u64) -> Result<usize, Error> {
         let Self { path, within, mut numbers, count, shared } = self;
         let bytes = shared.len();
         let shared = shared.finish()?;
-        let files = bytes.div_ceil(memory.max(1 << 20)).clamp(1, MOST_FILES);
+        let files = bytes.div_ceil(memory.max(1 << 20)).clamp(1, u64::from(MOST_FILES));
         let stem = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let mut dealt = Vec::new();
+        let mut files_of = Vec::new();
         for i in 0..files {
-            dealt.push(Sink::new(folder.join(format!("{stem}-{i}")))?);
+            files_of.push(ScratchWriter::new(folder.join(format!("{stem}-{i}")))?);
         }
-        let mut source = shared.source()?;
+        let mut source = shared.reader()?;
         while let Some(key) = source.next::<{ 3 * ID }>()? {
             let number: [u8; 4] = source.expect()?;
-            let sink = &mut dealt[hash(&key, files)];
+            let sink = &mut files_of[hash(&key, files)];
             sink.put(&key)?;
             sink.put(&number)?;
         }
-        let dealt: Result<Vec<Scratch>, Error> = dealt.into_iter().map(Sink::finish).collect();
-        for scratch in dealt? {
+        let files_of: Result<Vec<ScratchFile>, Error> =
+            files_of.into_iter().map(ScratchWriter::finish).collect();
+        for scratch in files_of? {
             let mut all: Vec<(Key, u32)> = Vec::new();
-            let mut source = scratch.source()?;
+            let mut source = scratch.reader()?;
             while let Some(key) = source.next()? {
                 all.push((key, u32::from_le_bytes(source.expect()?)));
             }

@@ -1,8 +1,9 @@
-//! The rims of the cells of a level, collapsed before the last passes to a result that does not fit into memory.
+//! The strips of faces along the seams between the cells of a level. They are collapsed before the last passes to a result
+//! that does not fit into memory.
 //!
-//! What lies on the rim of the outermost cells has stayed as it was since the input was split. A strip is every
-//! face within some rings of such a rim. All strips together are collapsed like a region; what borders on
-//! them is held. Then each cell takes back what belongs to it, by where its vertices were.
+//! Vertices along seams between cells that were never joined are where they were in the input. A strip is all faces within
+//! some rings of such a seam. All strips together are collapsed like a region; the vertices that border on them are held.
+//! Then each cell takes back the vertices that it owned, and their faces.
 
 use std::path::Path;
 
@@ -10,26 +11,23 @@ use glam::DVec3;
 use simplify::Quadric;
 
 use crate::error::Error;
+use crate::id_index::IdIndex;
+use crate::non_manifold::non_manifold_vertices;
 use crate::region::Region;
-use crate::split::Finder;
-use crate::star::stuck_vertices;
+use crate::renumber::NONE;
 
-/// So many rings of vertices on either side of a rim: that, what is next to it and is held with it, and what is
-/// there to be collapsed with.
+/// The number of rings of vertices on either side of a seam that belong to its strip.
 const RINGS: usize = 4;
 
-/// No cell.
-const NONE: u32 = u32::MAX;
-
-/// To which cells the vertices of all strips of a level belong.
-pub(crate) struct Strips {
-    /// The numbers of all vertices, and their cells.
-    homes: Vec<(u64, u32)>,
+/// The strips of a level: which cell each of their vertices belongs to.
+pub(crate) struct SeamStrips {
+    /// The index in the input of each vertex, and its cell; ascending.
+    other_cells: Vec<(u64, u32)>,
 }
 
-impl Strips {
-    /// The strips between cells, which are read one after the other, as one region; `None` where there are no
-    /// rims, or the strips have more faces than allowed.
+impl SeamStrips {
+    /// Gathers the strips between cells, which are read one after the other, as one region. `None` if there are no seams, or
+    /// the strips have more faces than allowed.
     pub(crate) fn gather(
         level: u32,
         cells: u32,
@@ -40,11 +38,11 @@ impl Strips {
         let mut triangles: Vec<[u64; 3]> = Vec::new();
         let mut own: Vec<Vertex> = Vec::new();
         let mut held: Vec<Vertex> = Vec::new();
-        let mut remembers = true;
+        let mut has_quadrics = true;
         for cell in 0..cells {
             let region = read(cell)?;
-            remembers &= region.quadrics.len() == region.own;
-            let is_near = near_rim(&region);
+            has_quadrics &= region.quadrics.len() == region.own;
+            let is_near = near_seam(&region);
             let is_near = |v: u32| is_near.get(v as usize).is_none_or(|&is_near| is_near);
             let mut is_used = vec![false; region.own];
             for triangle in region.triangles.iter().filter(|t| t.iter().any(|&v| is_near(v))) {
@@ -71,32 +69,33 @@ impl Strips {
         if own.is_empty() {
             return Ok(None);
         }
-        let mut homes: Vec<(u64, u32)> =
+        let mut other_cells: Vec<(u64, u32)> =
             own.iter().chain(&held).map(|vertex| (vertex.id, vertex.cell)).collect();
-        homes.sort_unstable();
-        let region = region_of(own, held, remembers, triangles, folder)?;
-        let nowhere = vec![NONE; region.homes.len()];
-        Ok(Some((Self { homes }, Region { level, homes: nowhere, ..region })))
+        other_cells.sort_unstable();
+        let region = region_of(own, held, has_quadrics, triangles, folder)?;
+        let nowhere = vec![NONE; region.other_cells.len()];
+        Ok(Some((Self { other_cells }, Region { level, other_cells: nowhere, ..region })))
     }
 
-    /// A cell of the next level: what a cell was, with its part of what the strips have become.
+    /// The region of a cell on the next level: the old region, with its part of the collapsed strips in place of the old
+    /// strips.
     pub(crate) fn put_back(
         &self,
         reduced: &Region,
         old: &Region,
         folder: &Path,
     ) -> Result<Region, Error> {
-        let is_near = near_rim(old);
+        let is_near = near_seam(old);
         let stays = |v: u32| is_near.get(v as usize).is_some_and(|&is_near| !is_near);
         let home = |id: u64| {
-            let found = self.homes.binary_search_by_key(&id, |&(id, _)| id);
-            found.map_or(NONE, |place| self.homes[place].1)
+            let found = self.other_cells.binary_search_by_key(&id, |&(id, _)| id);
+            found.map_or(NONE, |place| self.other_cells[place].1)
         };
         let mut triangles: Vec<[u64; 3]> = Vec::new();
         for triangle in old.triangles.iter().filter(|t| t.iter().all(|&v| stays(v))) {
             triangles.push(triangle.map(|v| old.vertex_ids[v as usize]));
         }
-        // What comes out of the strips: vertices of this cell, and those of others at the same faces.
+        // From the strips: faces with vertices of this cell, and all vertices of these faces.
         let of_cell: Vec<u32> = reduced.vertex_ids.iter().map(|&id| home(id)).collect();
         let mut is_used = vec![false; reduced.positions.len()];
         for triangle in &reduced.triangles {
@@ -105,7 +104,7 @@ impl Strips {
                 triangles.push(triangle.map(|v| reduced.vertex_ids[v as usize]));
             }
         }
-        let remembers = old.quadrics.len() == old.own && reduced.quadrics.len() == reduced.own;
+        let has_quadrics = old.quadrics.len() == old.own && reduced.quadrics.len() == reduced.own;
         let vertex = |region: &Region, v: usize, cell: u32| Vertex {
             id: region.vertex_ids[v],
             cell,
@@ -122,12 +121,12 @@ impl Strips {
                 own.push(vertex(reduced, v, old.cell));
             }
         }
-        let region = region_of(own, others, remembers, triangles, folder)?;
+        let region = region_of(own, others, has_quadrics, triangles, folder)?;
         Ok(Region { level: old.level + 1, cell: old.cell, ..region })
     }
 }
 
-/// A vertex on its way between regions.
+/// A vertex that moves between regions.
 struct Vertex {
     id: u64,
     cell: u32,
@@ -135,11 +134,11 @@ struct Vertex {
     quadric: Quadric,
 }
 
-/// A region of own vertices and others, each with its cell, and of triangles of their numbers.
+/// Builds a region from own vertices, other vertices, and triangles of indices in the input.
 fn region_of(
     mut own: Vec<Vertex>,
     mut others: Vec<Vertex>,
-    remembers: bool,
+    has_quadrics: bool,
     triangles: Vec<[u64; 3]>,
     folder: &Path,
 ) -> Result<Region, Error> {
@@ -147,9 +146,12 @@ fn region_of(
     others.sort_unstable_by_key(|vertex| vertex.id);
     let vertex_ids: Vec<u64> = own.iter().chain(&others).map(|vertex| vertex.id).collect();
     let (of_own, of_others) = vertex_ids.split_at(own.len());
-    let (of_own, of_others) = (Finder::new(of_own), Finder::new(of_others));
+    let (of_own, of_others) = (IdIndex::new(of_own), IdIndex::new(of_others));
+    let too_large = |_| Error::RegionTooLarge { faces: triangles.len() as u64 };
+    let first_other = u32::try_from(own.len()).map_err(too_large)?;
+    u32::try_from(vertex_ids.len()).map_err(too_large)?;
     let place = |id: u64| {
-        let others = || of_others.find(id).map(|place| place + own.len() as u32);
+        let others = || of_others.find(id).map(|place| place + first_other);
         let missing = || Error::damaged(folder, "a vertex of a neighbour is not there");
         of_own.find(id).or_else(others).ok_or_else(missing)
     };
@@ -158,10 +160,10 @@ fn region_of(
         triangles.into_iter().map(places).collect::<Result<_, Error>>()?;
     Ok(Region {
         own: own.len(),
-        homes: others.iter().map(|vertex| vertex.cell).collect(),
-        stuck: stuck_vertices(own.len(), &triangles),
+        other_cells: others.iter().map(|vertex| vertex.cell).collect(),
+        non_manifold: non_manifold_vertices(own.len(), &triangles),
         positions: own.iter().chain(&others).map(|vertex| vertex.position).collect(),
-        quadrics: match remembers {
+        quadrics: match has_quadrics {
             true => own.iter().map(|vertex| vertex.quadric).collect(),
             false => Vec::new(),
         },
@@ -171,8 +173,8 @@ fn region_of(
     })
 }
 
-/// Which own vertices of a region are within the strips. Those of others are, all of them.
-fn near_rim(region: &Region) -> Vec<bool> {
+/// Which own vertices of a region are in the strips. Vertices of other cells always are.
+fn near_seam(region: &Region) -> Vec<bool> {
     let own = region.own;
     let mut is_near = vec![false; own];
     for triangle in region.triangles.iter().filter(|t| t.iter().any(|&v| v as usize >= own)) {
@@ -200,10 +202,11 @@ mod tests {
     use simplify::{Options, Preset};
 
     use super::*;
-    use crate::incoming::Input;
-    use crate::sizes::Sizes;
+    use crate::capacity::Capacity;
+    use crate::ingest::Input;
+    use crate::manifest::Settings;
     use crate::split::Repairs;
-    use crate::work::{Settings, Work};
+    use crate::work::Work;
 
     fn sorted(region: &Region) -> Vec<[u64; 3]> {
         let mut faces: Vec<[u64; 3]> = Vec::new();
@@ -217,7 +220,7 @@ mod tests {
         faces
     }
 
-    /// Strips that nothing has happened to leave every cell as it was.
+    /// Seam strips that were not changed leave every cell as it was.
     #[test]
     fn what_is_taken_out_fits_in_again() {
         let folder = tempfile::tempdir().unwrap();
@@ -227,9 +230,9 @@ mod tests {
         mesh_io::write(&input, &mesh, &WriteOptions::default()).unwrap();
         let settings = Settings {
             options: Options::preset(Preset::Fast).to_faces(100),
-            finer: Vec::new(),
+            finer_levels: Vec::new(),
             repairs: Repairs::default(),
-            sizes: Sizes { region_faces: 3000, rest_faces: 100, stream: 1 << 20 },
+            capacity: Capacity { region_faces: 3000, in_memory_faces: 100, stream: 1 << 20 },
             prove: None,
         };
         let work = folder.path().join("work");
@@ -239,7 +242,7 @@ mod tests {
         let cells = work.cells(0).unwrap();
         assert_eq!(cells, 8);
         let read = |cell| work.region(0, cell);
-        let gather = |most| Strips::gather(0, cells, most, folder.path(), read).unwrap();
+        let gather = |most| SeamStrips::gather(0, cells, most, folder.path(), read).unwrap();
         let (strips, region) = gather(u64::MAX).unwrap();
         let faces = region.triangles.len();
         assert!((500..mesh.topology().face_count()).contains(&faces), "{faces}");
@@ -249,7 +252,7 @@ mod tests {
             let new = strips.put_back(&region, &old, folder.path()).unwrap();
             assert_eq!((new.level, new.own), (1, old.own));
             assert_eq!(new.vertex_ids, old.vertex_ids);
-            assert_eq!(new.homes, old.homes);
+            assert_eq!(new.other_cells, old.other_cells);
             assert_eq!(new.positions, old.positions);
             assert_eq!(sorted(&new), sorted(&old));
         }

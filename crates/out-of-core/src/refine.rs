@@ -1,9 +1,9 @@
-//! Fitting the result to the original, piece by piece, each against its own part of the original.
+//! Refinement of the result, piece by piece, each against its own part of the original.
 //!
-//! The faces of the result are dealt out to pieces by cell. A face of the original belongs to the piece that
-//! is closest to its middle. Each piece is fitted, annealed, and its peaks are cut, as the options say; its
-//! rim stays, so that pieces fit together again. Further rounds do the same with strips along what has been a
-//! rim in every round so far, in pieces that are cut in other directions, until next to nothing has.
+//! The faces of the result are divided into pieces by cell. A face of the original belongs to the piece that is closest to
+//! its centroid. Each piece is fitted, annealed, and its largest error is reduced, as the options say. The boundary of a
+//! piece stays, so that pieces fit together again. Further rounds refine the faces near vertices that were on a boundary
+//! in each round so far, in pieces that are divided in other directions, until few such vertices are left.
 
 use core::ops::Range;
 use std::path::{Path, PathBuf};
@@ -20,35 +20,33 @@ use simplify::{
 
 use crate::cells::Cells;
 use crate::error::Error;
+use crate::layout::REFINE;
 use crate::region::Region;
-use crate::work::{Step, Work};
+use crate::renumber::{FirstUse, NONE};
+use crate::step::Step;
+use crate::work::Work;
 
-/// So many rings of faces about a rim make up the strip in which it is smoothed over.
+/// The number of rings of faces about a boundary between pieces that a further round refines.
 const RINGS: usize = 4;
 
-/// Rounds end when fewer than one in so many vertices has been on a rim in every one of them. Large pieces have
-/// come so far after the second.
+/// Rounds end when fewer than one in so many vertices was on a boundary between pieces in each of them. For large pieces
+/// that is so after the second round.
 const MOST_STUCK: usize = 100;
 
-/// The directions in which pieces of the rounds after the first are cut: angles about z, then about x.
+/// The rotations of space before it is divided, for rounds after the first: angles about x, then about z, in radians.
 const TURNS: [[f64; 2]; 3] = [[0.785, 0.471], [1.3, 1.1], [2.2, 0.8]];
 
-/// No piece, no vertex.
-pub(crate) const NONE: u32 = u32::MAX;
-
-/// What a mesh is finished against, and how.
-pub(crate) struct Finishing<'f> {
+/// How a mesh is refined, and against what.
+pub(crate) struct Refinement<'f> {
     pub(crate) work: &'f Work,
-    /// The cells of level 0 whose faces it stands for.
+    /// The cells of level 0 that the mesh was made from.
     pub(crate) cells: Range<u32>,
-    /// Where files go in the meantime; made, and removed again.
-    pub(crate) folder: PathBuf,
     pub(crate) options: &'f Steps,
 }
 
-/// A mesh that was finished, and the number in it of each vertex that was there before and has not been
-/// moved; [`NONE`] for others. What was on the boundary is among them.
-pub(crate) struct Finished {
+/// A refined mesh, and the index in it of each vertex of the mesh before that has not moved; [`NONE`] for others. Vertices
+/// on the boundary do not move.
+pub(crate) struct Refined {
     pub(crate) mesh: TriMesh,
     pub(crate) kept: Vec<u32>,
 }
@@ -58,23 +56,23 @@ pub(crate) fn refinement(options: &Options) -> Steps {
     options.refine.steps(&options.protect, 0)
 }
 
-/// Whether the options say that anything comes after the collapses.
+/// Whether the options ask for any refinement.
 pub(crate) fn is_anything(options: &Steps) -> bool {
     options.fit.is_some() || options.anneal.is_some() || options.max_error.is_some()
 }
 
-impl Finishing<'_> {
-    /// Finishes what the collapses have left.
-    pub(crate) fn finish(
+impl Refinement<'_> {
+    /// Refines a mesh.
+    pub(crate) fn refine(
         &self,
         mut mesh: TriMesh,
-        see: &mut dyn FnMut(Step) -> bool,
-    ) -> Result<Finished, Error> {
+        observer: &mut dyn FnMut(Step) -> bool,
+    ) -> Result<Refined, Error> {
         let mut kept: Vec<u32> = (0..mesh.positions().len() as u32).collect();
         if !is_anything(self.options) || mesh.topology().face_count() == 0 {
-            return Ok(Finished { mesh, kept });
+            return Ok(Refined { mesh, kept });
         }
-        let mut follow = |round: Finished| {
+        let mut follow = |round: Refined| {
             for v in kept.iter_mut().filter(|v| **v != NONE) {
                 *v = round.kept[*v as usize];
             }
@@ -82,108 +80,108 @@ impl Finishing<'_> {
         };
         let mut of_face = by_cell(&mesh, &self.work.manifest().cells, DMat3::IDENTITY);
         for face in mesh.topology().faces() {
-            // Faces across the border of a cell may have their middle beyond it.
+            // Faces across the border of a cell may have their centroid beyond it.
             of_face[face] = of_face[face].clamp(self.cells.start, self.cells.end - 1);
         }
-        let mut stuck = rims(&mesh, &of_face);
-        mesh = follow(self.round(0, mesh, &of_face, self.cells.clone(), see)?);
-        // The rims are where they were; faces about them may have been flipped or moved since.
+        let mut non_manifold = rims(&mesh, &of_face);
+        mesh = follow(self.round(0, mesh, &of_face, self.cells.clone(), observer)?);
+        // Vertices on boundaries between pieces are where they were; their faces may have been flipped.
         let depth = self.cells.len().trailing_zeros();
         for (number, [about_z, about_x]) in (1..).zip(TURNS) {
-            let is_enough = number > 1 && stuck.len() * MOST_STUCK < mesh.positions().len();
-            if stuck.is_empty() || is_enough {
+            let is_enough = number > 1 && non_manifold.len() * MOST_STUCK < mesh.positions().len();
+            if non_manifold.is_empty() || is_enough {
                 break;
             }
             let turn = DMat3::from_rotation_z(about_z) * DMat3::from_rotation_x(about_x);
             let sites = mesh.positions().iter().map(|&position| turn * position).collect();
             of_face = by_cell(&mesh, &Cells::new(sites, depth), turn);
-            let is_near = near(&mesh, &stuck);
+            let is_near = near(&mesh, &non_manifold);
             for face in mesh.topology().faces().filter(|&face| !is_near[face]) {
                 of_face[face] = NONE;
             }
             let on_rims = rims(&mesh, &of_face);
-            stuck.retain(|place| on_rims.binary_search(place).is_ok());
-            mesh = follow(self.round(number, mesh, &of_face, 0..1 << depth, see)?);
+            non_manifold.retain(|place| on_rims.binary_search(place).is_ok());
+            mesh = follow(self.round(number, mesh, &of_face, 0..1 << depth, observer)?);
         }
-        Ok(Finished { mesh, kept })
+        Ok(Refined { mesh, kept })
     }
 
-    /// Finishes every piece by itself, and puts them together again.
+    /// Refines each piece by itself, and joins them again.
     fn round(
         &self,
         number: u32,
         mesh: TriMesh,
         of_face: &FaceMap<u32>,
         pieces: Range<u32>,
-        see: &mut dyn FnMut(Step) -> bool,
-    ) -> Result<Finished, Error> {
-        let folder = &self.folder;
-        // What an interrupted run has left belongs to another round.
-        let _ = std::fs::remove_dir_all(folder);
-        std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+        observer: &mut dyn FnMut(Step) -> bool,
+    ) -> Result<Refined, Error> {
+        let folder = self.work.folder();
+        // Others may refine the same cell at the same time, when they believe that this process is lost.
+        let scratch = tempfile::Builder::new().prefix(REFINE).tempdir_in(folder);
+        let scratch = scratch.map_err(Error::io(folder))?;
+        let folder = scratch.path();
         let of = pieces.len() as u64;
         let mut goes_on = |what, done: u32| {
             let step = Step { what, done: u64::from(done), of, level: number };
-            if see(step) { Ok(()) } else { Err(Error::Stopped) }
+            if observer(step) { Ok(()) } else { Err(Error::Stopped) }
         };
         let surface = Surface::new(&mesh)?;
         for cell in self.cells.clone() {
-            goes_on("dealing out", cell - self.cells.start)?;
-            deal(&self.work.region(0, cell)?, &surface, of_face, folder)?;
+            goes_on("distributing", cell - self.cells.start)?;
+            distribute(&self.work.region(0, cell)?, &surface, of_face, folder)?;
         }
         drop(surface);
-        let mut finished = |options: &Steps| {
+        let mut refined = |options: &Steps| {
             let mut all = Vec::new();
             for piece in pieces.clone() {
                 goes_on("fitting", piece - pieces.start)?;
                 let Some(part) = Piece::new(&mesh, of_face, piece)? else { continue };
                 all.push(match gather(folder, self.cells.clone(), piece)? {
-                    Some(original) => part.finished(&original, options)?,
+                    Some(original) => part.refined(&original, options)?,
                     None => part,
                 });
             }
             Ok::<_, Error>(all)
         };
-        let glued = match glue(&mesh, of_face, &finished(self.options)?) {
+        let glued = match glue(&mesh, of_face, &refined(self.options)?) {
             Ok(glued) => Some(glued),
-            // Two pieces have come to the same edge between their rims. What only moves cannot.
-            Err(_) => glue(&mesh, of_face, &finished(&only_moves(self.options))?).ok(),
+            // Two pieces have flipped to the same edge. Without flips that cannot happen.
+            Err(_) => glue(&mesh, of_face, &refined(&only_moves(self.options))?).ok(),
         };
-        let _ = std::fs::remove_dir_all(folder);
         Ok(glued.unwrap_or_else(|| {
             let kept = (0..mesh.positions().len() as u32).collect();
-            Finished { mesh, kept }
+            Refined { mesh, kept }
         }))
     }
 }
 
-/// The options without what changes the edges.
+/// The options without operations that change edges.
 pub(crate) fn only_moves(options: &Steps) -> Steps {
     let fit = options.fit.map(|fit| FitOptions { flips: false, ..fit });
     Steps { fit, anneal: None, max_error: None }
 }
 
-/// The piece of each face: the cell of its middle, in other directions.
+/// The piece of each face: the cell of its centroid after a rotation.
 fn by_cell(mesh: &TriMesh, cells: &Cells, turn: DMat3) -> FaceMap<u32> {
     let mut of_face = mesh.topology().face_map(NONE);
     for face in mesh.topology().faces() {
-        of_face[face] = cells.cell_of(turn * middle(mesh.triangle(face)));
+        of_face[face] = cells.cell_of(turn * centroid(mesh.triangle(face)));
     }
     of_face
 }
 
-fn middle([a, b, c]: [DVec3; 3]) -> DVec3 {
+fn centroid([a, b, c]: [DVec3; 3]) -> DVec3 {
     (a + b + c) / 3.0
 }
 
-/// The bits of a position, by which a vertex that stays is found again.
+/// The bits of a position, by which a vertex that does not move is found again.
 type Place = [u64; 3];
 
 fn place_of(point: DVec3) -> Place {
     point.to_array().map(f64::to_bits)
 }
 
-/// The places of the vertices between pieces, in order.
+/// The positions of the vertices between pieces, in order.
 fn rims(mesh: &TriMesh, of_face: &FaceMap<u32>) -> Vec<Place> {
     let topology = mesh.topology();
     let is_rim = |&v: &VertexId| {
@@ -197,7 +195,7 @@ fn rims(mesh: &TriMesh, of_face: &FaceMap<u32>) -> Vec<Place> {
     rims
 }
 
-/// The faces within some rings of the vertices at these places.
+/// The faces within some rings of the vertices at these positions.
 fn near(mesh: &TriMesh, places: &[Place]) -> FaceMap<bool> {
     let topology = mesh.topology();
     let mut reached = topology.vertex_map(false);
@@ -220,8 +218,8 @@ fn part_path(folder: &Path, cell: u32, piece: u32) -> PathBuf {
     folder.join(format!("cell-{cell}-piece-{piece}.region"))
 }
 
-/// Writes the own faces of a region of the original to a file for each piece that they belong to.
-fn deal(
+/// Writes the own faces of a region of the original to a file for each of their pieces.
+fn distribute(
     region: &Region,
     surface: &Surface,
     of_face: &FaceMap<u32>,
@@ -229,7 +227,7 @@ fn deal(
 ) -> Result<(), Error> {
     let triangles: Vec<[u32; 3]> = region.own_triangles().collect();
     let middles: Vec<DVec3> =
-        triangles.iter().map(|t| middle(t.map(|v| region.positions[v as usize]))).collect();
+        triangles.iter().map(|t| centroid(t.map(|v| region.positions[v as usize]))).collect();
     let closest = surface.closest_to_neighbours(&middles);
     let mut dealt: Vec<(u32, u32)> =
         closest.iter().zip(0..).map(|(point, i)| (of_face[point.face], i)).collect();
@@ -246,7 +244,7 @@ fn deal(
             cell: group[0].0,
             own: 0,
             vertex_ids: used.iter().map(|&v| region.vertex_ids[v as usize]).collect(),
-            homes: vec![NONE; used.len()],
+            other_cells: vec![NONE; used.len()],
             positions: used.iter().map(|&v| region.positions[v as usize]).collect(),
             triangles: group
                 .iter()
@@ -259,7 +257,7 @@ fn deal(
     Ok(())
 }
 
-/// The part of the original that belongs to a piece.
+/// Reads the part of the original that belongs to a piece.
 fn gather(folder: &Path, cells: Range<u32>, piece: u32) -> Result<Option<Surface>, Error> {
     let (mut positions, mut triangles) = (Vec::new(), Vec::new());
     for cell in cells {
@@ -277,10 +275,30 @@ fn gather(folder: &Path, cells: Range<u32>, piece: u32) -> Result<Option<Surface
     Ok(Some(Surface::from_triangles(&positions, &triangles)?))
 }
 
+/// Some triangles with the vertices that they use, and the old index of each of these vertices.
+pub(crate) fn used_vertices(
+    triangles: impl IntoIterator<Item = [u32; 3]>,
+    vertices: usize,
+    position: impl Fn(u32) -> DVec3,
+) -> Result<(PolygonSoup, Vec<u32>), Error> {
+    let mut numbers = FirstUse::new(vertices);
+    let mut soup = PolygonSoup::new();
+    for triangle in triangles {
+        let known = numbers.used.len();
+        let corners = numbers.triangle(triangle);
+        numbers.used[known..].iter().for_each(|&v| {
+            soup.push_vertex(position(v));
+        });
+        let faces = soup.face_count() as u64;
+        soup.push_face(&corners).map_err(|_| Error::RegionTooLarge { faces })?;
+    }
+    Ok((soup, numbers.used))
+}
+
 /// A piece of the result.
 struct Piece {
     mesh: TriMesh,
-    /// The vertex of the whole for each vertex of the piece that lies on its rim, or on the boundary.
+    /// The vertex of the whole mesh for each vertex on the boundary of the piece.
     rim: VertexMap<Option<VertexId>>,
 }
 
@@ -291,37 +309,28 @@ impl Piece {
         if faces.is_empty() {
             return Ok(None);
         }
-        let mut soup = PolygonSoup::with_capacity(faces.len(), faces.len(), 3 * faces.len());
-        let mut number = topology.vertex_map(NONE);
-        let mut ids = Vec::new();
-        for &face in &faces {
-            let corners = topology.face_vertices(face).map(|v| {
-                if number[v] == NONE {
-                    number[v] = ids.len() as u32;
-                    ids.push(v);
-                    soup.push_vertex(mesh.position(v));
-                }
-                number[v]
-            });
-            let too_large = |_| Error::RegionTooLarge { faces: faces.len() as u64 };
-            soup.push_face(&corners).map_err(too_large)?;
-        }
-        // Faces that meet at a vertex alone come apart there; it is on the rim, and stays.
+        let triangles = faces.iter().map(|&face| topology.face_vertices(face).map(VertexId::get));
+        let position = |v: u32| mesh.positions()[v as usize];
+        let (soup, ids) = used_vertices(triangles, mesh.positions().len(), position)?;
+        // Faces that share only a vertex are separated there. The vertex is on the boundary, and does not move.
         let mut cut = Repair::strict();
         cut.cut_non_manifold = true;
         let built = build(&soup, &cut).map_err(|error| Error::Build(Box::new(error)))?;
         let mut rim = built.mesh.topology().vertex_map(None);
         for v in built.mesh.topology().vertices() {
             if built.mesh.topology().is_boundary_vertex(v) {
-                rim[v] = Some(ids[built.provenance.vertex_source[v.index()] as usize]);
+                rim[v] = {
+                    let source = built.provenance.vertex_source[v.index()];
+                    Some(VertexId::new(ids[source as usize]))
+                };
             }
         }
         Ok(Some(Self { mesh: built.mesh, rim }))
     }
 
-    /// The same, closer to the original.
-    fn finished(mut self, original: &Surface, options: &Steps) -> Result<Self, Error> {
-        // Without a curve to slide along, what is on the boundary stays.
+    /// The piece after its refinement.
+    fn refined(mut self, original: &Surface, options: &Steps) -> Result<Self, Error> {
+        // Without curves to slide along, vertices on the boundary do not move.
         let mut constraints = FitConstraints::default();
         if let Some(options) = &options.fit {
             fit(&mut self.mesh, original, &constraints, options).map_err(SimplifyError::from)?;
@@ -354,12 +363,12 @@ impl Piece {
     }
 }
 
-/// Puts the pieces in the place of the faces that they were made of.
+/// Joins the pieces, and the faces that belong to none.
 fn glue(
     mesh: &TriMesh,
     of_face: &FaceMap<u32>,
     pieces: &[Piece],
-) -> Result<Finished, mesh_core::MeshError> {
+) -> Result<Refined, mesh_core::MeshError> {
     let topology = mesh.topology();
     let mut positions = Vec::new();
     let mut triangles: Vec<[u32; 3]> = Vec::new();
@@ -389,5 +398,5 @@ fn glue(
         triangles.extend(own.faces().map(|face| own.face_vertices(face).map(|v| local[v])));
     }
     let mesh = TriMesh::from_triangles(&positions, &triangles)?;
-    Ok(Finished { mesh, kept: number.into_vec() })
+    Ok(Refined { mesh, kept: number.into_vec() })
 }

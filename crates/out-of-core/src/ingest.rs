@@ -1,7 +1,7 @@
-//! The input as it streams by: vertices in one file, faces in another, and what is to be known of them.
+//! Reading an input as a stream, into a file of vertices and a file of faces, with statistics of both.
 //!
-//! Formats without vertices of their own repeat positions. Their corners are dealt out by position into
-//! files that fit into memory; in each, equal positions get the number of their first corner.
+//! Formats without vertices repeat positions, as STL does. Their corners are distributed by position to files that fit into
+//! memory; in each file, equal positions get the index of their first corner.
 
 use core::ops::ControlFlow;
 use std::io::Read;
@@ -13,55 +13,79 @@ use mesh_core::build::Triangulator;
 use mesh_io::{Item, ReadOptions};
 
 use crate::error::Error;
-use crate::scratch::{Scratch, Sink, Table, id_bytes, id_of, point_bytes, point_of, put_face};
+use crate::scratch_file::{
+    MOST_VERTICES, PointTable, ScratchFile, ScratchWriter, id_bytes, id_of, point_bytes, point_of,
+    put_face,
+};
 
-/// An input in files.
-pub(crate) struct Incoming {
-    /// The points, by number.
-    pub(crate) points: Scratch,
-    /// The faces, by numbers of points.
-    pub(crate) faces: Scratch,
-    /// What is known of it.
+/// An input on disk.
+pub(crate) struct Ingested {
+    /// The positions of the vertices.
+    pub(crate) points: ScratchFile,
+    /// The faces, as indices of vertices.
+    pub(crate) faces: ScratchFile,
+    /// Its statistics.
     pub(crate) summary: Summary,
-    /// Some of the vertices, evenly.
+    /// A sample of the vertices.
     pub(crate) sample: Vec<DVec3>,
 }
 
-/// What is known of an input after it was read.
+/// The statistics of an input.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Summary {
-    /// Vertices; of formats without any, different positions of corners.
+    /// The number of vertices. In formats without vertices, the number of different positions.
     pub vertices: u64,
-    /// Faces of any number of corners.
+    /// The number of faces, polygons included.
     pub faces: u64,
-    /// The triangles that the faces are cut into, before any are dropped.
+    /// The number of triangles that the faces are cut into, before any is dropped.
     pub triangles: u64,
-    /// The box round the vertices; nothing when there are none.
+    /// The bounding box of the vertices; `None` without vertices.
     pub bounds: Option<BoundingBox>,
-    /// Faces of four corners.
+    /// The number of faces with four corners.
     #[serde(default)]
     pub quadrilaterals: u64,
-    /// Faces of more than four corners.
+    /// The number of faces with more than four corners.
     #[serde(default)]
     pub larger: u64,
-    /// The most corners that a face has.
+    /// The largest number of corners of a face.
     #[serde(default)]
     pub longest: u32,
-    /// Whether each coordinate is a number of 32 bits.
+    /// Whether each coordinate is exact with 32 bits.
     #[serde(default)]
     pub single: bool,
-    /// What the reader passed over.
+    /// What the reader has left out.
     pub notes: Vec<String>,
 }
 
 impl Summary {
-    /// Counts a face of so many corners.
+    /// Counts a face of at least three corners.
     fn count(&mut self, corners: usize) {
         self.faces += 1;
         self.triangles += corners as u64 - 2;
         self.quadrilaterals += u64::from(corners == 4);
         self.larger += u64::from(corners > 4);
-        self.longest = self.longest.max(corners as u32);
+        self.longest = self.longest.max(u32::try_from(corners).unwrap_or(u32::MAX));
+    }
+
+    /// Checks statistics that were read: counts are below the largest one and fit together, and the box is one.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        let Self { vertices, faces, triangles, quadrilaterals, larger, .. } = *self;
+        for (count, of) in [(vertices, "vertices"), (triangles, "triangles")] {
+            if count > MOST_VERTICES {
+                return Err(format!("{count} {of}, where there can be {MOST_VERTICES} at most"));
+            }
+        }
+        if faces > triangles || quadrilaterals.saturating_add(larger) > faces {
+            return Err(format!("{faces} faces of {triangles} triangles do not fit together"));
+        }
+        match self.bounds {
+            Some(BoundingBox { min, max })
+                if !(min.is_finite() && max.is_finite() && min.cmple(max).all()) =>
+            {
+                Err(format!("a bounding box from {min} to {max}"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// The diagonal of the bounding box.
@@ -71,10 +95,10 @@ impl Summary {
     }
 }
 
-/// No more vertices than these tell how they are spread; the half of them at least.
+/// The largest number of vertices in the sample; half as many at least, if the input has them.
 const SAMPLE: usize = 1 << 18;
 
-/// Every so many of the points that come by: more and more of them are skipped.
+/// Takes every n-th point of a stream. The stride doubles when the sample is full.
 struct Sampler {
     every: u64,
     seen: u64,
@@ -86,7 +110,7 @@ impl Sampler {
         Self { every: 1, seen: 0, sample: Vec::new() }
     }
 
-    fn see(&mut self, point: DVec3) {
+    fn take(&mut self, point: DVec3) {
         if self.seen.is_multiple_of(self.every) {
             if self.sample.len() == SAMPLE {
                 let mut place = 0;
@@ -104,16 +128,16 @@ impl Sampler {
     }
 }
 
-/// Takes the items of a file.
-struct Taking {
-    points: Sink,
-    faces: Sink,
+/// Writes the items of an input to files.
+struct Ingester {
+    points: ScratchWriter,
+    faces: ScratchWriter,
     sampler: Sampler,
     summary: Summary,
     has_facets: bool,
 }
 
-impl Taking {
+impl Ingester {
     fn take(&mut self, item: Item<'_>) -> Result<(), Error> {
         match item {
             Item::Vertex(point) => {
@@ -123,6 +147,10 @@ impl Taking {
             }
             Item::Face(corners) => {
                 self.summary.count(corners.len());
+                if let Some(&vertex) = corners.iter().find(|&&vertex| vertex >= MOST_VERTICES) {
+                    let (face, count) = (self.summary.faces - 1, self.summary.vertices);
+                    return Err(Error::NoSuchVertex { face, vertex, count });
+                }
                 put_face(&mut self.faces, corners)
             }
             Item::Facet(corners) => {
@@ -144,7 +172,10 @@ impl Taking {
             let (vertex, position) = (self.sampler.seen, point.to_array());
             return Err(Error::NotFinite { vertex, position });
         }
-        self.sampler.see(point);
+        if self.sampler.seen >= MOST_VERTICES {
+            return Err(Error::TooManyVertices { most: MOST_VERTICES });
+        }
+        self.sampler.take(point);
         self.summary.single &= point.to_array().iter().all(|&x| f64::from(x as f32) == x);
         let start = BoundingBox { min: point, max: point };
         let bounds = self.summary.bounds.get_or_insert(start);
@@ -157,12 +188,12 @@ impl Taking {
 pub enum Input<'i> {
     /// A file.
     Path(&'i Path),
-    /// A stream, with the name that its errors have.
+    /// A stream, and its name for errors.
     Stream(&'i mut dyn Read, &'i Path),
 }
 
-impl Incoming {
-    /// Reads an input, in about so many bytes of memory, into files of a folder.
+impl Ingested {
+    /// Reads an input into files of a folder, in about so many bytes of memory.
     pub(crate) fn read(
         input: Input<'_>,
         options: &ReadOptions,
@@ -170,9 +201,9 @@ impl Incoming {
         memory: u64,
         goes_on: &mut dyn FnMut(u64) -> bool,
     ) -> Result<Self, Error> {
-        let mut taking = Taking {
-            points: Sink::new(folder.join("points"))?,
-            faces: Sink::new(folder.join("faces"))?,
+        let mut taking = Ingester {
+            points: ScratchWriter::new(folder.join("points"))?,
+            faces: ScratchWriter::new(folder.join("faces"))?,
             sampler: Sampler::new(),
             summary: Summary { single: true, ..Summary::default() },
             has_facets: false,
@@ -201,7 +232,7 @@ impl Incoming {
         if let Some(error) = failed {
             return Err(error);
         }
-        let Taking { points, faces, sampler, mut summary, has_facets } = taking;
+        let Ingester { points, faces, sampler, mut summary, has_facets } = taking;
         summary.notes = scanned.notes;
         let all = Self {
             points: points.finish()?,
@@ -209,39 +240,38 @@ impl Incoming {
             summary,
             sample: sampler.sample,
         };
-        if has_facets { all.joined(folder, memory) } else { Ok(all) }
+        if has_facets { all.welded(folder, memory) } else { Ok(all) }
     }
 
-    /// The same with one vertex for equal positions, in the order in which they come first. Takes one bit
-    /// for each corner.
-    fn joined(mut self, folder: &Path, memory: u64) -> Result<Self, Error> {
-        let corners = Table::new(&self.points, 0)?.count();
-        // A corner takes 32 bytes while it is sorted, with its number.
-        let files = (corners * 64).div_ceil(memory.max(1 << 20)).clamp(1, MOST_FILES);
-        let mut dealt = Vec::new();
+    /// Welds equal positions to one vertex, in the order of their first corners. Takes one bit of memory for each corner.
+    fn welded(mut self, folder: &Path, memory: u64) -> Result<Self, Error> {
+        let corners = PointTable::new(&self.points, 0)?.count();
+        // A corner takes 32 bytes while it is sorted: its position and its index.
+        let files = (corners * 64).div_ceil(memory.max(1 << 20)).clamp(1, u64::from(MOST_FILES));
+        let mut files_of = Vec::new();
         for i in 0..files {
-            dealt.push(Sink::new(folder.join(format!("corners-{i}")))?);
+            files_of.push(ScratchWriter::new(folder.join(format!("corners-{i}")))?);
         }
-        let mut source = self.points.source()?;
+        let mut source = self.points.reader()?;
         for number in 0..corners {
             let point: [u8; 24] = source.expect()?;
-            let sink = &mut dealt[hash(&point, files)];
+            let sink = &mut files_of[hash(&point, files)];
             sink.put(&id_bytes(number))?;
             sink.put(&point)?;
         }
         let mut numbers = Vec::new();
-        for (i, sink) in dealt.into_iter().enumerate() {
+        for (i, sink) in files_of.into_iter().enumerate() {
             let scratch = sink.finish()?;
             numbers.push(first_corners(&scratch, folder.join(format!("numbers-{i}")))?);
         }
         let mut numbers_of = Vec::new();
         for scratch in &numbers {
-            numbers_of.push(scratch.source()?);
+            numbers_of.push(scratch.reader()?);
         }
-        let mut vertices = Sink::new(folder.join("vertices"))?;
+        let mut vertices = ScratchWriter::new(folder.join("vertices"))?;
         let mut ranks = Ranks::default();
-        let mut faces = Sink::new(folder.join("joined-faces"))?;
-        let (mut points, mut given) = (self.points.source()?, self.faces.source()?);
+        let mut faces = ScratchWriter::new(folder.join("welded-faces"))?;
+        let (mut points, mut given) = (self.points.reader()?, self.faces.reader()?);
         let (mut face, mut number) = (Vec::new(), 0_u64);
         self.summary.vertices = 0;
         while given.next_face(&mut face)? {
@@ -264,12 +294,12 @@ impl Incoming {
         Ok(self)
     }
 
-    /// Calls `visit` with every vertex in the order of their numbers.
+    /// Calls `visit` with the index and the position of each vertex, in order.
     pub(crate) fn each_vertex(
         &self,
         mut visit: impl FnMut(u64, DVec3) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let (mut source, mut number) = (self.points.source()?, 0);
+        let (mut source, mut number) = (self.points.reader()?, 0);
         while let Some(point) = source.next()? {
             visit(number, point_of(&point))?;
             number += 1;
@@ -277,15 +307,14 @@ impl Incoming {
         Ok(())
     }
 
-    /// Calls `visit` with every face, the numbers of its vertices and where they are, in about so many bytes
-    /// of memory.
+    /// Calls `visit` with the vertices of each face and their positions, in about so many bytes of memory.
     pub(crate) fn each_face(
         &self,
         memory: u64,
         mut visit: impl FnMut(&[u64], &[DVec3]) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let mut table = Table::new(&self.points, memory)?;
-        let mut source = self.faces.source()?;
+        let mut table = PointTable::new(&self.points, memory)?;
+        let mut source = self.faces.reader()?;
         let (mut vertices, mut corners) = (Vec::new(), Vec::new());
         let mut face = 0;
         while source.next_face(&mut vertices)? {
@@ -302,7 +331,8 @@ impl Incoming {
         Ok(())
     }
 
-    /// As [`Incoming::each_face`], cut into triangles, those that use a vertex twice included.
+    /// As [`Ingested::each_face`], for the triangles that the faces are cut into. Triangles that use a vertex twice are
+    /// included.
     pub(crate) fn each_triangle(
         &self,
         memory: u64,
@@ -323,7 +353,7 @@ impl Incoming {
     }
 }
 
-/// Numbers of 32 bits that are equal where those of the face are.
+/// Numbers of 32 bits that are equal where the vertices of the face are.
 fn local_numbers(face: &[u64]) -> Vec<u32> {
     let mut sorted = face.to_vec();
     sorted.sort_unstable();
@@ -331,18 +361,18 @@ fn local_numbers(face: &[u64]) -> Vec<u32> {
     face.iter().map(place).collect()
 }
 
-/// Marks on some of many numbers, and how many there are below each.
+/// A bit for each of many numbers, and the number of bits that are set below each.
 #[derive(Default)]
 struct Ranks {
     bits: Vec<u64>,
-    /// The marks before every eighth word.
+    /// The number of bits that are set before every eighth word.
     before: Vec<u64>,
     count: u64,
     marked: u64,
 }
 
 impl Ranks {
-    /// The next number, with a mark or without.
+    /// Appends the bit of the next number.
     fn push(&mut self, is_marked: bool) {
         let (word, bit) = (self.count / 64, self.count % 64);
         if bit == 0 {
@@ -356,7 +386,7 @@ impl Ranks {
         self.count += 1;
     }
 
-    /// How many marks there are below a number that was pushed.
+    /// The number of bits that are set below a number that was pushed.
     fn below(&self, number: u64) -> u64 {
         let (word, bit) = ((number / 64) as usize, number % 64);
         let whole = &self.bits[word / 8 * 8..word];
@@ -366,19 +396,22 @@ impl Ranks {
     }
 }
 
-/// Files that are open at a time.
-pub(crate) const MOST_FILES: u64 = 256;
+/// The largest number of files that are open at a time.
+pub(crate) const MOST_FILES: u32 = 256;
 
-/// In which of so many files a position goes (Fowler, Noll, Vo: FNV-1a).
+/// The file that a position goes to, of so many: the hash FNV-1a of Fowler, Noll and Vo.
 pub(crate) fn hash(point: &[u8], files: u64) -> usize {
     let step = |sum: u64, &byte: &u8| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
     (point.iter().fold(0xcbf2_9ce4_8422_2325, step) % files) as usize
 }
 
-/// For each corner of a file the first one at the same place, in the order of the file.
-fn first_corners(dealt: &Scratch, path: std::path::PathBuf) -> Result<Scratch, Error> {
+/// For each corner of a file the first corner at the same position, in the order of the file.
+fn first_corners(
+    corners_file: &ScratchFile,
+    path: std::path::PathBuf,
+) -> Result<ScratchFile, Error> {
     let mut corners: Vec<([u64; 3], u64)> = Vec::new();
-    let mut source = dealt.source()?;
+    let mut source = corners_file.reader()?;
     while let Some(number) = source.next()? {
         let point = point_of(&source.expect()?);
         corners.push((point.to_array().map(f64::to_bits), id_of(number)));
@@ -389,7 +422,7 @@ fn first_corners(dealt: &Scratch, path: std::path::PathBuf) -> Result<Scratch, E
         firsts.extend(group.iter().map(|&(_, number)| (number, group[0].1)));
     }
     firsts.sort_unstable();
-    let mut sink = Sink::new(path)?;
+    let mut sink = ScratchWriter::new(path)?;
     firsts.iter().try_for_each(|&(_, first)| sink.put(&id_bytes(first)))?;
     sink.finish()
 }

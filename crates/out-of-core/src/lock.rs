@@ -1,0 +1,158 @@
+//! Locks on folders: who works in one, and whether that process is still alive.
+//!
+//! A lock is held on a file of the folder. The operating system releases it when the process ends, however it ends.
+
+use std::fs::{self, File, TryLockError};
+use std::io::{ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::private_files;
+
+/// The file whose lock stands for the folder; it also marks the folder as one of this crate.
+pub(crate) const MARK: &str = "curvmesh-work";
+
+/// A lock on a folder. It is shared by processes that do different steps of one run.
+#[derive(Debug)]
+pub(crate) struct FolderLock {
+    folder: PathBuf,
+    file: File,
+}
+
+impl FolderLock {
+    /// Takes a folder for a run, and locks it for this process alone. The folder is created, or is empty, or was
+    /// taken for a run before.
+    pub(crate) fn claim(folder: &Path) -> Result<Self, Error> {
+        if let Some(parent) = folder.parent() {
+            fs::create_dir_all(parent).map_err(Error::io(parent))?;
+        }
+        let is_new = private_files::create_folder(folder).map_err(Error::io(folder))?;
+        let mark = folder.join(MARK);
+        if !is_new && fs::symlink_metadata(&mark).is_ok() {
+            let lock = Self::open(folder)?;
+            lock.lock_alone()?;
+            return Ok(lock);
+        }
+        if !is_new {
+            if fs::read_dir(folder).map_err(Error::io(folder))?.next().is_some() {
+                return Err(Error::NotEmpty { path: folder.to_owned() });
+            }
+            // Fails for the folder of another user.
+            private_files::make_private(folder).map_err(Error::io(folder))?;
+        }
+        let lock = Self::create(folder, &mark)?;
+        lock.check_folder()?;
+        lock.lock_alone()?;
+        Ok(lock)
+    }
+
+    /// Opens the folder of a run, and locks it together with others that do steps of the run.
+    pub(crate) fn share(folder: &Path) -> Result<Self, Error> {
+        let lock = Self::open(folder)?;
+        lock.lock_shared()?;
+        Ok(lock)
+    }
+
+    /// Locks a new folder that nobody else knows yet. The mark gets its name when the lock is held: a folder with
+    /// an unlocked mark has lost its owner.
+    pub(crate) fn of_new_folder(folder: &Path) -> Result<Self, Error> {
+        let (unfinished, mark) = (folder.join(".mark"), folder.join(MARK));
+        let lock = Self::create(folder, &unfinished)?;
+        lock.lock_alone()?;
+        fs::rename(&unfinished, &mark).map_err(Error::io(&mark))?;
+        Ok(lock)
+    }
+
+    /// The lock of a scratch folder whose owner has ended on this machine. `None` if that is not certain.
+    pub(crate) fn of_dead_owner(folder: &Path) -> Option<Self> {
+        let lock = Self::open(folder).ok()?;
+        let text = std::io::read_to_string((&lock.file).take(4096)).ok()?;
+        let is_ours = text == mark_text();
+        (is_ours && lock.file.try_lock().is_ok()).then_some(lock)
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    fn create(folder: &Path, mark: &Path) -> Result<Self, Error> {
+        let mut file = private_files::create_file(mark).map_err(Error::io(mark))?;
+        file.write_all(mark_text().as_bytes()).map_err(Error::io(mark))?;
+        Ok(Self { folder: folder.to_owned(), file })
+    }
+
+    fn open(folder: &Path) -> Result<Self, Error> {
+        let mark = folder.join(MARK);
+        let file = private_files::open_to_lock(&mark).map_err(|source| match source.kind() {
+            ErrorKind::NotFound => Error::NoWorkFolder { path: folder.to_owned() },
+            _ => Error::io(&mark)(source),
+        })?;
+        let lock = Self { folder: folder.to_owned(), file };
+        lock.check_folder()?;
+        Ok(lock)
+    }
+
+    fn check_folder(&self) -> Result<(), Error> {
+        let own = tempfile::tempfile_in(&self.folder).and_then(|file| file.metadata());
+        let own = own.map_err(Error::io(&self.folder))?;
+        private_files::check_folder(&self.folder, &own).map_err(Error::io(&self.folder))
+    }
+
+    /// Keeps all other processes out of the folder until the returned guard is dropped.
+    pub(crate) fn alone(&self) -> Result<Alone<'_>, Error> {
+        self.file.unlock().map_err(Error::io(&self.folder))?;
+        match self.lock_alone() {
+            Ok(()) => Ok(Alone { lock: self }),
+            Err(error) => {
+                self.lock_shared()?;
+                Err(error)
+            }
+        }
+    }
+
+    /// Lets other processes into the folder.
+    pub(crate) fn admit_others(&self) -> Result<(), Error> {
+        self.file.unlock().map_err(Error::io(&self.folder))?;
+        self.lock_shared()
+    }
+
+    fn lock_alone(&self) -> Result<(), Error> {
+        self.result(self.file.try_lock())
+    }
+
+    fn lock_shared(&self) -> Result<(), Error> {
+        self.result(self.file.try_lock_shared())
+    }
+
+    fn result(&self, locked: Result<(), TryLockError>) -> Result<(), Error> {
+        match locked {
+            Ok(()) => Ok(()),
+            Err(TryLockError::WouldBlock) => Err(Error::InUse { path: self.folder.clone() }),
+            // Some network file systems have no locks; runs there are not told from each other.
+            Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => Ok(()),
+            Err(TryLockError::Error(error)) => Err(Error::io(&self.folder)(error)),
+        }
+    }
+}
+
+/// A time in which no other process works in a folder.
+pub(crate) struct Alone<'l> {
+    lock: &'l FolderLock,
+}
+
+impl Drop for Alone<'_> {
+    fn drop(&mut self) {
+        // If another process was faster, the next step fails to open the folder and says so.
+        let _ = self.lock.admit_others();
+    }
+}
+
+/// The content of the mark. It names the machine since its start: a lock that is held on another machine need not be
+/// seen on this one.
+fn mark_text() -> String {
+    let machine = fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+    format!(
+        "Files of curvmesh for a mesh that is larger than memory.\nmachine {}\n",
+        machine.trim()
+    )
+}

@@ -1,0 +1,62 @@
+//! New numbers for the vertices of triangles.
+
+/// Marks a vertex without a number.
+pub(crate) const NONE: u32 = u32::MAX;
+
+/// The inverse of an order: by old number the place in the order, which is the new number.
+///
+/// For example, the inverse of `[2, 0, 1]` is `[1, 2, 0]`.
+pub(crate) fn inverse(order: impl ExactSizeIterator<Item = u32>) -> Vec<u32> {
+    let mut number = vec![0_u32; order.len()];
+    order.zip(0..).for_each(|(old, new)| number[old as usize] = new);
+    number
+}
+
+/// Triangles with new numbers of their vertices.
+pub(crate) fn renumbered<'t>(
+    triangles: impl IntoIterator<Item = &'t [u32; 3]>,
+    number: &[u32],
+) -> Vec<[u32; 3]> {
+    triangles.into_iter().map(|triangle| triangle.map(|v| number[v as usize])).collect()
+}
+
+/// Numbers the vertices that some triangles use, in the order of their first use.
+pub(crate) struct FirstUse {
+    number: Vec<u32>,
+    /// By new number the old one.
+    pub(crate) used: Vec<u32>,
+}
+
+impl FirstUse {
+    /// Of so many vertices, none is in use yet.
+    pub(crate) fn new(vertices: usize) -> Self {
+        Self { number: vec![NONE; vertices], used: Vec::new() }
+    }
+
+    /// A triangle with new numbers.
+    pub(crate) fn triangle(&mut self, triangle: [u32; 3]) -> [u32; 3] {
+        triangle.map(|v| {
+            let number = &mut self.number[v as usize];
+            if *number == NONE {
+                // There are no more new numbers than old ones.
+                *number = self.used.len() as u32;
+                self.used.push(v);
+            }
+            *number
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_those_of_the_order_and_of_the_first_use() {
+        assert_eq!(inverse([2, 0, 1].into_iter()), [1, 2, 0]);
+        assert_eq!(renumbered(&[[0, 1, 2]], &[1, 2, 0]), [[1, 2, 0]]);
+        let mut first = FirstUse::new(6);
+        assert_eq!([[5, 3, 0], [3, 5, 1]].map(|t| first.triangle(t)), [[0, 1, 2], [1, 0, 3]]);
+        assert_eq!(first.used, [5, 3, 0, 1]);
+    }
+}
