@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use mesh_core::build::{Repair, Weld};
-use mesh_io::{External, Format, Model, ReadError, ReadErrorKind};
+use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind};
 use mesh_work::{Loaded, diagonal, splits_vertices};
 use serde::Serialize;
 
@@ -184,6 +184,13 @@ impl Loading {
             allow_empty: self.read.allow_empty,
             ..mesh_io::ReadOptions::default()
         }
+    }
+
+    /// Which pictures of a file are loaded: files beside it, within the memory limit of reading.
+    pub(crate) fn pictures(&self, path: &Path) -> PictureOptions {
+        let folder = path.parent().filter(|_| !is_standard(path)).map(Path::to_owned);
+        let (external, max_memory) = (self.read.external.into(), self.read.max_memory);
+        PictureOptions { folder, external, max_memory, ..PictureOptions::default() }
     }
 
     /// The format of a file, as far as it can be told before it is read.

@@ -1,20 +1,21 @@
 //! Pages to look at: what a command did, as one HTML file.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dcurv::{PrincipalFrame, principal_frames};
 use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap};
-use mesh_io::{External, Model};
+use mesh_io::{Model, PictureError, Pictures};
 use mesh_metric::Surface;
 use mesh_view::{Directions, Exhibit, Field, On, Page, Section, ViewError};
 use serde::Serialize;
 
 use crate::console::Console;
 use crate::failure::Failure;
+use crate::load::Loading;
 use crate::save::save_bytes;
 use crate::task::Report;
+use crate::text::printable;
 
 /// The option of commands that can show what they did.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -64,6 +65,7 @@ pub(crate) fn write_page(path: &Path, page: &Page, console: &Console) -> Result<
             ));
         }
     }
+    say_pictures(page, console);
     save_bytes(path, page.to_html().map_err(refused)?.as_bytes())
 }
 
@@ -76,13 +78,44 @@ pub(crate) fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// The bytes of a picture that a file names: only of files beside it.
-pub(crate) fn picture_beside(path: &Path) -> impl Fn(&str) -> Option<Vec<u8>> + '_ {
-    move |name: &str| {
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let mut bytes = Vec::new();
-        External::default().open(folder, name).ok()?.read_to_end(&mut bytes).ok()?;
-        Some(bytes)
+/// The files whose content is on a page, each name once.
+pub(crate) fn embedded_files(page: &Page) -> Vec<&str> {
+    let materials = page.exhibits.iter().filter_map(|exhibit| exhibit.materials.as_ref());
+    let pictures = materials.flat_map(|materials| &materials.pictures);
+    let mut names: Vec<&str> =
+        pictures.filter(|picture| picture.is_file).map(|picture| &*picture.name).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
+/// Says which files are on a page, and which pictures are not.
+fn say_pictures(page: &Page, console: &Console) {
+    let names = embedded_files(page);
+    if !names.is_empty() {
+        let names: Vec<String> = names.into_iter().map(printable).collect();
+        console.message(format_args!("the page holds the files {}", names.join(", ")));
+    }
+    let materials = page.exhibits.iter().filter_map(|exhibit| exhibit.materials.as_ref());
+    say_left_out(materials.flat_map(|materials| &materials.left_out), console);
+}
+
+/// Says which pictures were left out, each name once.
+pub(crate) fn say_left_out<'p>(
+    left_out: impl IntoIterator<Item = &'p (String, PictureError)>,
+    console: &Console,
+) {
+    /// More than these are counted only.
+    const MOST_NAMES: usize = 8;
+    let mut left_out: Vec<&(String, PictureError)> = left_out.into_iter().collect();
+    left_out.sort_by(|a, b| a.0.cmp(&b.0));
+    left_out.dedup_by(|a, b| a.0 == b.0);
+    for (name, reason) in left_out.iter().take(MOST_NAMES) {
+        let (name, reason) = (printable(name), printable(reason));
+        console.message(format_args!("left out the picture {name}: {reason}"));
+    }
+    if let Some(more @ 1..) = left_out.len().checked_sub(MOST_NAMES) {
+        console.message(format_args!("left out {more} more pictures"));
     }
 }
 
@@ -92,8 +125,14 @@ pub(crate) fn mesh(name: &str, mesh: &TriMesh) -> Exhibit {
 }
 
 /// What a file holds.
-pub(crate) fn content(name: &str, path: &Path, model: &Model) -> Result<Exhibit, Failure> {
-    Exhibit::of_model(name, model, picture_beside(path)).map_err(refused)
+pub(crate) fn content(
+    name: &str,
+    path: &Path,
+    model: &Model,
+    loading: &Loading,
+) -> Result<Exhibit, Failure> {
+    let pictures = Pictures::of_model(model, &loading.pictures(path));
+    Exhibit::of_model(name, model, pictures).map_err(refused)
 }
 
 /// The distance of every vertex from a surface.

@@ -9,6 +9,7 @@ mod interrupt;
 mod large;
 mod many;
 mod patch;
+mod pictures;
 mod principal;
 mod real_meshes;
 mod shapes;

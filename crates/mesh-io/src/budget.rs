@@ -3,9 +3,9 @@
 use crate::error::{Location, ReadErrorKind};
 
 /// What every file may take, however small.
-const FLOOR: u64 = 64 << 20;
+pub(crate) const FLOOR: u64 = 64 << 20;
 /// What each byte of the file, and of the files that it refers to, may take beside.
-const PER_BYTE: u64 = 60;
+pub(crate) const PER_BYTE: u64 = 60;
 /// A list that grows has twice the room that it needs, and its old place while it moves to it.
 pub(crate) const GROWING: u64 = 3;
 

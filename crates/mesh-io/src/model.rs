@@ -1,6 +1,7 @@
 //! What a mesh file holds, in one shape for all formats.
 
 use crate::color::are_bytes;
+use crate::picture_format::PictureFormat;
 use crate::scalars::{ScalarValues, Scalars};
 use crate::text::brief;
 use glam::DVec3;
@@ -452,20 +453,9 @@ impl Image {
     /// not tell.
     #[must_use]
     pub fn media_type(&self) -> &str {
-        const STARTS: [(&[u8], &str); 3] = [
-            (b"\x89PNG", "image/png"),
-            (b"\xFF\xD8\xFF", "image/jpeg"),
-            (b"\xABKTX 20", "image/ktx2"),
-        ];
         match &self.data {
             ImageData::Bytes(bytes) if self.media_type.is_empty() => {
-                if bytes.starts_with(b"RIFF")
-                    && bytes.get(8..12).is_some_and(|word| word == b"WEBP")
-                {
-                    return "image/webp";
-                }
-                let known = STARTS.iter().find(|(start, _)| bytes.starts_with(start));
-                known.map_or("", |(_, media_type)| media_type)
+                PictureFormat::of(bytes).map_or("", PictureFormat::media_type)
             }
             _ => &self.media_type,
         }

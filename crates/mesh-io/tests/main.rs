@@ -6,6 +6,7 @@ mod faults;
 mod formats;
 mod passing;
 mod peers;
+mod pictures;
 mod real_meshes;
 mod robustness;
 mod roundtrip;

@@ -42,7 +42,7 @@ pub enum RenderError {
     /// A sheet without pictures.
     #[error("a sheet needs at least one picture")]
     NoPictures,
-    /// A picture of a material is no PNG or JPEG, or a broken one.
+    /// A picture of a material is broken, or larger than its header states.
     #[error("the texture {name:?} cannot be read: {source}")]
     Texture {
         /// The name of the picture, or where it is.

@@ -2,7 +2,7 @@
 
 use mesh_core::build::Provenance;
 use mesh_core::{FaceMap, VertexMap};
-use mesh_io::Model;
+use mesh_io::{Model, Pictures};
 
 use crate::error::RenderError;
 use crate::scale::{Scale, ScaleOptions};
@@ -26,19 +26,19 @@ pub enum Painting {
 }
 
 impl Painting {
-    /// The colours in the content: of the vertices, else of the faces, else the materials. `load`
-    /// returns the bytes of an image in a file of its own.
+    /// The colours in the content: of the vertices, else of the faces, else the materials. `pictures` loads the
+    /// pictures of the materials, if they are needed.
     ///
     /// # Errors
     /// An image cannot be decoded.
     pub fn of_content(
         model: &Model,
         provenance: &Provenance,
-        load: impl Fn(&str) -> Option<Vec<u8>>,
+        pictures: impl FnOnce() -> Pictures,
     ) -> Result<Self, RenderError> {
         match Self::of_colors(model, provenance) {
             Some(colors) => Ok(colors),
-            None => Ok(Self::of_materials(model, provenance, load)?.unwrap_or(Self::Plain)),
+            None => Ok(Self::of_materials(model, provenance, &pictures())?.unwrap_or(Self::Plain)),
         }
     }
 
@@ -65,10 +65,10 @@ impl Painting {
     pub fn of_materials(
         model: &Model,
         provenance: &Provenance,
-        load: impl Fn(&str) -> Option<Vec<u8>>,
+        pictures: &Pictures,
     ) -> Result<Option<Self>, RenderError> {
         let (faces, corners) = (&provenance.face_source, &provenance.corner_source);
-        Ok(Texture::of_model(model, faces, corners, load)?.map(Self::Texture))
+        Ok(Texture::of_model(model, faces, corners, pictures)?.map(Self::Texture))
     }
 
     /// Colours of values, one for each vertex of the model. The scale is signed if there are values on

@@ -1,8 +1,11 @@
 //! Materials and their pictures, as the rasteriser samples them.
 
+#[cfg(feature = "textures")]
+use std::io::Cursor;
+
 use image::RgbaImage;
 #[cfg(feature = "textures")]
-use mesh_io::{Alpha, ImageData, Material, Model};
+use mesh_io::{Alpha, Model, Picture, PictureFormat, Pictures};
 
 #[cfg(feature = "textures")]
 use crate::error::RenderError;
@@ -10,14 +13,15 @@ use crate::error::RenderError;
 /// Colours and pictures of the faces of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Texture {
+    pictures: Vec<RgbaImage>,
     images: Vec<Sampled>,
     faces: Vec<Skin>,
 }
 
-/// A picture, and the opacity below which the surface is cut out.
-#[derive(Clone, Debug)]
+/// A picture by its place, and the opacity below which the surface is cut out.
+#[derive(Clone, Copy, Debug)]
 struct Sampled {
-    pixels: RgbaImage,
+    picture: u32,
     cutoff: f32,
 }
 
@@ -26,7 +30,7 @@ struct Sampled {
 pub struct Skin {
     /// What the picture is multiplied with, from 0 to 1.
     pub color: [f32; 3],
-    /// Which picture, if any.
+    /// Which image of the texture, if any.
     pub image: Option<u32>,
     /// Where in the picture the corners are; the origin is at its lower left.
     pub uvs: [[f32; 2]; 3],
@@ -54,8 +58,8 @@ impl Texture {
             true => Skin { color: [1.0; 3], image: Some(0), uvs },
             false => Skin::BARE,
         };
-        let images = vec![Sampled { pixels, cutoff: 0.0 }];
-        Self { images, faces: uvs.into_iter().map(skin).collect() }
+        let images = vec![Sampled { picture: 0, cutoff: 0.0 }];
+        Self { pictures: vec![pixels], images, faces: uvs.into_iter().map(skin).collect() }
     }
 
     /// The number of faces it is for.
@@ -73,7 +77,9 @@ impl Texture {
     /// The colour of a picture at a place, from the four nearest pixels; the picture repeats.
     /// `None` where it is cut out.
     pub(crate) fn sample(&self, image: u32, [u, v]: [f32; 2]) -> Option<[f32; 3]> {
-        let Some(Sampled { pixels, cutoff }) = self.images.get(image as usize) else {
+        let image = self.images.get(image as usize);
+        let pixels = image.and_then(|image| self.pictures.get(image.picture as usize));
+        let (Some(Sampled { cutoff, .. }), Some(pixels)) = (image, pixels) else {
             return Some([1.0; 3]);
         };
         let (width, height) = pixels.dimensions();
@@ -96,29 +102,39 @@ impl Texture {
 
 #[cfg(feature = "textures")]
 impl Texture {
+    /// The formats that can be decoded.
+    pub const FORMATS: &'static [PictureFormat] = &[PictureFormat::Png, PictureFormat::Jpeg];
+
     /// The materials of a model on the faces of the mesh that was built from it, `None` if it has
     /// neither materials nor texture coordinates.
     ///
-    /// `face_source` and `corner_source` are those of the mesh's provenance. `load` finds the bytes
-    /// of pictures that are in files of their own, by the name that the model gives; where it
-    /// returns `None`, the material is drawn without its picture. Nothing is read that `load` does
-    /// not read.
+    /// `face_source` and `corner_source` are the faces and corners of the mesh's provenance. A material whose
+    /// picture was left out is drawn without it.
     ///
     /// # Errors
-    /// A picture is no PNG or JPEG.
+    /// A picture cannot be decoded, or is larger than its header states.
     pub fn of_model(
         model: &Model,
         face_source: &[u32],
         corner_source: &[[u32; 3]],
-        load: impl Fn(&str) -> Option<Vec<u8>>,
+        pictures: &Pictures,
     ) -> Result<Option<Self>, RenderError> {
         if model.corner_uvs.is_none() && model.face_materials.is_none() {
             return Ok(None);
         }
-        let mut texture = Self::default();
+        let decoded = pictures.pictures.iter().map(decode).collect::<Result<_, _>>()?;
+        let mut texture = Self { pictures: decoded, ..Self::default() };
         let mut painted = Vec::with_capacity(model.materials.len());
         for material in &model.materials {
-            let image = texture.picture_of(material, model, &load)?;
+            let cutoff = match material.alpha {
+                Alpha::Mask(cutoff) => cutoff,
+                _ => 0.0,
+            };
+            let picture = material.base_color_image.and_then(|image| pictures.of_image(image));
+            let image = picture.map(|picture| {
+                texture.images.push(Sampled { picture, cutoff });
+                (texture.images.len() - 1) as u32
+            });
             let [r, g, b, _] = material.base_color;
             painted.push(([r, g, b].map(srgb), image));
         }
@@ -138,38 +154,29 @@ impl Texture {
         texture.faces = face_source.iter().zip(corner_source).map(skin).collect();
         Ok(Some(texture))
     }
+}
 
-    /// Decodes the picture of a material; its number, `None` if it is not there.
-    fn picture_of(
-        &mut self,
-        material: &Material,
-        model: &Model,
-        load: &impl Fn(&str) -> Option<Vec<u8>>,
-    ) -> Result<Option<u32>, RenderError> {
-        let image = material.base_color_image.and_then(|i| model.images.get(i as usize));
-        let Some(image) = image else { return Ok(None) };
-        let (name, loaded) = match &image.data {
-            ImageData::Bytes(_) => (&image.name, None),
-            ImageData::Uri(uri) => (uri, load(uri)),
-        };
-        let bytes = match &image.data {
-            ImageData::Bytes(bytes) => bytes,
-            ImageData::Uri(_) => match &loaded {
-                Some(bytes) => bytes,
-                None => return Ok(None),
-            },
-        };
-        let decoded = image::load_from_memory(bytes).map_err(|source| RenderError::Texture {
-            name: name.clone(),
-            source: Box::new(source),
-        })?;
-        let cutoff = match material.alpha {
-            Alpha::Mask(cutoff) => cutoff,
-            _ => 0.0,
-        };
-        self.images.push(Sampled { pixels: decoded.to_rgba8(), cutoff });
-        Ok(Some((self.images.len() - 1) as u32))
-    }
+/// Decodes a picture in the memory that its header accounts for.
+#[cfg(feature = "textures")]
+fn decode(picture: &Picture) -> Result<RgbaImage, RenderError> {
+    let format = match picture.format {
+        PictureFormat::Jpeg => image::ImageFormat::Jpeg,
+        PictureFormat::WebP => image::ImageFormat::WebP,
+        // The decoder refuses other formats.
+        _ => image::ImageFormat::Png,
+    };
+    let [width, height] = picture.size;
+    let mut limits = image::Limits::default();
+    (limits.max_image_width, limits.max_image_height) = (Some(width), Some(height));
+    // Four channels of 16 bits, and as much beside them; a profile may take 16 MiB.
+    limits.max_alloc = Some(16 * u64::from(width) * u64::from(height) + (16 << 20));
+    let mut reader = image::ImageReader::with_format(Cursor::new(&picture.bytes), format);
+    reader.limits(limits);
+    let decoded = reader.decode().map_err(|source| RenderError::Texture {
+        name: picture.name.clone(),
+        source: Box::new(source),
+    })?;
+    Ok(decoded.into_rgba8())
 }
 
 /// Light to what pictures store.

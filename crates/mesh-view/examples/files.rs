@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use mesh_core::TriMesh;
+use mesh_io::{PictureOptions, Pictures};
 use mesh_shapes::{Torus, add_normal_noise};
 use mesh_view::{Exhibit, Page};
 
@@ -13,10 +14,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut exhibits = Vec::new();
     for path in &paths {
         let model = mesh_io::read(path)?;
-        let folder = path.parent().unwrap_or(Path::new(""));
+        let options =
+            PictureOptions { folder: path.parent().map(Path::to_owned), ..Default::default() };
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let load = |uri: &str| std::fs::read(folder.join(uri)).ok();
-        exhibits.push(Exhibit::of_model(name, &model, load)?);
+        let pictures = Pictures::of_model(&model, &options);
+        exhibits.push(Exhibit::of_model(name, &model, pictures)?);
     }
     if exhibits.is_empty() {
         let mut soup = Torus { major: 5.0, minor: 2.0 }.mesh(96, 48)?;

@@ -1,17 +1,31 @@
 //! Arrays as text: compact binary in base64, each in an element of its own.
 
+use std::collections::HashMap;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
 /// The data elements of a page, which the script reads by their numbers.
 #[derive(Default)]
-pub(crate) struct Blobs {
+pub(crate) struct Blobs<'p> {
     pub(crate) elements: String,
     count: usize,
+    /// The numbers of the pictures, by their bytes.
+    pictures: HashMap<&'p [u8], usize>,
 }
 
-impl Blobs {
+impl<'p> Blobs<'p> {
+    /// Adds a picture; its number. Each content is there once.
+    pub(crate) fn picture(&mut self, bytes: &'p [u8]) -> usize {
+        if let Some(&number) = self.pictures.get(bytes) {
+            return number;
+        }
+        let number = self.bytes(bytes);
+        self.pictures.insert(bytes, number);
+        number
+    }
+
     /// Adds an array; its number.
     pub(crate) fn bytes(&mut self, bytes: &[u8]) -> usize {
         let number = self.count;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use mesh_core::build::Triangulator;
 use mesh_core::{PolygonSoup, TriMesh, VertexMap};
-use mesh_io::{Alpha, ImageData, Model};
+use mesh_io::{Alpha, Model, Picture, PictureError, Pictures};
 
 use crate::error::ViewError;
 use crate::text::grouped;
@@ -137,6 +137,8 @@ pub struct Materials {
     pub uvs: Option<Vec<[[f32; 2]; 3]>>,
     /// The pictures.
     pub pictures: Vec<Picture>,
+    /// The names of the pictures that were left out, and why.
+    pub left_out: Vec<(String, PictureError)>,
 }
 
 /// A material.
@@ -168,15 +170,6 @@ impl Default for Surface {
             alpha: Alpha::Opaque,
         }
     }
-}
-
-/// An encoded picture: PNG, JPEG or whatever browsers read.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Picture {
-    /// Its media type, such as `image/png`; may be empty.
-    pub media_type: String,
-    /// The bytes of the file.
-    pub bytes: Vec<u8>,
 }
 
 impl Exhibit {
@@ -211,16 +204,15 @@ impl Exhibit {
 
     /// The content of a file: every property as a field, colours, materials, nothing repaired.
     ///
-    /// Faces with a vertex that has no finite position are left out. `load` finds the bytes of
-    /// pictures that are in files of their own; where it returns `None`, the material is shown
-    /// without its picture. Nothing is read that `load` does not read.
+    /// Faces with a vertex that has no finite position are left out. A material whose picture was left out is
+    /// shown without it.
     ///
     /// # Errors
     /// The model contradicts itself.
     pub fn of_model(
         name: impl Into<String>,
         model: &Model,
-        load: impl Fn(&str) -> Option<Vec<u8>>,
+        pictures: Pictures,
     ) -> Result<Self, ViewError> {
         let name = name.into();
         model.check().map_err(|source| ViewError::Model { name: name.clone(), source })?;
@@ -240,7 +232,7 @@ impl Exhibit {
         let eight_bits = |c: &[f32; 4]| c.map(|x| (255.0 * x.clamp(0.0, 1.0)).round() as u8);
         let face_colors = model.face_colors.as_ref();
         let is_cut = parts.face.len() != model.soup.face_count();
-        let materials = materials(model, &parts, load);
+        let materials = materials(model, &parts, pictures);
         Ok(Self {
             name,
             positions: model.soup.positions().to_vec(),
@@ -314,31 +306,15 @@ fn facts(soup: &PolygonSoup) -> Vec<(String, String)> {
     facts
 }
 
-fn materials(
-    model: &Model,
-    parts: &Cut,
-    load: impl Fn(&str) -> Option<Vec<u8>>,
-) -> Option<Materials> {
+fn materials(model: &Model, parts: &Cut, pictures: Pictures) -> Option<Materials> {
     let ids = model.face_materials.as_ref().filter(|_| !model.materials.is_empty())?;
-    let mut places = Vec::with_capacity(model.images.len());
-    let mut pictures = Vec::new();
-    for image in &model.images {
-        let bytes = match &image.data {
-            ImageData::Bytes(bytes) => Some(bytes.clone()),
-            ImageData::Uri(uri) => load(uri),
-        };
-        places.push(bytes.map(|bytes| {
-            pictures.push(Picture { media_type: image.media_type.clone(), bytes });
-            (pictures.len() - 1) as u32
-        }));
-    }
     let mut surfaces: Vec<Surface> = model
         .materials
         .iter()
         .map(|m| Surface {
             name: m.name.clone(),
             color: m.base_color,
-            picture: m.base_color_image.and_then(|i| places.get(i as usize).copied().flatten()),
+            picture: m.base_color_image.and_then(|image| pictures.of_image(image)),
             metallic: m.metallic,
             roughness: m.roughness,
             alpha: m.alpha,
@@ -351,5 +327,6 @@ fn materials(
         let uv = |corner: u32| uvs[corner as usize].map(|x| if x.is_finite() { x } else { 0.0 });
         parts.corners.iter().map(|corners| corners.map(uv)).collect()
     });
-    Some(Materials { surfaces, of_face, uvs, pictures })
+    let Pictures { pictures, left_out, .. } = pictures;
+    Some(Materials { surfaces, of_face, uvs, pictures, left_out })
 }

@@ -10,5 +10,5 @@ mod reduce;
 mod text;
 
 pub use error::ViewError;
-pub use exhibit::{Directions, Exhibit, Field, Lines, Materials, On, Picture, Surface};
+pub use exhibit::{Directions, Exhibit, Field, Lines, Materials, On, Surface};
 pub use page::{Layout, Page, Precision, Section, Start};

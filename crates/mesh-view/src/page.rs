@@ -265,7 +265,7 @@ impl Page {
         })
     }
 
-    fn encode(&self, exhibit: &Exhibit, blobs: &mut Blobs) -> Result<Value, ViewError> {
+    fn encode<'p>(&self, exhibit: &'p Exhibit, blobs: &mut Blobs<'p>) -> Result<Value, ViewError> {
         check(exhibit)?;
         let shown = Shown::of(exhibit, self.most_faces)?;
         let bounds = shown.bounds()?;
@@ -321,7 +321,7 @@ impl Page {
         }))
     }
 
-    fn positions(&self, local: &[DVec3], blobs: &mut Blobs) -> Value {
+    fn positions(&self, local: &[DVec3], blobs: &mut Blobs<'_>) -> Value {
         let count = local.len();
         if self.precision == Precision::Single {
             let numbers = local.iter().flat_map(DVec3::to_array).map(|x| x as f32);
@@ -402,7 +402,7 @@ impl<'a> Shown<'a> {
             .ok_or_else(nothing)
     }
 
-    fn field(&self, name: &str, field: &Field, blobs: &mut Blobs) -> Value {
+    fn field(&self, name: &str, field: &Field, blobs: &mut Blobs<'_>) -> Value {
         let at = |i: u32| field.values[i as usize];
         let values: Vec<f64> = match field.on {
             On::Vertices => self.vertices().map(at).collect(),
@@ -419,7 +419,7 @@ impl<'a> Shown<'a> {
         })
     }
 
-    fn materials(&self, materials: &Materials, blobs: &mut Blobs) -> Value {
+    fn materials<'p>(&self, materials: &'p Materials, blobs: &mut Blobs<'p>) -> Value {
         let list = materials.surfaces.iter().map(|surface| {
             // Negative for blended surfaces, positive for the least opacity that is drawn.
             let alpha = match surface.alpha {
@@ -436,7 +436,7 @@ impl<'a> Shown<'a> {
         let list: Vec<Value> = list.collect();
         let names: Vec<String> = materials.surfaces.iter().map(|s| visible(&s.name)).collect();
         let images = materials.pictures.iter().map(|picture| {
-            json!({ "type": visible(&picture.media_type), "blob": blobs.bytes(&picture.bytes) })
+            json!({ "type": picture.format.media_type(), "blob": blobs.picture(&picture.bytes) })
         });
         let images: Vec<Value> = images.collect();
         let of_face = blobs.integers(self.faces().map(|f| materials.of_face[f as usize]));
@@ -536,7 +536,7 @@ fn check(exhibit: &Exhibit) -> Result<(), ViewError> {
     for set in &exhibit.directions {
         length(&set.name, set.vectors.len(), "vertices", vertices)?;
     }
-    let Some(Materials { surfaces, of_face, uvs, pictures }) = &exhibit.materials else {
+    let Some(Materials { surfaces, of_face, uvs, pictures, .. }) = &exhibit.materials else {
         return Ok(());
     };
     length("the list of materials", of_face.len(), "triangles", faces)?;

@@ -9,11 +9,9 @@ use std::path::PathBuf;
 use browser::Browser;
 use glam::DVec3;
 use mesh_core::TriMesh;
-use mesh_io::{Alpha, Model, Scalars};
+use mesh_io::{Alpha, Model, Picture, PictureFormat, Pictures, Scalars};
 use mesh_shapes::{Sphere, Torus};
-use mesh_view::{
-    Directions, Exhibit, Field, Layout, Lines, Materials, On, Page, Picture, Section, Surface,
-};
+use mesh_view::{Directions, Exhibit, Field, Layout, Lines, Materials, On, Page, Section, Surface};
 use serde_json::Value;
 
 fn torus() -> TriMesh {
@@ -281,7 +279,14 @@ fn textures_are_where_they_belong() {
             }],
             of_face: vec![0; 2],
             uvs: Some(triangles.iter().map(|t: &[u32; 3]| t.map(uv)).collect()),
-            pictures: vec![Picture { media_type: "image/png".into(), bytes: bytes.into_inner() }],
+            pictures: vec![Picture {
+                name: "square".into(),
+                is_file: false,
+                format: PictureFormat::Png,
+                size: [image.width(), image.height()],
+                bytes: bytes.into_inner(),
+            }],
+            left_out: Vec::new(),
         }),
         triangles,
         ..Exhibit::default()
@@ -328,7 +333,7 @@ fn hostile_names_do_nothing() {
     let model = Model { vertex_scalars: scalars.into(), ..Model::from(soup) };
     let mut page = Page::new(names.join(" "), vec![]);
     for name in names {
-        page.exhibits.push(Exhibit::of_model(name, &model, |_| None).unwrap());
+        page.exhibits.push(Exhibit::of_model(name, &model, Pictures::default()).unwrap());
         page.report.push(Section::of_rows(name, [(name, name)]));
     }
     let html = page.to_html().unwrap();
@@ -506,7 +511,7 @@ fn model(name: &str) -> Option<Model> {
 #[test]
 fn a_scan_takes_few_bytes() {
     let Some(model) = model("igea.ply") else { return };
-    let mut shown = Exhibit::of_model("igea", &model, |_| None).unwrap();
+    let mut shown = Exhibit::of_model("igea", &model, Pictures::default()).unwrap();
     shown.fields.clear();
     for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
         let values = shown.positions.iter().map(|p| (p[i] * 0.37).sin()).collect();

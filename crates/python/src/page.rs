@@ -1,6 +1,7 @@
 //! `curvmesh.view`: the page on which meshes turn.
 
 use mesh_core::glam::DVec3;
+use mesh_io::{PictureOptions, Pictures};
 use mesh_render::ColorMap;
 use mesh_view::{Directions, Exhibit, Field, Layout, On, Page, Precision, Section};
 use numpy::PyReadonlyArray3;
@@ -118,7 +119,9 @@ pub(crate) fn page(
 
 fn exhibit(told: Told) -> Result<Exhibit, Ended> {
     let Told { name, content, values, directions } = told;
-    let mut exhibit = Exhibit::of_model(name, &content.model, |_| None).map_err(Failure::from)?;
+    let pictures = Pictures::of_model(&content.model, &PictureOptions::default());
+    let mut exhibit =
+        Exhibit::of_model(name, &content.model, pictures).map_err(Failure::from)?;
     let numbers = exhibit.face_numbers.clone();
     for (name, on_vertices, values) in values {
         exhibit.fields.retain(|field| field.name != name);

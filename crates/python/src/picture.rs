@@ -1,8 +1,9 @@
 //! `curvmesh.render`.
 
 use mesh_core::glam::DVec3;
+use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
-    ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style,
+    ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style, Texture,
     View, render as draw, sheet,
 };
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
@@ -146,8 +147,13 @@ pub(crate) fn render<'py>(
             Some((true, values)) => Painting::of_vertex_values(source.provenance, values, scale),
             Some((false, values)) => Painting::of_face_values(source.provenance, values, scale),
             None if style.plain => Painting::Plain,
-            None => Painting::of_content(source.model, source.provenance, |_| None)
-                .map_err(Failure::from)?,
+            None => {
+                let options =
+                    PictureOptions { formats: Texture::FORMATS, ..PictureOptions::default() };
+                let pictures = || Pictures::of_model(source.model, &options);
+                Painting::of_content(source.model, source.provenance, pictures)
+                    .map_err(Failure::from)?
+            }
         };
         let scene = Scene { paint: painting.paint(), ..Scene::of(source.mesh) };
         let from = |toward, up| -> Result<Picture, Ended> {

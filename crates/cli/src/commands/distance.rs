@@ -218,7 +218,7 @@ fn page(
     let sides =
         [(&options.first, first, b, &found.forward), (&options.second, second, a, &found.backward)];
     for (path, model, other, direction) in sides {
-        let mut exhibit = view::content(&name_of(path), path, model)?;
+        let mut exhibit = view::content(&name_of(path), path, model, &options.loading)?;
         let distance = view::distance_field(&exhibit, other);
         exhibit.fields.retain(|field| field.name != distance.name);
         exhibit.fields.insert(0, distance);

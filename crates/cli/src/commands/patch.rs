@@ -23,7 +23,7 @@ use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
-use crate::load::Seconds;
+use crate::load::{Loading, Seconds};
 use crate::save::{SAVE_OPTIONS, SaveOptions, make_folder_of, save_bytes};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Report, Task};
@@ -192,7 +192,11 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
     };
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
-        options.look.write(page(&task.input, mesh, &made)?, &report, console)?;
+        options.look.write(
+            page(&task.input, &options.job.loading, mesh, &made)?,
+            &report,
+            console,
+        )?;
     }
     let Results { patches, covered_faces, .. } = report.results;
     let brief = format!("{patches} patches for {covered_faces} of {} faces", report.faces);
@@ -203,10 +207,10 @@ fn one(options: &Patch, task: &Task, console: &Console) -> Result<Done, Failure>
 const MOST_ALONE: usize = 60;
 
 /// The cover, the mesh under it, and the patches one by one with frame and arcs.
-fn page(input: &Path, mesh: &TriMesh, made: &Made) -> Result<Page, Failure> {
+fn page(input: &Path, loading: &Loading, mesh: &TriMesh, made: &Made) -> Result<Page, Failure> {
     let Made { cover, cut } = made;
     let whole = cover_model(mesh, cover, *cut).map_err(failed)?;
-    let mut together = view::content("cover", input, &whole)?;
+    let mut together = view::content("cover", input, &whole, loading)?;
     let mut under = view::mesh("mesh", mesh);
     let number = |patch: &Option<u32>| patch.map_or(f64::NAN, f64::from);
     let numbers = cover.patch_of_face.as_slice().iter().map(number).collect();

@@ -4,21 +4,24 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use glam::DVec3;
+use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
-    ColorBar, Painting, Picture, RenderError, Scene, SheetOptions, Side, Style, View, render, sheet,
+    ColorBar, Painting, Picture, RenderError, Scene, SheetOptions, Side, Style, Texture, View,
+    render, sheet,
 };
 use mesh_work::Loaded;
 use serde::Serialize;
 
 use crate::args::{parse_angle, parse_not_negative};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
+use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::load::Seconds;
 use crate::save::save_bytes;
 use crate::session::{Outcome, Session};
 use crate::task::{Report, Source};
-use crate::view::picture_beside;
+use crate::view::say_left_out;
 
 /// Draw a mesh to a PNG file, without a display
 ///
@@ -115,7 +118,7 @@ pub(crate) fn run(options: &Render, session: &Session) -> Result<Outcome, Failur
     let mut seconds = Seconds::default();
     let Source { input, loading } = &options.source;
     let loaded = Seconds::time(&mut seconds.load, || loading.load(input, console))?;
-    let made = options.made(&loaded)?;
+    let made = options.made(&loaded, console)?;
     let picture = Seconds::time(&mut seconds.compute, || options.draw(&loaded, &made))?;
     Seconds::time(&mut seconds.save, || {
         save_bytes(&options.output, &picture.to_png().map_err(failed)?)
@@ -159,7 +162,7 @@ impl Render {
         Ok(())
     }
 
-    fn made(&self, loaded: &Loaded) -> Result<Painting, Failure> {
+    fn made(&self, loaded: &Loaded, console: &Console) -> Result<Painting, Failure> {
         let (model, provenance) = (&loaded.model, &loaded.provenance);
         if let Some(squares) = self.chessboard {
             return Painting::chessboard(model, provenance, squares)
@@ -168,12 +171,18 @@ impl Render {
         if let Some(name) = &self.property {
             return self.property_colors(name, loaded);
         }
-        let load = picture_beside(&self.source.input);
+        let pictures = || {
+            let Source { input, loading } = &self.source;
+            let options = PictureOptions { formats: Texture::FORMATS, ..loading.pictures(input) };
+            let pictures = Pictures::of_model(model, &options);
+            say_left_out(&pictures.left_out, console);
+            pictures
+        };
         match self.paint {
-            PaintName::Auto => Painting::of_content(model, provenance, load).map_err(failed),
+            PaintName::Auto => Painting::of_content(model, provenance, pictures).map_err(failed),
             PaintName::Colors => Painting::of_colors(model, provenance)
                 .ok_or_else(|| Failure::refused("the file has no colours")),
-            PaintName::Materials => Painting::of_materials(model, provenance, load)
+            PaintName::Materials => Painting::of_materials(model, provenance, &pictures())
                 .map_err(failed)?
                 .ok_or_else(|| Failure::refused("the file has no materials")),
             PaintName::Plain => Ok(Painting::Plain),

@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt::Interruption;
 use crate::large::{self, Large, Passes};
-use crate::load::Seconds;
+use crate::load::{Loading, Seconds};
 use crate::save::make_folder_of;
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{Policy, Targets, rejected, show};
@@ -127,7 +127,7 @@ fn one(options: &Simplify, task: &Task, given: &Given, console: &Console) -> Res
     let results = Results::new(options, loaded.mesh.topology().face_count(), &simplified);
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
-        let page = page(task, &loaded, &simplified.mesh, &model)?;
+        let page = page(task, &options.job.loading, &loaded, &simplified.mesh, &model)?;
         options.look.write(page, &report, console)?;
     }
     let brief = format!("{} -> {} faces", report.results.faces_in, report.results.faces_out);
@@ -187,12 +187,18 @@ fn in_regions(options: &Simplify, task: &Task, console: &Console) -> Result<Done
 }
 
 /// The original and the result, each with its distance from the other.
-fn page(task: &Task, loaded: &Loaded, result: &TriMesh, model: &Model) -> Result<Page, Failure> {
+fn page(
+    task: &Task,
+    loading: &Loading,
+    loaded: &Loaded,
+    result: &TriMesh,
+    model: &Model,
+) -> Result<Page, Failure> {
     let original = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let surface = |mesh: &TriMesh| Surface::new(mesh).map_err(Failure::refused);
     let mut exhibits = Vec::new();
     for (name, model, other) in [("original", &original, result), ("result", model, &loaded.mesh)] {
-        let mut exhibit = view::content(name, &task.input, model)?;
+        let mut exhibit = view::content(name, &task.input, model, loading)?;
         let distance = view::distance_field(&exhibit, &surface(other)?);
         exhibit.fields.retain(|field| field.name != distance.name);
         exhibit.fields.insert(0, distance);

@@ -84,6 +84,9 @@ impl From<LayoutName> for Layout {
 #[derive(Serialize)]
 struct Results {
     meshes: usize,
+    /// The files whose content is on the page.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    embedded_files: Vec<String>,
 }
 
 pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure> {
@@ -99,7 +102,8 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     let counts = |count: fn(&Exhibit) -> usize| page.exhibits.iter().map(count).sum::<usize>();
     let counts = [counts(|e| e.positions.len()), counts(|e| e.triangles.len())];
     Seconds::time(&mut seconds.save, || view::write_page(&options.output, &page, console))?;
-    let results = Results { meshes: page.exhibits.len() };
+    let embedded_files = view::embedded_files(&page).into_iter().map(str::to_owned).collect();
+    let results = Results { meshes: page.exhibits.len(), embedded_files };
     let report = Report::new(console, &options.inputs[0], counts, results, seconds)
         .with_output(&options.output);
     let text = format!("{}: {} faces", report.subject(), report.faces);
@@ -115,11 +119,11 @@ impl View {
         let name = name_of(path);
         if !self.curvature {
             let model = self.loading.content(path, console)?;
-            return view::content(&name, path, &model);
+            return view::content(&name, path, &model, &self.loading);
         }
         let loaded = self.loading.load(path, console)?;
         let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
-        let mut exhibit = view::content(&name, path, &model)?;
+        let mut exhibit = view::content(&name, path, &model, &self.loading)?;
         let curvatures = Curvatures::of(&loaded.mesh, &CurvatureOptions::default());
         let quantities: [(&str, Quantity); 6] = [
             ("mean_curvature", |c| c.mean().value()),

@@ -75,7 +75,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     let report = task.report(console, loaded.counts(), results, seconds);
     if options.look.is_wanted() {
         let model = colored(quantity, true, &loaded, &values, &scale)?;
-        let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
+        let mut exhibit =
+            view::content(&name_of(&task.input), &task.input, &model, &options.job.loading)?;
         exhibit.face_colors = None;
         exhibit.lines = directions(&values);
         let page = options.page("curvature of faces", "face", exhibit, &scale);

@@ -93,7 +93,8 @@ pub(crate) fn run(options: &Curvature, task: &Task, console: &Console) -> Result
     if options.look.is_wanted() {
         let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
         let model = colored(model, Some(Format::Ply), &values, quantity, &scale);
-        let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
+        let mut exhibit =
+            view::content(&name_of(&task.input), &task.input, &model, &options.job.loading)?;
         exhibit.vertex_colors = None;
         exhibit.directions =
             view::directions(&values.of_vertex.map(|v| v.as_ref().map(|v| v.frame)));

@@ -84,7 +84,8 @@ fn page(
 ) -> Result<Page, Failure> {
     let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
     let model = colored(model, Some(Format::Ply), values, shown, scale);
-    let mut exhibit = view::content(&name_of(&task.input), &task.input, &model)?;
+    let mut exhibit =
+        view::content(&name_of(&task.input), &task.input, &model, &options.job.loading)?;
     exhibit.vertex_colors = None;
     exhibit.directions = view::principal_directions(&loaded.mesh);
     Ok(options.page("curvature", "vertex", exhibit, scale))

@@ -19,7 +19,7 @@ use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::large::is_folder;
-use crate::load::Seconds;
+use crate::load::{Loading, Seconds};
 use crate::save::{Outputs, check_target, make_folder_of, paths_of_levels, save};
 use crate::session::{Outcome, Session};
 use crate::simplify_options::{rejected, show};
@@ -76,7 +76,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
     let report =
         Report::new(console, input, loaded.counts(), results, seconds).with_output(&options.output);
     if options.look.is_wanted() {
-        let page = page(input, &loaded, &report.results.levels, &models)?;
+        let page = page(input, loading, &loaded, &report.results.levels, &models)?;
         options.look.write(page, &report, console)?;
     }
     report.done(console, summary(&report), String::new())?.print(console)?;
@@ -86,6 +86,7 @@ pub(crate) fn run(options: &Lod, session: &Session) -> Result<Outcome, Failure> 
 /// The input and the levels with their errors, and the sizes on the screen at which they change.
 fn page(
     input: &Path,
+    loading: &Loading,
     loaded: &Loaded,
     levels: &[Level],
     models: &[Model],
@@ -97,7 +98,7 @@ fn page(
     let mut exhibits = Vec::new();
     let all = names.iter().zip([&identity].into_iter().chain(models));
     for ((name, model), coverage) in all.zip(shown_from(loaded, levels)) {
-        let mut exhibit = view::content(name, input, model)?;
+        let mut exhibit = view::content(name, input, model, loading)?;
         let distance = view::distance_field(&exhibit, &original);
         exhibit.fields.retain(|field| field.name != distance.name);
         exhibit.fields.insert(0, distance);

@@ -1,0 +1,165 @@
+//! Pictures of materials: which are loaded, and how often.
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+
+use mesh_io::{
+    Image, ImageData, Material, Model, PictureError, PictureFormat, PictureOptions, Pictures,
+};
+
+/// The start of a PNG file of a size: the signature, and the header without its checksum.
+fn png([width, height]: [u32; 2], depth: u8) -> Vec<u8> {
+    let mut bytes = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR".to_vec();
+    bytes.extend(width.to_be_bytes());
+    bytes.extend(height.to_be_bytes());
+    bytes.extend([depth, 2, 0, 0, 0]);
+    bytes
+}
+
+/// A JPEG file of a size: a comment, tables, padding, and a progressive frame.
+fn jpeg([width, height]: [u16; 2]) -> Vec<u8> {
+    let mut bytes = b"\xFF\xD8\xFF\xFE\0\x06abcd\xFF\xC4\0\x03x\xFF\xFF\xFF\xC2\0\x11\x08".to_vec();
+    bytes.extend(height.to_be_bytes());
+    bytes.extend(width.to_be_bytes());
+    bytes.extend([3; 10]);
+    bytes
+}
+
+fn webp(chunk: &[u8; 4], header: &[u8]) -> Vec<u8> {
+    let size = (header.len() as u32).to_le_bytes();
+    [b"RIFF\0\0\0\0WEBP", &chunk[..], &size, header].concat()
+}
+
+/// A model with a material for each image.
+fn model(images: impl IntoIterator<Item = ImageData>) -> Model {
+    let image = |data| Image { name: String::new(), media_type: String::new(), data };
+    let images: Vec<Image> = images.into_iter().map(image).collect();
+    let material = |image| Material { base_color_image: Some(image), ..Material::default() };
+    let materials = (0..images.len() as u32).map(material).collect();
+    Model { images, materials, ..Model::default() }
+}
+
+fn within(folder: &Path) -> PictureOptions {
+    PictureOptions { folder: Some(folder.to_owned()), ..PictureOptions::default() }
+}
+
+#[test]
+fn formats_and_sizes_are_those_of_the_first_bytes() {
+    use PictureFormat::{Jpeg, Ktx2, Png, WebP};
+    let lossless = [0x2F, 0x0F, 0xC0, 0x04, 0];
+    let lossy = [0, 0, 0, 0x9D, 0x01, 0x2A, 0x10, 0x40, 0x14, 0x80];
+    let extended = [0, 0, 0, 0, 0x0F, 0, 0, 0x13, 0, 0];
+    let ktx = [&b"\xABKTX 20\xBB\r\n\x1a\n\0\0\0\0\x01\0\0\0\x10\0\0\0\x14\0\0\0"[..], &[0; 40]];
+    let cases = [
+        (png([16, 20], 8), Png),
+        (jpeg([16, 20]), Jpeg),
+        (webp(b"VP8L", &lossless), WebP),
+        (webp(b"VP8 ", &lossy), WebP),
+        (webp(b"VP8X", &extended), WebP),
+        (ktx.concat(), Ktx2),
+    ];
+    for (bytes, format) in cases {
+        assert_eq!(PictureFormat::of(&bytes), Some(format));
+        assert_eq!(format.size(&bytes), Some([16, 20]), "{format:?}");
+        for end in 0..bytes.len() {
+            let _ = format.size(&bytes[..end]);
+        }
+        for place in 0..bytes.len() {
+            let mut changed = bytes.clone();
+            changed[place] ^= 0xFF;
+            let _ = format.size(&changed);
+        }
+    }
+    for other in [&b""[..], b"PNG", b"GIF89a", b"<svg>", b"BM", b"RIFF\0\0\0\0WAVE"] {
+        assert_eq!(PictureFormat::of(other), None);
+    }
+}
+
+#[test]
+fn a_size_that_the_file_does_not_account_for_is_refused() {
+    let lying = || model([ImageData::Bytes(png([20_000, 20_000], 8))]);
+    let pictures = Pictures::of_model(&lying(), &PictureOptions::default());
+    let [(name, PictureError::Memory { needed, limit, .. })] = &pictures.left_out[..] else {
+        panic!("{:?}", pictures.left_out)
+    };
+    assert_eq!((&**name, *needed), ("image 0", 1_600_000_000));
+    assert!((64 << 20..65 << 20).contains(limit));
+    assert_eq!((pictures.pictures.len(), pictures.of_image(0)), (0, None));
+    let more = PictureOptions { max_memory: Some(1_600_000_000), ..PictureOptions::default() };
+    assert_eq!(Pictures::of_model(&lying(), &more).pictures.len(), 1);
+    // 16 bits per channel take twice as much.
+    let deep = model([ImageData::Bytes(png([20_000, 20_000], 16))]);
+    assert_eq!(Pictures::of_model(&deep, &more).pictures.len(), 0);
+    // The sum counts, not the size of each.
+    let sizes = (0..40).map(|i| ImageData::Bytes(png([1500, 1500 + i], 8)));
+    let pictures = Pictures::of_model(&model(sizes), &PictureOptions::default());
+    assert_eq!((pictures.pictures.len(), pictures.left_out.len()), (7, 33));
+}
+
+#[test]
+fn each_content_is_there_once() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.png", "b.png"] {
+        fs::write(folder.path().join(name), png([8, 8], 8)).unwrap();
+    }
+    let names = (0..60).map(|i| ImageData::Uri(["a.png", "b.png"][i % 2].into()));
+    let images = names.chain([ImageData::Bytes(png([8, 8], 8)), ImageData::Bytes(png([8, 9], 8))]);
+    let pictures = Pictures::of_model(&model(images), &within(folder.path()));
+    assert_eq!(pictures.pictures.len(), 2);
+    assert!((0..61).all(|image| pictures.of_image(image) == Some(0)));
+    assert_eq!((pictures.of_image(61), pictures.of_image(62)), (Some(1), None));
+    assert!(pictures.pictures[0].is_file && !pictures.pictures[1].is_file);
+}
+
+#[test]
+fn only_pictures_in_the_folder_are_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let below = folder.path().join("in");
+    fs::create_dir_all(below.join(".ssh")).unwrap();
+    for (name, content) in [
+        ("in/.ssh/key", png([8, 8], 8)),
+        ("in/.hidden.png", png([8, 8], 8)),
+        ("outside.png", png([8, 8], 8)),
+        ("in/secret.png", b"root:x:0:0".to_vec()),
+        ("in/short", b"\x89PN".to_vec()),
+        ("in/no-size.png", b"\x89PNG\r\n\x1a\nxxxxxxxx".to_vec()),
+        ("in/good.png", png([8, 8], 8)),
+    ] {
+        fs::write(folder.path().join(name), content).unwrap();
+    }
+    let names = [
+        ".ssh/key",
+        "./.ssh/key",
+        ".hidden.png",
+        "../outside.png",
+        "secret.png",
+        "short",
+        "no-size.png",
+        "missing.png",
+        "good.png",
+    ];
+    let used = model(names.map(|name| ImageData::Uri(name.into())));
+    let pictures = Pictures::of_model(&used, &within(&below));
+    let reasons: Vec<&PictureError> = pictures.left_out.iter().map(|(_, why)| why).collect();
+    use PictureError::{Header, Hidden, NoPicture, Read};
+    assert!(
+        matches!(
+            reasons[..],
+            [Hidden, Hidden, Hidden, Read(_), NoPicture, NoPicture, Header, Read(_)]
+        ),
+        "{reasons:?}"
+    );
+    assert_eq!(pictures.of_image(8), Some(0));
+    // No folder, no files; and only what a material uses.
+    let nowhere = Pictures::of_model(&used, &PictureOptions::default());
+    assert!(nowhere.pictures.is_empty());
+    let unused = Model { materials: Vec::new(), ..used };
+    let pictures = Pictures::of_model(&unused, &within(&below));
+    assert!(pictures.pictures.is_empty() && pictures.left_out.is_empty());
+    // A format that the caller cannot use.
+    let webp = model([ImageData::Bytes(webp(b"VP8L", &[0x2F, 0, 0, 0, 0]))]);
+    let formats = &[PictureFormat::Png];
+    let pictures = Pictures::of_model(&webp, &PictureOptions { formats, ..Default::default() });
+    assert_eq!(pictures.left_out[0].1, PictureError::Format(PictureFormat::WebP));
+}
