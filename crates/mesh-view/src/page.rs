@@ -1,7 +1,7 @@
 //! What a page shows, and how that becomes text.
 
 use std::borrow::Cow;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use mesh_core::BoundingBox;
@@ -490,12 +490,20 @@ fn same(positions: &[DVec3]) -> Option<Vec<u32>> {
 /// The fields with names that are each there once on their kind of element.
 fn unique(fields: &[Field]) -> Vec<(String, &Field)> {
     let mut taken = HashSet::new();
+    // By the name: the last number that it was given. The search goes on from there.
+    let mut last: HashMap<_, u64> = HashMap::new();
     let mut named = Vec::with_capacity(fields.len());
     for field in fields {
         let plain = visible(&field.name);
-        let numbered = |n: usize| if n == 1 { plain.clone() } else { format!("{plain} ({n})") };
-        let is_free = |name: &String| taken.insert((field.on == On::Faces, name.clone()));
-        named.push(((1..).map(numbered).find(is_free).unwrap_or_default(), field));
+        let last = last.entry((field.on == On::Faces, plain.clone())).or_insert(0);
+        let name = loop {
+            *last += 1;
+            let name = if *last == 1 { plain.clone() } else { format!("{plain} ({last})") };
+            if taken.insert((field.on == On::Faces, name.clone())) {
+                break name;
+            }
+        };
+        named.push((name, field));
     }
     named
 }
@@ -560,4 +568,23 @@ fn check(exhibit: &Exhibit) -> Result<(), ViewError> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Searching for a free number from the start each time would take a hundred thousand times as long.
+    #[test]
+    fn fields_of_one_name_are_numbered() {
+        let mut fields = vec![Field::new("m (3)", On::Vertices, Vec::new())];
+        fields.resize(100_000, Field::new("m", On::Vertices, Vec::new()));
+        fields.push(Field::new("m", On::Faces, Vec::new()));
+        let named = unique(&fields);
+        let names: Vec<&str> = named.iter().map(|(name, _)| &**name).collect();
+        assert_eq!(names[..5], ["m (3)", "m", "m (2)", "m (4)", "m (5)"]);
+        assert_eq!((names[99_999], names[100_000]), ("m (100000)", "m"));
+        let distinct: HashSet<&str> = names[..100_000].iter().copied().collect();
+        assert_eq!(distinct.len(), 100_000);
+    }
 }

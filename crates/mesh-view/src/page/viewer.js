@@ -194,7 +194,7 @@ const togetherRadius = 0.5 * Math.hypot(...sceneLow.map((low, i) => sceneHigh[i]
 // Meshes that have nothing to do with each other are each shown in the middle.
 const alike = togetherRadius < 1.5 * largest && meshes.every(m => m.radius > 0.4 * largest);
 
-const fieldNames = [...new Set(meshes.flatMap(m => [...m.fields.keys()]))];
+const keys = new Set(meshes.flatMap(m => [...m.fields.keys()])), fieldNames = [...keys];
 const anyMesh = test => meshes.some(m => test(m.source));
 const COLORS = [['plain', 'Plain']];
 if (anyMesh(m => m.materials !== null)) COLORS.push(['material', 'Materials']);
@@ -202,7 +202,7 @@ if (anyMesh(m => m.vertexColors !== null)) COLORS.push(['vertexColors', 'Colours
 if (anyMesh(m => m.faceColors !== null)) COLORS.push(['faceColors', 'Colours of faces']);
 for (const key of fieldNames) {
   const [on, name] = [key.slice(0, key.indexOf(':')), key.slice(key.indexOf(':') + 1)];
-  COLORS.push([key, fieldNames.some(k => k !== key && k.endsWith(':' + name)) ? name + ' (' + on + ')' : name]);
+  COLORS.push([key, keys.has((on === 'vertex' ? 'face:' : 'vertex:') + name) ? name + ' (' + on + ')' : name]);
 }
 
 const most = Math.max(...meshes.map(m => m.faces));
@@ -292,7 +292,7 @@ function sorted(key) {
   return all;
 }
 const fieldOf = key => meshes.map(m => m.fields.get(key)).find(Boolean);
-const isField = key => fieldNames.includes(key);
+const isField = key => keys.has(key);
 
 function autoRange() {
   let values = sorted(state.color);
