@@ -1,6 +1,7 @@
 //! What all commands take from the command line.
 
 use std::num::NonZero;
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::str::FromStr;
 use std::time::Duration;
@@ -20,11 +21,25 @@ pub(crate) struct Common {
     #[arg(long, global = true)]
     pub(crate) json: bool,
     /// Number of threads [default: one per core]; results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, value_name = "N", value_parser = parse_threads)]
     pub(crate) threads: Option<NonZero<usize>>,
     /// No messages and no progress on stderr, save for errors
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
+}
+
+/// Reads a count within a range.
+pub(crate) fn parse_count(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
+    let count = text.parse().ok().filter(|count| range.contains(count));
+    count.ok_or_else(|| format!("expected a number from {} to {}", range.start(), range.end()))
+}
+
+/// More threads take long to start, and wait for cores.
+const MOST_THREADS: usize = 1024;
+
+fn parse_threads(text: &str) -> Result<NonZero<usize>, String> {
+    let count = parse_count(text, 1..=MOST_THREADS)?;
+    NonZero::new(count).ok_or_else(|| "expected at least one thread".to_owned())
 }
 
 /// Whether a path stands for the standard input or output.

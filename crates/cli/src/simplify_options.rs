@@ -12,7 +12,7 @@ use simplify::{
     ErrorCheck, FitNorm, Options, Phase, PlacementRule, Preset, Progress, Rejections, Target,
 };
 
-use crate::args::{parse_angle, parse_not_negative, parse_seconds};
+use crate::args::{parse_angle, parse_count, parse_not_negative, parse_seconds};
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt;
@@ -123,7 +123,7 @@ pub(crate) struct Policy {
     curvature_weight: Option<f64>,
     /// Rounds of fitting the result to the input, of four and more one less where a fifth of the
     /// faces or more are left; 0 for none [default: that of the preset]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 0..=MOST_ROUNDS))]
     fit_rounds: Option<usize>,
     /// What of the distances from the input the fit makes small [default: l2]
     #[arg(long, value_enum)]
@@ -271,6 +271,9 @@ impl Policy {
 /// The fields of [`Targets`].
 pub(crate) const OF_TARGETS: [&str; 6] =
     ["faces", "vertices", "ratio", "max_error", "max_cost", "time_limit"];
+
+/// Each round reads all samples. After a few dozen, nothing moves.
+const MOST_ROUNDS: usize = 1000;
 
 /// The options of what comes after the collapses.
 pub(crate) const OF_FITS: [&str; 4] = ["fit_rounds", "norm", "anneal_time", "seed"];

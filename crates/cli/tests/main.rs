@@ -4,6 +4,7 @@ mod attributes;
 mod book;
 mod commands;
 mod common;
+mod counts;
 mod faults;
 mod interrupt;
 mod large;

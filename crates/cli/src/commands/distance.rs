@@ -12,7 +12,7 @@ use mesh_view::{Lines, Page};
 use out_of_core::DiskMesh;
 use serde::Serialize;
 
-use crate::args::is_standard;
+use crate::args::{is_standard, parse_count};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions, opaque};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -43,7 +43,7 @@ pub(crate) struct Distance {
     #[arg(value_name = "B")]
     second: PathBuf,
     /// Samples in each direction, uniform by area
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = parse_samples)]
+    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = |text: &str| parse_count(text, 0..=MOST_SAMPLES))]
     samples: usize,
     /// Also prove bounds of the Hausdorff distance, at most this far apart; shares are of the diagonal
     /// of A
@@ -100,11 +100,6 @@ impl From<&OneSided> for Direction {
 
 /// Samples are made block by block, but each takes time.
 const MOST_SAMPLES: usize = 10_000_000_000;
-
-fn parse_samples(text: &str) -> Result<usize, String> {
-    let count = text.parse().ok().filter(|&count: &usize| count <= MOST_SAMPLES);
-    count.ok_or_else(|| format!("expected a number of samples from 0 to {MOST_SAMPLES}"))
-}
 
 #[derive(Serialize)]
 struct Bounds {

@@ -16,7 +16,7 @@ use mesh_view::{Lines, Page};
 use mesh_work::Seams;
 use serde::Serialize;
 
-use crate::args::{AreaName, parse_angle, parse_seconds};
+use crate::args::{AreaName, parse_angle, parse_count, parse_seconds};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -73,20 +73,20 @@ struct Optimise {
     area: AreaName,
     /// Where no single flip lowers the cost, try sequences of up to K flips; at most 6. Each further flip
     /// multiplies the time by about 6
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = parse_look_ahead)]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = |text: &str| parse_count(text, 1..=MAX_LOOK_AHEAD))]
     look_ahead: usize,
     /// Leave local minima by ruin and recreate: remove the vertices of a patch and insert each where it
     /// costs least. Ends when each vertex was removed N times without improvement; 10 is typical
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 0..=MOST_TRIES))]
     rebuild_effort: Option<usize>,
     /// Largest number of vertices that --rebuild-effort removes at once
     #[arg(
         long, value_name = "N", default_value_t = Rebuild::default().largest,
-        value_parser = parse_largest,
+        value_parser = |text: &str| parse_count(text, MIN_PATCH..=MOST_LARGEST),
     )]
     rebuild_largest: usize,
     /// Leave local minima by simulated annealing with N trial flips per edge and round; 50 is typical
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 0..=MOST_TRIES))]
     anneal_steps: Option<usize>,
     #[arg(long, hide = true, conflicts_with_all = ["anneal_steps", "seed"], value_parser = parse_anneal)]
     anneal: Option<Anneal>,
@@ -311,22 +311,14 @@ fn summary(report: &Report<Results>) -> String {
 /// Largest look-ahead.
 const MAX_LOOK_AHEAD: usize = 6;
 
-fn parse_look_ahead(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count @ 1..=MAX_LOOK_AHEAD) => Ok(count),
-        _ => Err(format!("expected a number from 1 to {MAX_LOOK_AHEAD}")),
-    }
-}
-
 /// Smallest patch.
 const MIN_PATCH: usize = 3;
 
-fn parse_largest(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(count @ MIN_PATCH..) => Ok(count),
-        _ => Err(format!("expected a number of at least {MIN_PATCH}")),
-    }
-}
+/// Larger patches are typing errors.
+const MOST_LARGEST: usize = 1_000_000;
+
+/// Tries per edge or vertex. A run with more hardly ends.
+const MOST_TRIES: usize = 1_000_000;
 
 /// The old spelling `--anneal SEED[,STEPS]`.
 fn parse_anneal(text: &str) -> Result<Anneal, String> {

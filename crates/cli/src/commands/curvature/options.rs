@@ -6,7 +6,7 @@ use mesh_render::Scale;
 use mesh_view::{Exhibit, Page};
 use mesh_work::{Length, Quantity, parse_length};
 
-use crate::args::{AreaName, EstimatorPreset};
+use crate::args::{AreaName, EstimatorPreset, parse_count};
 use crate::batch::Job;
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::failure::Failure;
@@ -68,7 +68,7 @@ pub(crate) struct Estimate {
     #[arg(long, value_enum, default_value_t)]
     pub(crate) preset: EstimatorPreset,
     /// With `fit`: to how many rings of neighbours surfaces are fitted
-    #[arg(long, value_name = "N", default_value_t = 2, value_parser = parse_rings)]
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = |text: &str| parse_count(text, 1..=16))]
     pub(crate) rings: usize,
     /// With `fit` and `ball`: what is written, the coloured mesh or principal directions as thin
     /// diamonds, red for the larger curvature, blue for the smaller
@@ -97,13 +97,6 @@ fn quantity() -> impl TypedValueParser<Value = Quantity> {
     let value = |q: &Quantity| PossibleValue::new(q.name()).help(q.meaning());
     PossibleValuesParser::new(Quantity::ALL.iter().map(value))
         .try_map(|name| name.parse::<Quantity>())
-}
-
-fn parse_rings(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(rings) if (1..=16).contains(&rings) => Ok(rings),
-        _ => Err("expected a number from 1 to 16".into()),
-    }
 }
 
 impl Curvature {

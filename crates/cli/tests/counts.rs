@@ -1,0 +1,33 @@
+//! Every option that is a count has an upper bound, or ends at once whatever it is.
+#![allow(clippy::unwrap_used)]
+
+use crate::common::{code, write};
+use mesh_shapes::Torus;
+
+/// Without a bound, these runs start as many threads, take as much memory or make as many rounds as they are told.
+#[test]
+fn counts_beyond_their_bounds_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] =
+        ["in.ply", "out.ply"].map(|name| folder.path().join(name).to_str().unwrap().to_owned());
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(12, 8).unwrap(), input.as_ref());
+    let flip = ["flip", &input, "-o", &output, "--cost", "f2"];
+    let cases: [(&[&str], &str); 9] = [
+        (&["info", &input], "--threads"),
+        (&["simplify", &input, "-o", &output, "--faces", "50"], "--fit-rounds"),
+        (&["distance", &input, &input], "--samples"),
+        (&["curvature", &input, "--estimator", "fit"], "--rings"),
+        (&["subdivide", &input, "-o", &output], "--steps"),
+        (&flip, "--look-ahead"),
+        (&flip, "--anneal-steps"),
+        (&flip, "--rebuild-effort"),
+        (&[&flip[..], &["--rebuild-effort", "1"]].concat(), "--rebuild-largest"),
+    ];
+    for (arguments, option) in cases {
+        for count in ["18446744073709551615", "1000000000000"] {
+            let (code, message) = code(&[arguments, &[option, count]].concat());
+            assert_eq!(code, 2, "{option} {count}: {message}");
+            assert!(message.contains("expected a number"), "{option} {count}: {message}");
+        }
+    }
+}
