@@ -220,3 +220,44 @@ fn a_run_that_stops_early_says_why() {
     assert_eq!(report["stop"], "nothing_left", "{report}");
     assert!(report["rejected"].as_object().is_some_and(|counts| !counts.is_empty()), "{report}");
 }
+
+/// The lines of a manifest from a heading to the next one.
+fn section<'m>(manifest: &'m str, heading: &str) -> Vec<&'m str> {
+    let lines = manifest.lines().skip_while(|line| *line != heading).skip(1);
+    lines.take_while(|line| !line.starts_with('[')).collect()
+}
+
+#[test]
+fn unsafe_code_is_where_the_guarantees_say() {
+    let read = |path: &str| fs::read_to_string(root().join(path)).unwrap();
+    let workspace = read("Cargo.toml");
+    let lints = section(&workspace, "[workspace.lints.rust]");
+    assert!(lints.contains(&"unsafe_code = \"forbid\""), "{lints:?}");
+    let members = workspace.lines().find_map(|line| line.strip_prefix("members = [")).unwrap();
+    let mut manifests = Vec::new();
+    for member in members.trim_end_matches(']').split(", ").map(|name| name.trim_matches('"')) {
+        match member.strip_suffix("/*") {
+            None => manifests.push(root().join(member)),
+            Some(folder) => {
+                let entries = fs::read_dir(root().join(folder)).unwrap();
+                manifests.extend(entries.map(|entry| entry.unwrap().path()));
+            }
+        }
+    }
+    manifests.retain(|folder| !folder.ends_with("python") && folder.join("Cargo.toml").exists());
+    assert!(manifests.len() > 20);
+    for folder in manifests {
+        let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        assert!(section(&manifest, "[lints]").contains(&"workspace = true"), "{folder:?}");
+    }
+    let python = read("crates/python/Cargo.toml");
+    assert!(section(&python, "[lints.rust]").contains(&"unsafe_code = \"deny\""));
+    let guarantees = read("docs/guarantees.md");
+    let row = guarantees.lines().find(|line| line.contains("`unsafe`")).unwrap();
+    for entry in fs::read_dir(root().join("crates/python/src")).unwrap() {
+        let path = entry.unwrap().path();
+        let name = format!("`{}`", path.file_name().unwrap().to_string_lossy());
+        let is_allowed = fs::read_to_string(&path).unwrap().contains("allow(unsafe_code");
+        assert_eq!(is_allowed, row.contains(&name), "{name}");
+    }
+}
