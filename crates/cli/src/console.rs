@@ -4,15 +4,18 @@ use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use mesh_io::{Lost, Model};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
 use crate::args::{Common, is_standard};
 use crate::failure::{Described, Failure};
 use crate::given::Given;
+use crate::inventory::Inventory;
 use crate::text::{printable_json, printable_lines};
 
 /// The name of this program in its reports.
@@ -30,6 +33,30 @@ pub(crate) struct Console {
     options: Map<String, Value>,
     /// The bar over many files, above which messages go.
     files: Option<ProgressBar>,
+    /// What is lost between the input and the output.
+    losses: Arc<Mutex<Losses>>,
+}
+
+/// What is lost between the input and the output of a command.
+#[derive(Debug, Default)]
+struct Losses {
+    lost: Vec<LostPart>,
+    /// The content of the first input.
+    input: Option<Inventory>,
+    /// Whether anything was written.
+    has_output: bool,
+}
+
+/// A part of the content that is lost, and where.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+struct LostPart {
+    file: String,
+    /// `reading`, `writing`, or the command itself.
+    by: String,
+    what: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    count: Option<u64>,
+    why: String,
 }
 
 /// What every JSON object that this program prints begins and ends with.
@@ -39,6 +66,8 @@ struct Signed<'a, T> {
     version: &'static str,
     #[serde(flatten)]
     content: T,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lost: Option<&'a [LostPart]>,
     #[serde(skip_serializing_if = "Map::is_empty")]
     options: &'a Map<String, Value>,
 }
@@ -74,6 +103,7 @@ impl Console {
             command: self.command.clone(),
             options: self.options.clone(),
             files: Some(files.clone()),
+            losses: Arc::default(),
             ..*self
         }
     }
@@ -118,10 +148,48 @@ impl Console {
         }
     }
 
+    fn losses(&self) -> MutexGuard<'_, Losses> {
+        self.losses.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Keeps a loss for the report. `by` is `reading`, `writing` or the command.
+    pub(crate) fn lose(&self, file: &str, by: &str, lost: &Lost) {
+        let Lost { what, count, why } = lost.clone();
+        let part = LostPart { file: file.to_owned(), by: by.to_owned(), what, count, why };
+        let mut losses = self.losses();
+        if !losses.lost.contains(&part) {
+            losses.lost.push(part);
+        }
+    }
+
+    /// Keeps in mind what the first input has.
+    pub(crate) fn note_input(&self, model: &Model) {
+        self.losses().input.get_or_insert_with(|| Inventory::of(model));
+    }
+
+    /// Says which kinds of content of the first input are not in the output.
+    pub(crate) fn compare_with_input(&self, model: &Model) {
+        let missing = match &self.losses().input {
+            Some(input) => input.missing_in(&Inventory::of(model)),
+            None => Vec::new(),
+        };
+        for lost in missing {
+            self.message(format_args!("lost {lost}"));
+            self.lose("", &self.command, &lost);
+        }
+    }
+
+    /// Keeps in mind that there is an output, so that the report lists what is lost, even if nothing is.
+    pub(crate) fn wrote(&self) {
+        self.losses().has_output = true;
+    }
+
     /// A JSON object with what all of them have.
     pub(crate) fn signed(&self, content: impl Serialize) -> Result<String, Failure> {
         let version = env!("CARGO_PKG_VERSION");
-        let signed = Signed { tool: TOOL, version, content, options: &self.options };
+        let losses = self.losses();
+        let lost = losses.has_output.then_some(losses.lost.as_slice());
+        let signed = Signed { tool: TOOL, version, content, lost, options: &self.options };
         let json = serde_json::to_string(&signed).map_err(Failure::json)?;
         Ok(printable_json(&json))
     }

@@ -19,6 +19,7 @@ mod console;
 mod failure;
 mod given;
 mod interrupt;
+mod inventory;
 mod large;
 mod load;
 mod save;

@@ -8,7 +8,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use mesh_core::build::{Repair, Weld};
 use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind};
-use mesh_work::{Loaded, diagonal, splits_vertices};
+use mesh_work::{Loaded, diagonal, mark_labels, splits_vertices};
 use serde::Serialize;
 
 use crate::args::{FormatName, RepairOptions, WeldName, is_standard};
@@ -59,6 +59,13 @@ pub(crate) struct ReadOptions {
     /// Take a file without any vertex for an empty mesh, not for an error
     #[arg(long)]
     allow_empty: bool,
+    /// Named numbers that are labels: copied from the nearest vertex or face, and kept apart by their
+    /// borders on faces [default: whole numbers]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    labels: Vec<String>,
+    /// Named numbers that are interpolated [default: those with fractions]
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',')]
+    blend: Vec<String>,
 }
 
 /// Which other files may be read.
@@ -147,11 +154,14 @@ impl ReadOptions {
             options.format = options.format.or(detect(path)?);
             mesh_io::read_with(path, &options)
         };
-        let model = model.map_err(|error| Failure::Read(Box::new(error)))?;
+        let mut model = model.map_err(|error| Failure::Read(Box::new(error)))?;
+        mark_labels(&mut model, &self.labels, &self.blend).map_err(Failure::usage)?;
         let name = printable(path.display());
         for note in &model.notes {
             console.message(format_args!("{name}: {}", printable(note)));
         }
+        model.lost.iter().for_each(|lost| console.lose(&name, "reading", lost));
+        console.note_input(&model);
         Ok((model, options.format))
     }
 }

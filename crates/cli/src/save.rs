@@ -4,7 +4,9 @@ use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use mesh_io::{Encoding, Format, Model, Precision, Staged, WriteError, WriteOptions, WriteReport};
+use mesh_io::{
+    Encoding, Format, Model, Precision, Staged, StlColors, WriteError, WriteOptions, WriteReport,
+};
 
 use crate::args::{FormatName, is_standard};
 use crate::console::Console;
@@ -31,6 +33,18 @@ pub(crate) struct SaveOptions {
     /// Without it they replace only those of an earlier run with the same output.
     #[arg(long)]
     pub(crate) overwrite_companions: bool,
+    /// Where a binary STL file has the colours of faces
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) stl_colors: StlColorsName,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum StlColorsName {
+    /// As VisCAM and SolidView write them
+    #[default]
+    Viscam,
+    /// As Materialise Magics writes them
+    Magics,
 }
 
 #[derive(Clone, Copy, Debug, Default, ValueEnum)]
@@ -71,12 +85,17 @@ impl SaveOptions {
         };
         let format = self.to.map(Format::from);
         let overwrite_companions = self.overwrite_companions;
-        WriteOptions { format, encoding, precision, overwrite_companions }
+        let stl_colors = match self.stl_colors {
+            StlColorsName::Viscam => StlColors::Viscam,
+            StlColorsName::Magics => StlColors::Magics,
+        };
+        WriteOptions { format, encoding, precision, overwrite_companions, stl_colors }
     }
 }
 
 /// The options of [`SaveOptions`].
-pub(crate) const SAVE_OPTIONS: [&str; 4] = ["to", "encoding", "precision", "overwrite_companions"];
+pub(crate) const SAVE_OPTIONS: [&str; 5] =
+    ["to", "encoding", "precision", "overwrite_companions", "stl_colors"];
 
 /// Refuses an output that cannot be written as told before any work is done.
 pub(crate) fn check_target(
@@ -100,6 +119,9 @@ pub(crate) fn check_target(
         given
             .refuse(&["precision"], "it is for PLY, the other formats have one width of numbers")?;
     }
+    if format != Format::Stl {
+        given.refuse(&["stl_colors"], "it is for STL")?;
+    }
     if format != Format::Obj || is_standard(path) {
         given.refuse(&["overwrite_companions"], "it is for the files that go with an OBJ file")?;
     }
@@ -122,13 +144,14 @@ pub(crate) fn check_folder_of(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Writes a file, whole or not at all, and says what the format could not hold.
+/// Writes a file, whole or not at all, and says what is lost.
 pub(crate) fn save(
     path: &Path,
     model: &Model,
     options: &SaveOptions,
     console: &Console,
 ) -> Result<(), Failure> {
+    console.compare_with_input(model);
     let settings = options.write_options();
     let written = match options.format_of(path) {
         Some(format) if is_standard(path) => {
@@ -254,8 +277,9 @@ pub(crate) fn explain(path: &Path, report: &WriteReport, console: &Console) {
         let kept = printable(kept.display());
         console.message(format_args!("{kept}: was there already and stays as it is"));
     }
-    for dropped in &report.dropped {
-        let dropped = printable(dropped);
-        console.message(format_args!("{name}: the format has no place for {dropped}"));
+    for lost in &report.lost {
+        console.message(format_args!("{name}: lost {lost}"));
+        console.lose(&name, "writing", lost);
     }
+    console.wrote();
 }

@@ -8,6 +8,7 @@ mod counts;
 mod faults;
 mod interrupt;
 mod large;
+mod losses;
 mod many;
 mod patch;
 mod pictures;

@@ -30,6 +30,6 @@ fn convert(model: &Model, output: &Path) -> Result<(), Box<dyn Error>> {
     let again = read(output)?.soup;
     let (vertices, faces) = (again.vertex_count(), again.face_count());
     println!("{}: {vertices} vertices, {faces} faces", output.display());
-    report.dropped.iter().for_each(|what| println!("  no place for {what}"));
+    report.lost.iter().for_each(|lost| println!("  lost {lost}"));
     Ok(())
 }

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let start = Instant::now();
         let report = mesh_io::write(&to, &model, &mesh_io::WriteOptions::default())?;
         println!("written in {:?}, rounding {}", start.elapsed(), report.rounding);
-        report.dropped.iter().for_each(|what| println!("dropped: {what}"));
+        report.lost.iter().for_each(|lost| println!("lost: {lost}"));
     }
     Ok(())
 }

@@ -60,7 +60,7 @@ impl Format {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         match extension.as_str() {
             "stla" | "stlb" => Some(Self::Stl),
-            "coff" | "noff" | "cnoff" | "stoff" => Some(Self::Off),
+            "coff" | "noff" | "cnoff" | "ncoff" | "stoff" => Some(Self::Off),
             other => Self::ALL.iter().copied().find(|format| format.extension() == other),
         }
     }
@@ -102,13 +102,29 @@ impl Format {
 
 /// `4nCOFF` and the like.
 pub(crate) fn is_off_word(word: &[u8]) -> bool {
-    word.strip_suffix(b"OFF").is_some_and(|prefix| {
-        let prefix = prefix.strip_prefix(b"ST").unwrap_or(prefix);
-        let prefix = prefix.strip_prefix(b"C").unwrap_or(prefix);
-        let prefix = prefix.strip_prefix(b"N").unwrap_or(prefix);
-        let prefix = prefix.strip_prefix(b"4").unwrap_or(prefix);
-        prefix.is_empty() || prefix == b"n"
-    })
+    off_word(word).is_some()
+}
+
+/// The letters before `OFF` and the digits after it. The letters are `ST`, `C`, `N`, `4` and `n` in any
+/// order, each once; a word in lower case has no `n`. Some files have the number of vertices right after
+/// the word, as in `OFF8 6 0`.
+pub(crate) fn off_word(word: &[u8]) -> Option<(Vec<u8>, &[u8])> {
+    let end = word.iter().rposition(|byte| !byte.is_ascii_digit()).map_or(0, |last| last + 1);
+    let (word, digits) = word.split_at(end);
+    let letters = match (word.strip_suffix(b"OFF"), word.strip_suffix(b"off")) {
+        (Some(letters), _) => letters.to_owned(),
+        (None, Some(letters)) => letters.to_ascii_uppercase(),
+        (None, None) => return None,
+    };
+    let mut rest = letters.as_slice();
+    while !rest.is_empty() {
+        let known = [&b"ST"[..], b"C", b"N", b"4", b"n"];
+        rest = known.iter().find_map(|&letter| rest.strip_prefix(letter))?;
+    }
+    let mut sorted = letters.clone();
+    sorted.sort_unstable();
+    let all_differ = sorted.array_windows::<2>().all(|[a, b]| a != b);
+    all_differ.then_some((letters, digits))
 }
 
 /// A binary STL: its length fits the count in its header, or it says `solid` and goes on with

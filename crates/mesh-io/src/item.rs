@@ -1,9 +1,9 @@
-//! What passes by while a file is read as a stream.
+//! Elements of a file that is read as a stream.
 
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// What a file holds, one by one and in its order.
+/// An element of a file, in the order of the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Item<'a> {
     /// A vertex: the first is number 0. It need not come before the faces that use it.

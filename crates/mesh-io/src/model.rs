@@ -1,18 +1,18 @@
-//! What a mesh file holds, in one shape for all formats.
+//! The content of a mesh file, in one data structure for all formats.
 
 use crate::color::are_bytes;
+use crate::lost::Lost;
 use crate::picture_format::PictureFormat;
 use crate::scalars::{ScalarValues, Scalars};
 use crate::text::brief;
 use glam::DVec3;
 use mesh_core::{PolygonSoup, TriMesh};
 
-/// The content of a mesh file: a polygon soup and whatever the file says about its vertices,
-/// faces and corners.
+/// The content of a mesh file: a polygon soup with attributes of its vertices, faces and corners.
 ///
-/// A *corner* is a vertex of a face, numbered as in [`PolygonSoup::corners`]; data that may differ
-/// between the faces at a vertex (texture coordinates, normals across a crease) is kept per corner.
-/// Every attribute is optional, and as long as what it describes; [`Model::check`] tells.
+/// A *corner* is a vertex of a face, numbered as in [`PolygonSoup::corners`]. Attributes that can differ between
+/// the faces at a vertex are stored per corner: texture coordinates, and normals across a crease. Every attribute is
+/// optional. Its length is the number of vertices, faces or corners; [`Model::check`] verifies that.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
@@ -31,10 +31,15 @@ pub struct Model {
     /// One texture coordinate per corner, the origin at the lower left; NaN where the file gives
     /// none.
     pub corner_uvs: Option<Vec<[f32; 2]>>,
+    /// Further sets of texture coordinates, such as those of a light map, each as `corner_uvs`.
+    pub more_corner_uvs: Vec<Vec<[f32; 2]>>,
     /// One colour per face, as `vertex_colors`; NaN where the file gives none.
     pub face_colors: Option<Vec<[f32; 4]>>,
     /// Named numbers, one per face.
     pub face_scalars: Vec<Scalars>,
+    /// The smoothing group of every face (`s` in OBJ): faces of a group are smooth across the edges
+    /// between them. Zero is no group.
+    pub face_smoothing: Option<Vec<u32>>,
     /// The group of every face, an index into `groups` or [`Model::NONE`].
     pub face_groups: Option<Vec<u32>>,
     /// The groups.
@@ -47,9 +52,11 @@ pub struct Model {
     pub images: Vec<Image>,
     /// The material libraries that an OBJ file names.
     pub material_libraries: Vec<String>,
-    /// What the reader passed over, in words: for people, not for programs. No more than a hundred,
-    /// and [printable](crate::printable).
+    /// Messages of the reader for people: losses, repairs and assumptions. At most a hundred, and
+    /// [printable](crate::printable).
     pub notes: Vec<String>,
+    /// The content of the file that is not in this model. Each loss is in the notes as well.
+    pub lost: Vec<Lost>,
 }
 
 /// A named part of a mesh.
@@ -62,7 +69,7 @@ pub struct Group {
     pub name: String,
 }
 
-/// How a surface looks.
+/// The appearance of a surface.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
@@ -100,11 +107,11 @@ impl Default for Material {
     }
 }
 
-/// What the opacity of a material means.
+/// The meaning of the opacity of a material.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Alpha {
-    /// Nothing: the surface is opaque.
+    /// The opacity is ignored: the surface is opaque.
     #[default]
     Opaque,
     /// The surface is invisible where its opacity is below this.
@@ -136,7 +143,7 @@ pub enum ImageData {
     Uri(String),
 }
 
-/// How a model contradicts itself.
+/// An inconsistency in a model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ModelError {
@@ -183,10 +190,10 @@ impl Model {
     /// The group or material of a face that has none.
     pub const NONE: u32 = u32::MAX;
 
-    /// Whether every attribute is as long as what it describes and every index is in range.
+    /// Checks the length of every attribute and the range of every index.
     ///
     /// # Errors
-    /// The first contradiction found.
+    /// The first inconsistency.
     pub fn check(&self) -> Result<(), ModelError> {
         self.check_attributes()?;
         in_range("corner", self.soup.corners(), "vertex", self.soup.vertex_count(), None)?;
@@ -210,6 +217,10 @@ impl Model {
         same_length("vertex_colors", self.vertex_colors.as_deref(), "vertices", vertices)?;
         same_length("corner_normals", self.corner_normals.as_deref(), "corners", corners)?;
         same_length("corner_uvs", self.corner_uvs.as_deref(), "corners", corners)?;
+        for uvs in &self.more_corner_uvs {
+            same_length("more_corner_uvs", Some(uvs), "corners", corners)?;
+        }
+        same_length("face_smoothing", self.face_smoothing.as_deref(), "faces", faces)?;
         same_length("face_colors", self.face_colors.as_deref(), "faces", faces)?;
         same_length("face_groups", self.face_groups.as_deref(), "faces", faces)?;
         same_length("face_materials", self.face_materials.as_deref(), "faces", faces)?;
@@ -244,15 +255,13 @@ impl Model {
         Ok(())
     }
 
-    /// The model of a mesh that was rebuilt from this one, its attributes carried over.
+    /// The model of a mesh that was rebuilt from this one, with its attributes.
     ///
-    /// `vertex_source` holds for every new position the vertex of this model that it came from;
-    /// `face_source` and `corner_source` hold for every new triangle the face that it came from,
-    /// and the corners (as numbered by [`PolygonSoup::corners`]) that its corners came from.
+    /// `vertex_source` holds the source vertex of each new position. `face_source` and `corner_source` hold the
+    /// source face and the source corners of each new triangle, with corners numbered by [`PolygonSoup::corners`].
     ///
     /// # Errors
-    /// When a source is not there in this model, when the sources are not as many as the
-    /// positions and triangles, and when the result is too large for 32-bit indices.
+    /// A source is out of range, the number of sources is wrong, or the result is too large for 32-bit indices.
     pub fn reindexed(
         &self,
         positions: &[DVec3],
@@ -278,6 +287,12 @@ impl Model {
             vertex_scalars: gather_scalars(&self.vertex_scalars, vertex_source),
             corner_normals: gather(self.corner_normals.as_deref(), corner_source),
             corner_uvs: gather(self.corner_uvs.as_deref(), corner_source),
+            more_corner_uvs: self
+                .more_corner_uvs
+                .iter()
+                .filter_map(|uvs| gather(Some(uvs), corner_source))
+                .collect(),
+            face_smoothing: gather(self.face_smoothing.as_deref(), face_source),
             face_colors: gather(self.face_colors.as_deref(), face_source),
             face_scalars: gather_scalars(&self.face_scalars, face_source),
             face_groups: gather(self.face_groups.as_deref(), face_source),
@@ -287,6 +302,7 @@ impl Model {
             images: self.images.clone(),
             material_libraries: self.material_libraries.clone(),
             notes: self.notes.clone(),
+            lost: self.lost.clone(),
         };
         in_range("new corner", model.soup.corners(), "vertex", positions.len(), None)?;
         Ok(model)
@@ -367,6 +383,7 @@ impl Model {
         model.vertex_normals = self.vertex_normals.as_ref().map(|n| unit(vertices, n));
         model.corner_normals = self.corner_normals.as_ref().map(|n| unit(flat, n));
         model.corner_uvs = self.corner_uvs.as_ref().map(|uvs| all(flat, uvs));
+        model.more_corner_uvs = self.more_corner_uvs.iter().map(|uvs| all(flat, uvs)).collect();
         model.vertex_colors = self.vertex_colors.as_ref().map(|c| blend_colors(c, vertices));
         let old = &self.vertex_scalars;
         for (new, old) in model.vertex_scalars.iter_mut().zip(old).filter(|(new, _)| !new.is_label)
@@ -397,7 +414,7 @@ impl From<&TriMesh> for Model {
 }
 
 impl Model {
-    /// Whether there is nothing but vertices and faces.
+    /// Whether the model has vertices and faces only.
     #[must_use]
     pub fn is_bare(&self) -> bool {
         let Self {
@@ -407,8 +424,10 @@ impl Model {
             vertex_scalars,
             corner_normals,
             corner_uvs,
+            more_corner_uvs,
             face_colors,
             face_scalars,
+            face_smoothing,
             face_groups,
             groups,
             face_materials,
@@ -416,12 +435,15 @@ impl Model {
             images,
             material_libraries,
             notes: _,
+            lost: _,
         } = self;
         vertex_normals.is_none()
             && vertex_colors.is_none()
             && vertex_scalars.is_empty()
             && corner_normals.is_none()
             && corner_uvs.is_none()
+            && more_corner_uvs.is_empty()
+            && face_smoothing.is_none()
             && face_colors.is_none()
             && face_scalars.is_empty()
             && face_groups.is_none()

@@ -13,32 +13,28 @@ use std::path::{Path, PathBuf};
 /// How many bytes tell the format.
 const HEAD: usize = 4096;
 
-/// How to read.
-///
-/// The defaults are safe for files of strangers.
+/// Options of the readers. The defaults are safe for untrusted files.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct ReadOptions {
-    /// The format; found out from the content, then the extension, when absent.
+    /// The format. By default it is detected by the content, then by the extension.
     pub format: Option<Format>,
-    /// The folder that names of files in the content (material libraries, buffers) are relative to.
-    /// [`read`] and [`read_with`] take the folder of the file when absent. A stream has none: without
-    /// this, [`read_from`] reads nothing but the stream, whatever `external` says.
+    /// The folder to which file names in the content are relative (material libraries, buffers). [`read`] and
+    /// [`read_with`] use the folder of the file by default. A stream has no folder: without this option,
+    /// [`read_from`] reads no other file, whatever `external` says.
     pub folder: Option<PathBuf>,
-    /// Which of the files that the content names are read.
+    /// Which files named in the content are read.
     pub external: External,
-    /// The length of the stream in bytes. When known, headers that promise more than that are
-    /// refused at once, and binary STL that starts with `solid` is recognised by its length.
-    /// [`read`] and [`read_with`] take the length of the file when absent.
+    /// The length of the stream in bytes. If it is known, a header that announces more is refused at once, and
+    /// binary STL that starts with `solid` is recognised. [`read`] and [`read_with`] use the length of the file.
     pub size: Option<u64>,
-    /// The most memory in bytes that the content may take while it is read: the model, and what the
-    /// reader needs beside it, estimated from above. When absent, 64 MiB and 60 bytes for each byte
-    /// of the file and of the files that it refers to. That is enough for all but scenes that draw
-    /// the same meshes very often, and far below what a small file can ask for.
+    /// Limit in bytes for the memory of the model and of the reader. An upper bound of the need is compared with
+    /// it. The default is 64 MiB plus 60 bytes for each byte of the file and of the files that it names. That is
+    /// enough except for scenes that draw one mesh very often.
     pub max_memory: Option<u64>,
-    /// Whether content without any vertex and face is a model without any; else it is an error
-    /// ([`ReadErrorKind::Empty`]), since it mostly is the content of something else.
+    /// Whether a file without vertices and faces is an empty model. By default it is an error
+    /// ([`ReadErrorKind::Empty`]).
     pub allow_empty: bool,
 }
 
@@ -92,7 +88,7 @@ fn read_stream(
     let mut input = Input::new(reader, options.size, Budget::new(options.max_memory));
     let (format, size) = detect(&mut input, options, path)?;
     let files = Files { folder: options.folder.as_deref(), external: options.external };
-    let model = match format {
+    let mut model = match format {
         Format::Ply => crate::ply::read(&mut input),
         Format::Stl => crate::stl::read(&mut input, size),
         Format::Off => crate::off::read(&mut input),
@@ -106,6 +102,7 @@ fn read_stream(
             Err(ReadErrorKind::FormatDisabled(format))
         }
     }?;
+    crate::color::to_unit_range(&mut model);
     let empty = model.soup.vertex_count() == 0 && model.soup.face_count() == 0;
     if empty && !options.allow_empty {
         return Err(ReadErrorKind::Empty { notes: model.notes }.into());

@@ -5,6 +5,7 @@ use crate::budget::Budget;
 use crate::error::{Location, ReadError, ReadErrorKind};
 use crate::input::Input;
 use crate::item::{Item, Visit};
+use crate::lost::Lost;
 use crate::notes::Notes;
 use crate::read::{ReadOptions, detect, open};
 use std::io::Read;
@@ -16,8 +17,10 @@ use std::path::Path;
 pub struct Scanned {
     /// The format.
     pub format: Format,
-    /// What was passed over.
+    /// What was passed over, in words.
     pub notes: Vec<String>,
+    /// The content of the file that did not pass by. Each loss is in the notes as well.
+    pub lost: Vec<Lost>,
     /// Whether all of it was read; else the visitor has ended it.
     pub is_whole: bool,
 }
@@ -93,7 +96,8 @@ fn scan_stream(
         }),
     }?;
     if items == 0 && !options.allow_empty {
-        return Err(ReadErrorKind::Empty { notes: notes.finish() }.into());
+        return Err(ReadErrorKind::Empty { notes: notes.finish().0 }.into());
     }
-    Ok(Scanned { format, notes: notes.finish(), is_whole: flow.is_continue() })
+    let (notes, lost) = notes.finish();
+    Ok(Scanned { format, notes, lost, is_whole: flow.is_continue() })
 }

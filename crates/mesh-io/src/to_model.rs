@@ -1,18 +1,17 @@
-//! What can be written: models, and whatever becomes one.
+//! Types that can be written: models, soups and meshes.
 
 use crate::model::{Model, ModelError};
 use mesh_core::{PolygonSoup, TriMesh};
 use std::borrow::Cow;
 
-/// Something that can be written to a file: a [`Model`], or a mesh or a soup, which have positions
-/// and faces and nothing else.
+/// A type that can be written to a file: a [`Model`], or a mesh or soup without attributes.
 ///
-/// Implement it for a mesh type of your own, and [`write()`](crate::write()) takes it.
+/// [`write()`](crate::write()) accepts every type that implements it.
 pub trait ToModel {
-    /// The model; borrowed where there is one already.
+    /// The model, borrowed if possible.
     ///
     /// # Errors
-    /// When it would be too large for the 32-bit indices of a model.
+    /// The mesh is too large for the 32-bit indices of a model.
     fn to_model(&self) -> Result<Cow<'_, Model>, ModelError>;
 }
 

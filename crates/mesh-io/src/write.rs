@@ -1,11 +1,12 @@
 //! Writing a file of any format.
 
 use crate::atomic::{self, Beside};
-use crate::dropped::dropped;
 use crate::error::WriteError;
 use crate::format::Format;
+use crate::losses::{Target, losses};
 use crate::model::Model;
 use crate::single::check_range;
+use crate::smoothing::with_normals;
 use crate::to_model::ToModel;
 use crate::write_options::{Encoding, Precision, WriteOptions, WriteReport};
 #[cfg(feature = "gltf")]
@@ -94,11 +95,12 @@ pub fn stage<M: ToModel + ?Sized>(
     let format = format_of(path, options)?;
     let model = model.to_model()?;
     check(&model, format, options)?;
+    let model = with_normals(model, format);
     let beside = Companions::prepare(path, &model, format, options)?;
     let written =
         atomic::prepare(path, |writer| put(writer, &model, format, options, &beside.names));
     let (file, mut report) = written?;
-    report.dropped.extend(dropped(&model, format, beside.any));
+    report.lost.extend(losses(&model, target(format, options, beside.any)));
     (report.companions, report.kept) = (beside.paths, beside.kept);
     Ok(Staged { companions: beside.prepared, file, report })
 }
@@ -134,6 +136,10 @@ fn check(model: &Model, format: Format, options: &WriteOptions) -> Result<(), Wr
         Format::Gltf | Format::Glb => crate::single::check_finite(positions, format),
         _ => Ok(()),
     }
+}
+
+fn target(format: Format, options: &WriteOptions, has_companions: bool) -> Target {
+    Target { format, is_text: options.encoding == Encoding::Text, has_companions }
 }
 
 /// Whether this build writes the format, and in this encoding.
@@ -203,11 +209,14 @@ pub fn stage_levels<M: ToModel>(
     let models: Vec<Cow<'_, Model>> = levels.iter().map(M::to_model).collect::<Result<_, _>>()?;
     models.iter().try_for_each(|model| check(model, format, options))?;
     check_coverage(coverage, models.len())?;
+    let models: Vec<Cow<'_, Model>> =
+        models.into_iter().map(|model| with_normals(model, format)).collect();
     let all = crate::gltf::Levels { models: models.iter().map(|m| &**m).collect(), coverage };
     let (file, mut report) = atomic::prepare(path, |writer| put_gltf(writer, &all, format))?;
-    for what in models.iter().flat_map(|model| dropped(model, format, false)) {
-        if !report.dropped.contains(&what) {
-            report.dropped.push(what);
+    let target = target(format, options, false);
+    for lost in models.iter().flat_map(|model| losses(model, target)) {
+        if !report.lost.iter().any(|other| other.what == lost.what) {
+            report.lost.push(lost);
         }
     }
     Ok(Staged::new(file, report))
@@ -304,8 +313,9 @@ pub fn write_to<M: ToModel + ?Sized>(
 ) -> Result<WriteReport, WriteError> {
     let model = model.to_model()?;
     check(&model, format, options)?;
+    let model = with_normals(model, format);
     let mut report = put(&mut writer, &model, format, options, &model.material_libraries)?;
-    report.dropped.extend(dropped(&model, format, false));
+    report.lost.extend(losses(&model, target(format, options, false)));
     Ok(report)
 }
 
@@ -320,7 +330,7 @@ fn put(
     let report = match (format, options.encoding) {
         (Format::Ply, _) => crate::ply::write(writer, model, options),
         (Format::Stl, Encoding::Text) => crate::stl::write_text(writer, model),
-        (Format::Stl, _) => crate::stl::write_binary(writer, model),
+        (Format::Stl, _) => crate::stl::write_binary(writer, model, options.stl_colors),
         (Format::Off, Encoding::BigEndian) => crate::off::write_binary(writer, model),
         (Format::Off, _) => crate::off::write_text(writer, model),
         #[cfg(feature = "obj")]

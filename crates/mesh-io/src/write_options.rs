@@ -1,23 +1,27 @@
-//! How a file is to be written, and what came of it.
+//! Options and reports of the writers.
 
 use crate::format::Format;
+use crate::lost::Lost;
+use crate::stl::StlColors;
 use std::path::PathBuf;
 
-/// How to write.
+/// Options of the writers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
 pub struct WriteOptions {
-    /// The format; told by the extension when absent.
+    /// The format. By default the extension names it.
     pub format: Option<Format>,
-    /// Text or binary.
+    /// Text, or binary in one of two byte orders.
     pub encoding: Encoding,
-    /// The width of the numbers in PLY.
+    /// The width of floating-point numbers in PLY.
     pub precision: Precision,
-    /// Whether a material library or picture that has to be written beside an OBJ file may replace
-    /// a file that is no companion of it from an earlier run. Otherwise such a file is an error
+    /// Whether a material library or picture of an OBJ file may replace a file that was not written with the
+    /// same OBJ file before. If not, such a file is an error
     /// ([`WriteError::Companion`](crate::WriteError::Companion)).
     pub overwrite_companions: bool,
+    /// Where binary STL has the colours of faces.
+    pub stl_colors: StlColors,
 }
 
 /// Text or binary.
@@ -25,7 +29,7 @@ pub struct WriteOptions {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Encoding {
-    /// What is usual for the format: binary for PLY (little-endian) and STL, text for OFF.
+    /// The usual one of the format: binary for PLY (little-endian) and STL, text for OFF.
     #[default]
     Usual,
     /// Text.
@@ -52,7 +56,7 @@ impl Encoding {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Precision {
-    /// 32 bits for numbers that all fit, 64 bits otherwise: nothing is lost.
+    /// Exact: named numbers keep their type. Positions have 32 bits if that is exact for all of them, else 64.
     #[default]
     Exact,
     /// 32 bits.
@@ -61,18 +65,17 @@ pub enum Precision {
     Double,
 }
 
-/// What was written.
+/// The result of writing a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct WriteReport {
-    /// The largest distance, along one axis, between a position and what the file holds, in model
-    /// units: the price of 32-bit coordinates. Zero where positions are exact.
+    /// Largest error of a coordinate in model units, from rounding to 32 bits. Zero if positions are exact.
     pub rounding: f64,
-    /// What the format has no place for, in words.
-    pub dropped: Vec<String>,
-    /// The files beside the target that were written with it: material library and pictures.
+    /// The content of the model that is not in the file.
+    pub lost: Vec<Lost>,
+    /// The files written beside the target: material library and pictures.
     pub companions: Vec<PathBuf>,
-    /// The material libraries that were beside the target already and stay as they were.
+    /// The material libraries that were there before and were not changed.
     pub kept: Vec<PathBuf>,
 }

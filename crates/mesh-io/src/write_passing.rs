@@ -4,6 +4,7 @@ use crate::Format;
 use crate::atomic;
 use crate::decimal::Decimal;
 use crate::error::WriteError;
+use crate::lost::Lost;
 use crate::passing::{NO_COLOR, Passing};
 use crate::ply::PlyPassing;
 use crate::stl::StlPassing;
@@ -22,7 +23,7 @@ pub struct Passer<'w> {
     vertex: usize,
     rounding: f64,
     beyond: Option<WriteError>,
-    dropped: Vec<String>,
+    lost: Vec<Lost>,
 }
 
 enum Writer<'w> {
@@ -52,14 +53,15 @@ impl<'w> Passer<'w> {
             Format::Obj => (Writer::Obj(writer), false),
             Format::Off | Format::Gltf | Format::Glb => return Err(WriteError::NoPassing(format)),
         };
-        let lost = [
+        let kinds = [
             (passing.longest > 3 && format == Format::Stl, "polygons (cut into triangles)"),
             (passing.colors && format == Format::Stl, "vertex colours"),
             (!passing.scalars.is_empty() && format != Format::Ply, "numbers per vertex"),
         ];
-        let dropped = lost.iter().filter(|(is_lost, _)| *is_lost);
-        let dropped = dropped.map(|(_, what)| (*what).to_owned()).collect();
-        Ok(Self { writer, format, single, vertex: 0, rounding: 0.0, beyond: None, dropped })
+        let lost = kinds.iter().filter(|(is_lost, _)| *is_lost);
+        let lost = lost.map(|(_, what)| Lost::by_format(what, None, format, &[Format::Ply]));
+        let lost = lost.collect();
+        Ok(Self { writer, format, single, vertex: 0, rounding: 0.0, beyond: None, lost })
     }
 
     /// The next vertex, with as many numbers as were announced, and a colour if one was.
@@ -121,7 +123,7 @@ impl<'w> Passer<'w> {
         if let Writer::Stl(stl) = self.writer {
             stl.finish()?;
         }
-        Ok(WriteReport { rounding, dropped: self.dropped, ..WriteReport::default() })
+        Ok(WriteReport { rounding, lost: self.lost, ..WriteReport::default() })
     }
 }
 

@@ -229,7 +229,7 @@ fn a_device_gets_no_companions() {
     let options = WriteOptions { format: Some(mesh_io::Format::Obj), ..WriteOptions::default() };
     let report = write("/dev/null", &painted(0.5, PNG), &options).unwrap();
     assert!(report.companions.is_empty());
-    assert!(report.dropped.contains(&"embedded images".to_owned()));
+    assert!(report.lost.iter().any(|lost| lost.what == "embedded images"));
     assert!(!Path::new("/dev/null.mtl").exists());
 }
 

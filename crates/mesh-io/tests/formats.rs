@@ -228,7 +228,7 @@ fn obj_comes_with_its_material_library_and_pictures() {
     let path = folder.path().join("painted.obj");
     let model = painted();
     let report = write(&path, &model, &WriteOptions::default()).unwrap();
-    assert!(report.dropped.is_empty(), "{:?}", report.dropped);
+    assert!(report.lost.is_empty(), "{:?}", report.lost);
     let back = read(&path).unwrap();
     assert_eq!(back.material_libraries, ["painted.mtl"]);
     assert_eq!(back.materials[0], Material { name: "a".into(), ..model.materials[0].clone() });
@@ -297,7 +297,7 @@ fn gltf_gets_unit_normals_or_none() {
         // Scaled; untouched; that of the face.
         let expected = [[0.0, 0.6, 0.8], [h, h, 0.0], [0.0, 0.0, 1.0]];
         assert_eq!(again.corner_normals.unwrap(), expected);
-        assert!(report.dropped.iter().any(|what| what.contains("without length")), "{report:?}");
+        assert!(report.lost.iter().any(|lost| lost.what.contains("without length")), "{report:?}");
     }
     // 1e-30 has a direction, although its square is nothing in 32 bits.
     model.vertex_normals = Some(vec![[0.0, 0.0, -1e-30]; 4]);
@@ -306,7 +306,7 @@ fn gltf_gets_unit_normals_or_none() {
     model.vertex_normals = Some(vec![[0.0; 3]; 4]);
     let mut bytes = Vec::new();
     let report = write_to(&mut bytes, &model, Format::Glb, &WriteOptions::default()).unwrap();
-    assert_eq!(report.dropped, ["normals (none of them has a length)"]);
+    assert_eq!(report.lost[0].to_string(), "normals: none of them has a length");
     assert_eq!(parse(&bytes).unwrap().corner_normals, None);
 }
 
@@ -370,7 +370,7 @@ fn what_gltf_may_not_hold_is_not_in_it() {
     bytes.clear();
     let mut bytes = Vec::new();
     let report = write_to(&mut bytes, &model, Format::Gltf, &WriteOptions::default()).unwrap();
-    let told = |what: &str| report.dropped.iter().any(|dropped| dropped.contains(what));
+    let told = |what: &str| report.lost.iter().any(|lost| lost.what.contains(what));
     assert!(told("numbers that are not finite"), "{report:?}");
     let document: serde_json::Value = serde_json::from_slice(&bytes).unwrap();
     assert!(!String::from_utf8(bytes.clone()).unwrap().contains("null"));
@@ -402,7 +402,7 @@ fn names_of_pictures_are_files_in_mtl_and_uris_in_gltf() {
     // No line holds this one, and a hyphen would begin an option.
     model.images[1].data = ImageData::Uri("two\nlines.png".into());
     let report = write(folder.path().join("x.obj"), &model, &WriteOptions::default()).unwrap();
-    assert!(report.dropped.iter().any(|what| what.contains("line breaks")), "{report:?}");
+    assert!(report.lost.iter().any(|lost| lost.what.contains("line breaks")), "{report:?}");
     model.images[1].data = ImageData::Uri("-s.png".into());
     write(folder.path().join("x.obj"), &model, &WriteOptions::default()).unwrap();
     let library = std::fs::read_to_string(folder.path().join("x.mtl")).unwrap();
@@ -486,7 +486,7 @@ fn points_that_a_format_has_no_place_for_are_told() {
     let told = |model: &Model, format| {
         let report =
             write_to(&mut std::io::sink(), model, format, &WriteOptions::default()).unwrap();
-        report.dropped.contains(&"vertices that no face uses".to_owned())
+        report.lost.iter().any(|lost| lost.what == "vertices that no face uses")
     };
     assert!(told(&model, Format::Stl) && !told(&model, Format::Glb));
     let mut cloud = PolygonSoup::new();
@@ -579,7 +579,7 @@ fn off_tells_of_gaps_in_the_texture_coordinates() {
         let options = WriteOptions { encoding, ..WriteOptions::default() };
         let mut bytes = Vec::new();
         let report = write_to(&mut bytes, &model, Format::Off, &options).unwrap();
-        assert!(report.dropped.iter().any(|what| what.contains("gaps")), "{report:?}");
+        assert!(report.lost.iter().any(|lost| lost.what.contains("gaps")), "{report:?}");
         let uvs = parse(&bytes).unwrap().corner_uvs.unwrap();
         assert_eq!(uvs[1], [1.0, 0.5]);
         assert_eq!(uvs[3..], [[0.0; 2]; 3]);
@@ -598,7 +598,7 @@ fn gaps_in_the_texture_coordinates_of_a_face_are_told() {
         ] {
             let report = write_to(&mut Vec::new(), model, format, &WriteOptions::default());
             let report = report.unwrap();
-            let tells = report.dropped.iter().any(|what| what.contains("gaps"));
+            let tells = report.lost.iter().any(|lost| lost.what.contains("gaps"));
             assert_eq!(tells, told, "{format:?}: {report:?}");
         }
     }

@@ -4,6 +4,8 @@ mod companions;
 mod external;
 mod faults;
 mod formats;
+mod loaded_elsewhere;
+mod losses;
 mod passing;
 mod peers;
 mod pictures;

@@ -4,7 +4,7 @@
 
 use mesh_io::{
     Alpha, Encoding, External, Format, Group, Image, ImageData, Material, Model, Precision,
-    ReadOptions, Scalars, WriteOptions, WriteReport, write_to,
+    ReadOptions, Scalars, StlColors, WriteOptions, WriteReport, write_to,
 };
 use mesh_shapes::polyhedra;
 use serde::Serialize;
@@ -40,6 +40,7 @@ fn options_and_reports_come_back_and_misspelt_ones_are_refused() {
         encoding: Encoding::LittleEndian,
         precision: Precision::Double,
         overwrite_companions: true,
+        stl_colors: StlColors::Magics,
     };
     assert_eq!(again(&options), options);
     assert!(serde_json::from_str::<WriteOptions>(r#"{"overwrite":true}"#).is_err());

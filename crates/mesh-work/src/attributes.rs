@@ -1,7 +1,7 @@
-//! Texture coordinates, normals, colours and material borders through a simplification.
+//! Transfer of texture coordinates, normals, colours, labels and materials to a simplified mesh.
 //!
-//! Seams are feature lines of the simplification; what is between them enters its cost; and
-//! afterwards every corner takes what the file has at the point of the input that it stands for.
+//! Seams are feature lines of the simplification. Attributes inside the charts are part of its cost. Each corner
+//! of the result then takes the attributes of the input at the closest point in its chart.
 
 use glam::DVec3;
 use mesh_core::{HalfEdgeId, HalfEdgeMap, Topology, TriMesh, VertexId, VertexMap};
@@ -15,25 +15,22 @@ use crate::loaded::Source;
 use crate::normals::settle_normals;
 use crate::seams::Seams;
 
-/// What becomes of texture coordinates, normals, colours and materials.
+/// How attributes are weighted and transferred.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AttributeRules {
-    /// How much shifts of texture and colours count; 0 for not at all. At 1 a texture that shifts by
-    /// one model unit is as bad as a surface that does, and so is a colour that changes from black
-    /// to white on a mesh that measures 100 units.
+    /// Weight of texture and colour errors; 0 ignores them. At 1, a texture shift of one model unit costs as
+    /// much as a surface shift of one unit. So does a change from black to white on a mesh whose diagonal is
+    /// 100 units.
     pub attribute_weight: f64,
-    /// How much normals of the file count on top of the shape; 0 for not at all. At 1 a normal that
-    /// turns by one radian on a mesh that measures 100 units is as bad as a surface that shifts by
-    /// one.
+    /// Weight of errors of the normals of the file; 0 ignores them. At 1, a normal that turns by one radian
+    /// costs as much as a surface shift of one unit on a mesh whose diagonal is 100 units.
     pub normal_weight: f64,
-    /// Normals of the file that differ by more than this across an edge, or from the simplified
-    /// surface, are a crease; in radians.
+    /// Angle in radians. An edge is a crease if the normals of the file on both sides differ by more.
     pub crease_angle: f64,
-    /// Whether creases are kept as feature lines, as borders of texture charts, materials and groups
-    /// always are.
+    /// Whether creases are feature lines. Borders of texture charts, materials, groups and labels always are.
     pub keep_creases: bool,
-    /// Whether anything is carried along; otherwise positions and faces are all that is left.
+    /// Whether attributes are transferred. If not, the result has positions and faces only.
     pub carry: bool,
 }
 
@@ -49,7 +46,7 @@ impl Default for AttributeRules {
     }
 }
 
-/// The seams of a mesh, and what its corners have.
+/// The seams of a mesh and the attributes of its corners.
 #[derive(Clone, Debug)]
 pub struct Attributes {
     seams: Seams,
@@ -62,11 +59,11 @@ impl Attributes {
     /// Finds the seams and the attributes of a mesh.
     ///
     /// # Errors
-    /// There are more numbers at a corner than can be followed, or some are not finite.
+    /// A corner has more attribute values than the cost supports, or one is not finite.
     pub fn find(source: Source<'_>, rules: &AttributeRules) -> Result<Self, SimplifyError> {
         let topology = source.mesh.topology();
         let (mut flat_shaded, mut of_corners) = (false, None);
-        // Finding out where each corner comes from takes long, and is for nothing where it has nothing.
+        // The search for the source of each corner is slow. A model without attributes does not need it.
         let rules = AttributeRules { carry: rules.carry && !source.model.is_bare(), ..*rules };
         let bare = Model::default();
         let model = if rules.carry { source.model } else { &bare };
@@ -83,19 +80,19 @@ impl Attributes {
         Ok(Self { seams, rules, flat_shaded, of_corners })
     }
 
-    /// Whether every face has a normal of its own, so that normals are left out.
+    /// Whether the mesh is flat-shaded: the corners of a face share one normal. The result has no normals then.
     #[must_use]
     pub fn is_flat_shaded(&self) -> bool {
         self.flat_shaded
     }
 
-    /// How many edges are seams or creases.
+    /// Number of edges that are seams or creases.
     #[must_use]
     pub fn seam_count(&self) -> usize {
         self.seams.count()
     }
 
-    /// Makes the seams features, their nodes locked vertices, and the attributes part of the cost.
+    /// Makes the seams feature edges, locks the vertices where seams meet, and adds the attributes to the cost.
     pub fn constrain(&self, mesh: &TriMesh, options: &mut Options) {
         let topology = mesh.topology();
         if self.seams.count() > 0 {
@@ -110,16 +107,16 @@ impl Attributes {
                 locked[v] |= nodes[v];
             }
         }
-        // Nothing comes on top of the curvature norms. The numbers are weighted already.
+        // The curvature norms have no attribute term. The values are weighted already.
         let counting = !options.cost.metric.is_norm();
         let corners = self.of_corners.clone().filter(|_| counting);
         options.attributes = AttributeOptions { corners, weight: 1.0 };
     }
 
-    /// The content of the output: the simplified mesh with the attributes of the file.
+    /// The simplified mesh with the attributes of the input. `became` maps old to new vertices.
     ///
     /// # Errors
-    /// The result is not one of this mesh.
+    /// `result` is not a simplification of this mesh.
     pub fn carry(
         &self,
         loaded: Source<'_>,
@@ -131,7 +128,7 @@ impl Attributes {
         }
         let sources = corner_sources(loaded.mesh, &self.seams.edges, result, became);
         let topology = result.topology();
-        // A vertex without faces has nothing but its position.
+        // An isolated vertex has its position only.
         let mut vertices = vec![Blend::one(0); topology.vertex_capacity()];
         for (old, new) in became.iter() {
             if let Some(new) = new {
@@ -175,11 +172,11 @@ impl Attributes {
     }
 }
 
-/// The largest difference of normals that counts as none.
+/// Normals whose components differ by less are equal.
 const SAME_NORMAL: f32 = 1e-3;
 
-/// Whether the normals are those of the faces: the same at the three corners of nearly every face,
-/// and seldom the same on both sides of an edge.
+/// Whether nearly every face has one normal at its three corners, and few edges have equal normals on both
+/// sides.
 fn is_flat_shaded(topology: &Topology, seams: &Seams, normals: &[[f32; 3]]) -> bool {
     let normal = |h: HalfEdgeId| glam::Vec3::from(normals[seams.corner(h)]);
     let same = |a, b| normal(a).abs_diff_eq(normal(b), SAME_NORMAL);
@@ -195,11 +192,11 @@ fn is_flat_shaded(topology: &Topology, seams: &Seams, normals: &[[f32; 3]]) -> b
     uniform * 100 > faces * 98 && smooth * 2 < edges
 }
 
-/// What a normal that turns by one radian, and a colour that goes from black to white, count, in
-/// parts of the diagonal of the bounding box.
+/// Cost of a normal that turns by one radian, and of a colour change from black to white, as a share of the
+/// diagonal of the bounding box.
 const PART_OF_DIAGONAL: f64 = 0.01;
 
-/// The attributes of the corners, scaled to model units and weighted; `None` if none counts.
+/// The attributes of the corners, scaled to model units and weighted; `None` if all weights are zero.
 fn corner_attributes(
     source: Source<'_>,
     seams: &Seams,
@@ -235,7 +232,7 @@ fn corner_attributes(
     CornerAttributes::new(mesh, uvs.is_some(), of_corner).map(Some).map_err(SimplifyError::from)
 }
 
-/// Model units per unit of texture: the root of the ratio of the areas.
+/// Model units per texture unit: the square root of the ratio of surface area to texture area.
 fn texture_scale(mesh: &TriMesh, seams: &Seams, uvs: &[[f32; 2]]) -> f64 {
     let topology = mesh.topology();
     let area = |face| {

@@ -1,4 +1,4 @@
-//! Filling the holes of a mesh whose content comes along.
+//! Hole filling with transfer of attributes.
 
 use mesh_core::FaceId;
 use mesh_core::fill::{FillOptions, FillReport};
@@ -6,8 +6,8 @@ use mesh_core::fill::{FillOptions, FillReport};
 use crate::loaded::Loaded;
 
 impl Loaded {
-    /// Fills holes. New corners take the data of others at their vertices, new faces that of a face beside
-    /// the hole, and new vertices that of a vertex of its outline.
+    /// Fills holes. A new corner takes the attributes of another corner at its vertex, a new face those of a face
+    /// beside the hole, and a new vertex those of a vertex on the rim.
     pub fn fill_holes(&mut self, options: &FillOptions) -> FillReport {
         let (mesh, sources) = (&mut self.mesh, &mut self.provenance);
         let mut any_corner = vec![0; mesh.topology().vertex_capacity()];

@@ -1,4 +1,4 @@
-//! Levels of detail: stages of one run of collapses, with their content and their errors.
+//! Levels of detail: stages of one sequence of edge collapses, with attributes and errors.
 
 use mesh_core::TriMesh;
 use mesh_io::{Model, ModelError};
@@ -8,53 +8,53 @@ use simplify::{CollapseLog, ErrorCheck, ReplayError, SimplifyError, Target, coll
 use crate::attributes::Attributes;
 use crate::loaded::Source;
 
-/// Which levels there are to be.
+/// The levels to make.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LevelSteps {
-    /// Levels with these parts of the faces of the input.
+    /// One level for each ratio of the face count of the input.
     pub ratios: Vec<f64>,
-    /// Levels with so many faces, or one fewer.
+    /// One level for each face count. A level may have one face fewer.
     pub faces: Vec<usize>,
-    /// The coarsest levels within these distances of the input, in model units.
+    /// One level for each distance from the input, in model units: the coarsest within it.
     pub errors: Vec<f64>,
 }
 
 /// A level of detail.
 #[derive(Clone, Debug)]
 pub struct LevelOfDetail {
-    /// Its content.
+    /// The model with attributes.
     pub model: Model,
     /// The mesh.
     pub mesh: TriMesh,
-    /// After how many collapses.
+    /// Number of collapses that lead to it.
     pub collapses: usize,
-    /// Its distance from the input, which comes first.
+    /// Distances between the input (first surface) and the level.
     pub distance: Comparison,
 }
 
-/// Why there are no levels.
+/// Errors of [`LevelSteps`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LevelError {
-    /// A largest error cannot be kept.
+    /// A maximum error cannot be met.
     #[error(transparent)]
     Simplify(#[from] SimplifyError),
-    /// The collapses are those of another mesh.
+    /// The collapses belong to another mesh.
     #[error(transparent)]
     Replay(#[from] ReplayError),
-    /// A level has no surface that distances could be measured to.
+    /// A level has no faces to measure distances to.
     #[error(transparent)]
     Surface(#[from] SurfaceError),
-    /// The content does not fit the mesh.
+    /// The model does not match the mesh.
     #[error(transparent)]
     Model(#[from] ModelError),
 }
 
-/// How many samples of each surface are compared.
+/// Number of samples on each surface.
 const SAMPLES: usize = 200_000;
 
 impl LevelSteps {
-    /// How far the run has to go, but for a largest error.
+    /// The limits of the collapse sequence, without the maximum error.
     #[must_use]
     pub fn limits(&self) -> Target {
         Target {
@@ -64,7 +64,7 @@ impl LevelSteps {
         }
     }
 
-    /// The largest of the errors.
+    /// The largest of the error bounds.
     #[must_use]
     pub fn max_error(&self) -> Option<f64> {
         self.errors.iter().copied().reduce(f64::max)
@@ -94,7 +94,7 @@ impl LevelSteps {
     /// The levels, from fine to coarse.
     ///
     /// # Errors
-    /// The log is that of another mesh, or the mesh has no faces.
+    /// The log belongs to another mesh, or the mesh has no faces.
     pub fn levels(
         &self,
         log: &CollapseLog,

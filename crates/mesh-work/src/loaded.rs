@@ -1,37 +1,35 @@
-//! The content of a file and the mesh that was built from it.
+//! A model and the mesh built from it.
 
 use mesh_core::TriMesh;
 use mesh_core::build::{BuildError, BuildReport, Built, Provenance, Repair, build};
 use mesh_io::{Format, Model, ModelError};
 
-/// The content of a file, the mesh that was built from it, and what of the one is what of the
-/// other.
+/// A model, the mesh built from it, and the map between their elements.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The content.
+    /// The model.
     pub model: Model,
     /// The mesh.
     pub mesh: TriMesh,
-    /// Where the elements of the mesh come from.
+    /// For each element of the mesh, its source in the model.
     pub provenance: Provenance,
-    /// What was done to the content to make it a mesh.
+    /// The repairs that were made.
     pub report: BuildReport,
 }
 
-/// What [`Loaded`] holds, borrowed: what the functions of this crate take.
+/// A borrowed [`Loaded`], the argument of most functions of this crate.
 #[derive(Clone, Copy, Debug)]
 pub struct Source<'a> {
-    /// The content.
+    /// The model.
     pub model: &'a Model,
-    /// The mesh that was built from it, as it was then.
+    /// The mesh as it was built from the model.
     pub mesh: &'a TriMesh,
-    /// Where the elements of the mesh come from.
+    /// For each element of the mesh, its source in the model.
     pub provenance: &'a Provenance,
 }
 
-/// Whether a file of this format and content may split a vertex where its faces differ in texture
-/// coordinates or normals, as glTF does. Such parts are to be welded: an edge whose faces do not
-/// know each other has no curvature, and cannot flip.
+/// Whether a file may split a vertex where its faces differ in texture coordinates or normals. glTF files do.
+/// The copies must be welded, because an edge between unconnected faces has no curvature and cannot flip.
 #[must_use]
 pub fn splits_vertices(model: &Model, format: Option<Format>) -> bool {
     matches!(format, Some(Format::Gltf | Format::Glb))
@@ -49,24 +47,25 @@ impl Loaded {
         Ok(Self { model, mesh, provenance, report })
     }
 
-    /// The same, borrowed.
+    /// Borrows the model, the mesh and the map.
     #[must_use]
     pub fn source(&self) -> Source<'_> {
         Source { model: &self.model, mesh: &self.mesh, provenance: &self.provenance }
     }
 
-    /// The content for the mesh as it is now, each corner taking its data from one of the file.
+    /// The model of the mesh in its present state. `corner_source` holds for each corner the corner of the file
+    /// whose attributes it takes.
     ///
     /// # Errors
-    /// The sources do not fit the mesh or the content.
+    /// The sources do not match the mesh or the model.
     pub fn to_model(&self, corner_source: &[[u32; 3]]) -> Result<Model, ModelError> {
         self.source().to_model(&self.mesh, corner_source)
     }
 
-    /// The content for the mesh as it was built, without a copy where the file already is that.
+    /// The model of the mesh as it was built. There is no copy if the build changed nothing.
     ///
     /// # Errors
-    /// The content contradicts itself.
+    /// The model is inconsistent.
     pub fn into_model(self) -> Result<Model, ModelError> {
         if self.source().is_whole() {
             return Ok(self.model);
@@ -82,7 +81,7 @@ impl Loaded {
 }
 
 impl Source<'_> {
-    /// Whether the content already is that of the mesh, element by element.
+    /// Whether model and mesh have the same elements in the same order.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         let Provenance { vertex_source, face_source, corner_source } = self.provenance;
@@ -92,11 +91,10 @@ impl Source<'_> {
             && is_identity(corner_source.as_flattened(), soup.corners().len())
     }
 
-    /// The content for another mesh with the same vertices and faces, such as one whose edges were
-    /// flipped; each corner takes its data from one of the file.
+    /// The model of another mesh with the same vertices and faces, such as one with flipped edges.
     ///
     /// # Errors
-    /// The sources do not fit the mesh or the content.
+    /// The sources do not match the mesh or the model.
     pub fn to_model(
         &self,
         mesh: &TriMesh,
@@ -114,7 +112,7 @@ impl Source<'_> {
     }
 }
 
-/// Whether everything comes from its own place among so many.
+/// Whether the map is the identity on `count` elements.
 fn is_identity(source: &[u32], count: usize) -> bool {
     source.len() == count && source.iter().zip(0..).all(|(&found, i): (_, u32)| found == i)
 }

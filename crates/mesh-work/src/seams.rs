@@ -1,6 +1,6 @@
-//! Where texture coordinates and face data break off, and carrying them through edge flips.
+//! Seams of a mesh, and transfer of corner attributes through edge flips.
 //!
-//! A flip may not cross a *seam*: an edge whose two faces differ in group, material or colour, or
+//! A flip may not cross a *seam*: an edge whose two faces differ in group, material, label or colour, or
 //! disagree about the texture coordinates at one of its ends. Seams divide the faces round each
 //! vertex into sectors, inside which the texture coordinate is the same at every corner. Flips
 //! that keep off the seams change the faces of a sector but not the sector, so afterwards each
@@ -9,9 +9,9 @@
 use glam::DVec3;
 use mesh_core::build::Provenance;
 use mesh_core::{EdgeMap, HalfEdgeId, HalfEdgeMap, Topology, VertexMap, angle_between};
-use mesh_io::Model;
+use mesh_io::{Model, Scalars};
 
-/// The seams of a mesh and what its corners had before the flips.
+/// The seams of a mesh, and the attributes of its corners before the flips.
 #[derive(Clone, Debug)]
 pub struct Seams {
     /// Edges that must not be flipped.
@@ -35,17 +35,18 @@ impl Seams {
             }
         }
         let mut seams = Self { edges: topology.edge_map(false), corner, any_corner };
+        let labels = segmentations(topology, provenance, model);
         for edge in topology.edges() {
             if let [Some(left), Some(right)] = topology.edge_faces(edge) {
                 let faces = [left, right].map(|f| provenance.face_source[f.index()] as usize);
-                seams.edges[edge] = faces_differ(model, faces)
+                seams.edges[edge] = faces_differ(model, &labels, faces)
                     || seams.corners_differ(topology, edge.half_edge(), model);
             }
         }
         seams
     }
 
-    /// How many there are.
+    /// Number of seams.
     #[must_use]
     pub fn count(&self) -> usize {
         self.edges.as_slice().iter().filter(|&&is_seam| is_seam).count()
@@ -53,10 +54,11 @@ impl Seams {
 
     /// Whether the two faces at a half-edge disagree at one of its ends.
     fn corners_differ(&self, topology: &Topology, h: HalfEdgeId, model: &Model) -> bool {
-        let Some(uvs) = &model.corner_uvs else { return false };
-        let at = |h: HalfEdgeId| uvs[self.corner[h] as usize].map(f32::to_bits);
         let twin = h.twin();
-        at(h) != at(topology.next(twin)) || at(twin) != at(topology.next(h))
+        model.corner_uvs.iter().chain(&model.more_corner_uvs).any(|uvs| {
+            let at = |h: HalfEdgeId| uvs[self.corner[h] as usize].map(f32::to_bits);
+            at(h) != at(topology.next(twin)) || at(twin) != at(topology.next(h))
+        })
     }
 
     /// Adds the creases to the seams: edges whose two faces have normals more than `angle` apart at
@@ -126,11 +128,36 @@ impl Seams {
     }
 }
 
-fn faces_differ(model: &Model, [f, g]: [usize; 2]) -> bool {
+/// The labels of faces that divide the mesh into regions. Labels that differ across most edges number the
+/// faces instead, and have no borders to keep.
+fn segmentations<'m>(
+    topology: &Topology,
+    provenance: &Provenance,
+    model: &'m Model,
+) -> Vec<&'m Scalars> {
+    let inner = || {
+        topology.edges().filter_map(|edge| match topology.edge_faces(edge) {
+            [Some(f), Some(g)] => Some([f, g].map(|f| provenance.face_source[f.index()] as usize)),
+            _ => None,
+        })
+    };
+    let is_segmentation = |label: &&Scalars| {
+        let borders = inner().filter(|&faces| labels_differ(label, faces)).count();
+        2 * borders <= inner().count()
+    };
+    model.face_scalars.iter().filter(|scalars| scalars.is_label).filter(is_segmentation).collect()
+}
+
+fn labels_differ(label: &Scalars, [f, g]: [usize; 2]) -> bool {
+    label.values.bits(f) != label.values.bits(g)
+}
+
+fn faces_differ(model: &Model, labels: &[&Scalars], [f, g]: [usize; 2]) -> bool {
     let differs = |ids: &Option<Vec<u32>>| ids.as_ref().is_some_and(|ids| ids[f] != ids[g]);
     let recolored =
         |colors: &Vec<[f32; 4]>| colors[f].map(f32::to_bits) != colors[g].map(f32::to_bits);
     differs(&model.face_groups)
         || differs(&model.face_materials)
         || model.face_colors.as_ref().is_some_and(recolored)
+        || labels.iter().any(|label| labels_differ(label, [f, g]))
 }

@@ -1,11 +1,11 @@
-//! Butterfly subdivision of a mesh whose content comes along.
+//! Butterfly subdivision with transfer of attributes.
 
 use mesh_core::butterfly::ButterflyOptions;
 use mesh_core::subdivide_1_to_4::{SubdivisionMap, VertexOrigin};
 use mesh_core::{HalfEdgeId, MeshError, Topology, TopologyError, TriMesh};
 use mesh_io::{Blend, Model, ModelError};
 
-/// Why a mesh is not subdivided.
+/// Errors of [`subdivide_step`].
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SubdivisionError {
@@ -15,16 +15,15 @@ pub enum SubdivisionError {
     /// A new position is not finite.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The content is not that of the mesh.
+    /// The model does not match the mesh.
     #[error(transparent)]
     Model(#[from] ModelError),
 }
 
-/// One step, with the data of the new vertices and corners between those of the old ones.
+/// One subdivision step. Attributes of new vertices and corners are interpolated; labels are copied.
 ///
 /// # Errors
-/// There would be more faces than 32-bit indices can address, or the content is not that of the
-/// mesh.
+/// The result has more faces than 32-bit indices can address, or the model does not match the mesh.
 pub fn subdivide_step(
     mesh: &TriMesh,
     model: &Model,

@@ -329,6 +329,7 @@ pub(crate) fn write<'py>(
             encoding: choose("encoding", encoding, &encodings)?,
             precision: choose("precision", precision, &precisions)?,
             overwrite_companions,
+            ..WriteOptions::default()
         })
     };
     let options = options().map_err(|failure| failure.raise(py))?;
@@ -339,7 +340,7 @@ pub(crate) fn write<'py>(
     let found = PyDict::new(py);
     found.set_item("rounding", report.rounding)?;
     found
-        .set_item("dropped", report.dropped.iter().map(ToString::to_string).collect::<Vec<_>>())?;
+        .set_item("dropped", report.lost.iter().map(ToString::to_string).collect::<Vec<_>>())?;
     found.set_item("kept", report.kept)?;
     Ok(found)
 }

@@ -256,6 +256,17 @@ impl Values<'_> {
         }
     }
 
+    /// Whether these are whole numbers that stand for themselves.
+    pub(super) fn is_whole(&self) -> bool {
+        self.scalar_type().is_integer()
+    }
+
+    /// The same values, whole numbers taken from 0 to 1.
+    pub(super) fn normalized(self) -> Self {
+        let normalized = self.normalized || self.is_whole();
+        Self { normalized, ..self }
+    }
+
     /// Calls `put` with the place and the first component of every value.
     pub(super) fn each_number(&self, mut put: impl FnMut(usize, f64)) -> Result<(), ReadErrorKind> {
         self.each_bytes(|index, bytes| {

@@ -6,6 +6,7 @@ use crate::cutter::Cutter;
 use crate::distinct_names::distinct_names;
 use crate::error::WriteError;
 use crate::format::Format;
+use crate::lost::Lost;
 use crate::model::Model;
 use crate::scalars::{ScalarType, ScalarValues};
 use crate::single::{are_finite, finite_or};
@@ -19,7 +20,8 @@ use std::ops::Range;
 pub(super) enum Column {
     Position,
     Normal,
-    Uv,
+    /// A set of texture coordinates, the first or a further one.
+    Uv(usize),
     /// Colours of eight bits.
     ByteColor,
     Color,
@@ -82,7 +84,7 @@ impl Column {
     pub(super) fn shape(self) -> &'static str {
         match self {
             Self::Position | Self::Normal => "VEC3",
-            Self::Uv => "VEC2",
+            Self::Uv(_) => "VEC2",
             Self::ByteColor | Self::Color => "VEC4",
             Self::Scalar(..) => "SCALAR",
         }
@@ -92,7 +94,7 @@ impl Column {
     pub(super) fn size(self) -> usize {
         match self {
             Self::Position | Self::Normal => 12,
-            Self::Uv => 8,
+            Self::Uv(_) => 8,
             Self::Color => 16,
             Self::ByteColor | Self::Scalar(..) => 4,
         }
@@ -123,8 +125,8 @@ pub(super) struct Level<'m> {
     pub(super) bounds: [Vec3; 2],
     /// The largest error of a coordinate.
     pub(super) rounding: f64,
-    /// What could not be kept, in words.
-    pub(super) dropped: Vec<&'static str>,
+    /// The content that is not written.
+    pub(super) lost: Vec<Lost>,
 }
 
 impl<'m> Level<'m> {
@@ -141,7 +143,7 @@ impl<'m> Level<'m> {
             primitives,
             bounds: [Vec3::INFINITY, Vec3::NEG_INFINITY],
             rounding: 0.0,
-            dropped: Vec::new(),
+            lost: Vec::new(),
         };
         level.measure(format)?;
         level.take_normals();
@@ -188,11 +190,12 @@ impl<'m> Level<'m> {
             }
         }
         if !own {
-            self.dropped.push("normals (none of them has a length)");
+            self.lost.push(Lost::new("normals", "none of them has a length"));
             return;
         }
         if missing {
-            self.dropped.push("normals without length (those of the faces stand in)");
+            let why = "those of the faces stand in for them";
+            self.lost.push(Lost::new("normals without length", why));
             self.substitutes = Some(face_normals(model));
         }
         self.columns.push(("NORMAL".to_owned(), Column::Normal));
@@ -211,9 +214,10 @@ impl<'m> Level<'m> {
     fn find_columns(&mut self) {
         let model = self.model;
         self.columns.insert(0, ("POSITION".to_owned(), Column::Position));
-        if model.corner_uvs.is_some() {
-            self.columns.push(("TEXCOORD_0".to_owned(), Column::Uv));
-        }
+        // Without a first set, zeros stand for it: names begin with TEXCOORD_0.
+        let has_uvs = model.corner_uvs.is_some() || !model.more_corner_uvs.is_empty();
+        let sets = if has_uvs { 1 + model.more_corner_uvs.len() } else { 0 };
+        self.columns.extend((0..sets).map(|set| (format!("TEXCOORD_{set}"), Column::Uv(set))));
         if let Some(colors) = &model.vertex_colors {
             let column = if are_bytes(colors) { Column::ByteColor } else { Column::Color };
             self.columns.push(("COLOR_0".to_owned(), column));
@@ -226,7 +230,8 @@ impl<'m> Level<'m> {
             .extend(scalars.map(|(index, name)| (name, Column::Scalar(index, component(index)))));
         let mut values = model.vertex_scalars.iter().flat_map(|scalars| scalars.values.iter());
         if values.any(|value| !(value as f32).is_finite()) {
-            self.dropped.push("numbers that are not finite in 32 bits (zero instead)");
+            let what = "numbers that are not finite in 32 bits";
+            self.lost.push(Lost::new(what, "zero is written instead"));
         }
     }
 
@@ -240,8 +245,12 @@ impl<'m> Level<'m> {
                 let normal = self.own_normal(vertex, corner).or_else(substitute);
                 floats(writer, normal.unwrap_or(Vec3::Z).to_array())
             }
-            Column::Uv => {
-                let uv = model.corner_uvs.as_ref().zip(corner).map(|(uvs, corner)| uvs[corner]);
+            Column::Uv(set) => {
+                let uvs = match set.checked_sub(1) {
+                    None => model.corner_uvs.as_ref(),
+                    Some(further) => model.more_corner_uvs.get(further),
+                };
+                let uv = uvs.zip(corner).map(|(uvs, corner)| uvs[corner]);
                 let uv = uv.filter(are_finite);
                 floats(writer, uv.map_or([0.0; 2], |[u, v]| [u, 1.0 - v]))
             }

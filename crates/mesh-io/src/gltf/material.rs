@@ -5,6 +5,7 @@ use super::container::data_uri;
 use super::schema::{self, AlphaMode, TextureInfo};
 use crate::error::ReadErrorKind;
 use crate::input::Input;
+use crate::lost::Lost;
 use crate::notes::Notes;
 use crate::{Alpha, Image, ImageData, Material, Model};
 use percent_encoding::percent_decode_str;
@@ -110,20 +111,24 @@ fn read_material(
     let pbr = material.pbr_metallic_roughness.as_deref().unwrap_or(&default);
     let (mut color, mut texture) = (pbr.base_color_factor, pbr.base_color_texture.clone());
     if let Some(other) = &material.extensions.specular_glossiness {
-        notes.add(format!(
-            "{path}: only the diffuse colour and texture are kept of its specular-glossiness"
-        ));
+        let why = "only the diffuse colour and texture are kept";
+        notes.lose(Lost::new(format!("{path}: its specular-glossiness"), why));
         // Written beside it for readers that do not know the extension, the other model wins.
         if material.pbr_metallic_roughness.is_none() {
             (color, texture) = (other.diffuse_factor, other.diffuse_texture.clone());
         }
     }
-    if material.normal_texture
-        || material.occlusion_texture
-        || material.emissive_texture
-        || pbr.metallic_roughness_texture
-    {
-        notes.add(format!("{path}: only the base colour texture is kept"));
+    let textures = [
+        (material.normal_texture, "normal"),
+        (material.occlusion_texture, "occlusion"),
+        (material.emissive_texture, "emissive"),
+        (pbr.metallic_roughness_texture, "metallic-roughness"),
+    ];
+    let names: Vec<&str> =
+        textures.iter().filter(|(there, _)| *there).map(|(_, name)| *name).collect();
+    if !names.is_empty() {
+        let what = format!("{path}: textures: {}", names.join(", "));
+        notes.lose(Lost::some(what, names.len() as u64, "only the base colour texture is kept"));
     }
     let image = texture.as_ref().and_then(|info| image_of(document, info, images, notes));
     let read = Material {
@@ -152,16 +157,17 @@ fn image_of(
 ) -> Option<u32> {
     let path = format!("textures[{}]", info.index);
     let Some(texture) = document.root.textures.get(info.index as usize) else {
-        notes.add(format!("{path}: there is no such texture"));
+        notes.lose(Lost::new(path, "there is no such texture"));
         return None;
     };
     let image = texture.source.and_then(|source| images.get(source as usize).copied());
     if image.is_none() {
-        notes.add(match (&texture.extensions.webp, &texture.extensions.basis) {
-            (true, _) => format!("{path}: left out, since it is there as WebP only"),
-            (_, true) => format!("{path}: left out, since it is there as Basis (KTX2) only"),
-            _ => format!("{path}: left out, since it has no image"),
-        });
+        let why = match (&texture.extensions.webp, &texture.extensions.basis) {
+            (true, _) => "it is there as WebP only",
+            (_, true) => "it is there as Basis (KTX2) only",
+            _ => "it has no image",
+        };
+        notes.lose(Lost::new(path, why));
     }
     image
 }

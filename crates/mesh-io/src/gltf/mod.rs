@@ -7,7 +7,10 @@
 
 mod accessor;
 mod container;
+#[cfg(feature = "gltf-crate")]
+mod from_document;
 mod level;
+mod lost;
 mod material;
 mod plan;
 mod read;

@@ -5,6 +5,7 @@ use super::scene::{INSTANCE, Placed, each_placed, instance_count};
 use super::schema::{Attributes, Mesh, Primitive, TextureInfo, TextureTransform};
 use crate::Group;
 use crate::error::ReadErrorKind;
+use crate::lost::Lost;
 use crate::notes::Notes;
 use crate::numbering::Numbering;
 use crate::scalars::{ScalarType, ScalarValues, Scalars};
@@ -21,6 +22,8 @@ pub(super) struct Plan {
     pub has_colors: bool,
     pub has_normals: bool,
     pub has_uvs: bool,
+    /// How many sets of texture coordinates there are besides the first.
+    pub more_uvs: usize,
     pub has_materials: bool,
     /// The bytes of the groups, and those that are needed for a while only.
     groups: u64,
@@ -69,6 +72,8 @@ pub(super) struct Part {
     pub set: usize,
     /// Which of the texture coordinates of the mesh, and how to transform them.
     pub uvs: Option<(usize, TextureTransform)>,
+    /// Which of the texture coordinates of the mesh make its further sets.
+    pub more_uvs: Vec<usize>,
 }
 
 pub(super) const STRIP: u32 = 5;
@@ -96,6 +101,7 @@ impl Plan {
             has_colors: false,
             has_normals: false,
             has_uvs: false,
+            more_uvs: 0,
             has_materials: false,
             groups: 0,
             passing: 0,
@@ -109,7 +115,7 @@ impl Plan {
         let of = |there: bool, bytes: u64| if there { bytes } else { 0 };
         let scalars = 8 * self.scalars.names().len() as u64;
         let vertex = 24 + of(self.has_colors, 16) + scalars;
-        let corner = 4 + of(self.has_uvs, 8) + of(self.has_normals, 12);
+        let corner = 4 + of(self.has_uvs, 8) + 8 * self.more_uvs as u64 + of(self.has_normals, 12);
         let face = 3 * corner + 4 + 4 + of(self.has_materials, 4);
         let model =
             self.vertices.saturating_mul(vertex).saturating_add(self.faces.saturating_mul(face));
@@ -151,9 +157,6 @@ impl Plan {
         let mesh = item(&document.root.meshes, placed.mesh, "meshes", &path)?;
         let Some(slot) = self.meshes.get_mut(placed.mesh as usize) else { return Ok(()) };
         let is_new = slot.is_none();
-        if placed.node.skin || (is_new && mesh.primitives.iter().any(|p| p.targets)) {
-            notes.add(format!("meshes[{}]: read in its rest pose", placed.mesh));
-        }
         if is_new {
             let mut planner = Planner {
                 document,
@@ -173,7 +176,10 @@ impl Plan {
         self.faces = self.faces.saturating_add(mesh_plan.faces.saturating_mul(times));
         self.has_colors |= mesh_plan.has_colors;
         self.has_normals |= mesh_plan.has_normals;
-        self.has_uvs |= !mesh_plan.uvs.is_empty();
+        for part in &mesh_plan.parts {
+            self.has_uvs |= part.uvs.is_some();
+            self.more_uvs = self.more_uvs.max(part.more_uvs.len());
+        }
         self.has_materials |= mesh_plan.has_materials;
         let name = placed.node.name.as_ref().or(mesh.name.as_ref()).map_or(0, |name| name.len());
         self.groups = self.groups.saturating_add((size_of::<Group>() + name + 16) as u64 * 2);
@@ -200,7 +206,8 @@ impl Planner<'_> {
         for (index, primitive) in mesh.primitives.iter().enumerate() {
             let path = path_of(self.mesh, index);
             if !(4..=6).contains(&primitive.mode) {
-                self.notes.add(format!("{path}: skipped points or lines"));
+                let why = "a model holds faces only";
+                self.notes.lose(Lost::new(format!("{path}: points or lines"), why));
                 continue;
             }
             let set = match sets.get(&primitive.attributes) {
@@ -228,18 +235,21 @@ impl Planner<'_> {
                 continue;
             }
             let own_uvs = self.uvs(primitive, count, &path)?;
-            let uvs = own_uvs.map(|(accessor, transform)| {
-                let place = *uvs.entry(accessor).or_insert_with(|| {
+            let mut place_of = |accessor| {
+                *uvs.entry(accessor).or_insert_with(|| {
                     plan.passing = plan.passing.saturating_add(count.saturating_mul(8));
                     plan.uvs.push(accessor);
                     plan.uvs.len() - 1
-                });
-                (place, transform)
-            });
+                })
+            };
+            let more_uvs =
+                self.more_uvs(primitive, own_uvs.map(|(accessor, _)| accessor), count, &path)?;
+            let more_uvs = more_uvs.into_iter().map(&mut place_of).collect();
+            let uvs = own_uvs.map(|(accessor, transform)| (place_of(accessor), transform));
             plan.has_materials |= primitive.material.is_some();
             plan.faces = plan.faces.saturating_add(faces);
             most_indices = most_indices.max(indices);
-            plan.parts.push(Part { primitive: index, set, uvs });
+            plan.parts.push(Part { primitive: index, set, uvs, more_uvs });
         }
         plan.sets.shrink_to_fit();
         plan.parts.shrink_to_fit();
@@ -298,6 +308,10 @@ impl Planner<'_> {
         let colors = attributes.get("COLOR_0");
         if let Some(accessor) = colors {
             self.attribute(primitive, accessor, "COLOR_0", 3..=4, all, path)?;
+            if self.document.values(accessor, path, 3..=4)?.is_whole() {
+                let note = "COLOR_0 holds whole numbers that are not marked as normalized: divided";
+                self.notes.add(format!("{path}.attributes.{note}"));
+            }
         }
         let mut scalars = Vec::new();
         for (name, accessor) in attributes.iter() {
@@ -354,6 +368,26 @@ impl Planner<'_> {
         };
         self.attribute(primitive, accessor, &name, 2..=2, Some(count as usize), path)?;
         Ok(Some((accessor, transform)))
+    }
+}
+
+impl Planner<'_> {
+    /// The accessors of the texture coordinates other than the first set, in the order of their names.
+    fn more_uvs(
+        &self,
+        primitive: &Primitive,
+        first: Option<u32>,
+        count: u64,
+        path: &str,
+    ) -> Result<Vec<u32>, ReadErrorKind> {
+        let mut accessors = Vec::new();
+        for (name, accessor) in primitive.attributes.iter() {
+            if name.starts_with("TEXCOORD_") && Some(accessor) != first {
+                self.attribute(primitive, accessor, name, 2..=2, Some(count as usize), path)?;
+                accessors.push(accessor);
+            }
+        }
+        Ok(accessors)
     }
 }
 

@@ -1,10 +1,10 @@
 //! Reading glTF.
 
-use super::accessor::{Document, at, no_such};
+use super::accessor::{Bytes, Document, at, no_such};
 use super::plan::{FAN, MeshPlan, Part, Plan, STRIP, VertexSet, path_of};
 use super::scene::{Placed, each_placed, transforms};
 use super::schema::{LARGEST, Mesh, Root, TextureTransform};
-use super::{container, material};
+use super::{container, lost, material};
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::external::Files;
@@ -21,26 +21,39 @@ pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, Re
     // The lists of the document grow; strings are in it once more than in the text.
     let braces = json.iter().filter(|&&byte| byte == b'{').count() as u64;
     input.spend(json.len() as u64 + GROWING * LARGEST * braces, || at("the document"))?;
-    let root: Root = serde_json::from_slice(&json).map_err(|error| {
-        let at = Location::Line(error.line() as u64);
-        ReadErrorKind::malformed(at, "a glTF document", error.to_string())
-    })?;
+    let root = parse(&json)?;
     drop(json);
     check_extensions(&root)?;
     let buffers = container::buffers(&root, binary, files, input)?;
+    read_root(root, buffers, input)
+}
+
+/// The document in a JSON text.
+pub(super) fn parse(json: &[u8]) -> Result<Root, ReadErrorKind> {
+    serde_json::from_slice(json).map_err(|error| {
+        let at = Location::Line(error.line() as u64);
+        ReadErrorKind::malformed(at, "a glTF document", error.to_string())
+    })
+}
+
+/// The model of a document with the bytes of its buffers.
+pub(super) fn read_root(
+    root: Root,
+    buffers: Vec<Bytes>,
+    input: &mut Input<'_>,
+) -> Result<Model, ReadErrorKind> {
+    check_extensions(&root)?;
     let document = Document { root, buffers };
     let mut notes = Notes::default();
     let mut model = Model::default();
     let textures = material::read(&document, &mut model, &mut notes, input)?;
     let plan = Plan::of(&document, &textures, &mut notes)?;
     input.spend(plan.bytes(), || at("the scene"))?;
-    if !document.root.animations.is_empty() {
-        notes.add("ignored the animations");
-    }
+    lost::note(&document.root, &mut notes);
     let mut reader = Reader::new(&document, &plan, model)?;
     each_placed(&document.root, |placed| reader.place(placed))?;
     let mut model = reader.finish();
-    model.notes = notes.finish();
+    notes.store(&mut model);
     Ok(model)
 }
 
@@ -91,6 +104,8 @@ impl<'d> Reader<'d> {
         model.vertex_scalars = plan.columns(vertices);
         model.corner_normals = plan.has_normals.then(|| Vec::with_capacity(corners));
         model.corner_uvs = plan.has_uvs.then(|| Vec::with_capacity(corners));
+        let set = || Vec::with_capacity(corners);
+        model.more_corner_uvs = std::iter::repeat_with(set).take(plan.more_uvs).collect();
         model.face_materials = plan.has_materials.then(|| Vec::with_capacity(faces));
         model.face_groups = (vertices > 0).then(|| Vec::with_capacity(faces));
         Ok(Self { document, plan, model, positions: vec![DVec3::ZERO; vertices], vertex: 0 })
@@ -164,7 +179,8 @@ impl<'d> Reader<'d> {
         })?;
         if let (Some(accessor), Some(colors)) = (set.colors, &mut self.model.vertex_colors) {
             let colors = colors.get_mut(range.clone()).unwrap_or_default();
-            document.values(accessor, path, 3..=4)?.each(1.0, |index, color: [f32; 4]| {
+            let values = document.values(accessor, path, 3..=4)?.normalized();
+            values.each(1.0, |index, color: [f32; 4]| {
                 if let Some(slot) = colors.get_mut(index) {
                     *slot = color;
                 }
@@ -207,11 +223,22 @@ impl<'d> Reader<'d> {
         let uvs = part.uvs.as_ref().and_then(|(place, transform)| {
             Some((instance.uvs.get(*place)?.as_slice(), UvTransform::new(transform)))
         });
+        let more_uvs: Vec<Option<&[[f32; 2]]>> = (0..self.plan.more_uvs)
+            .map(|set| Some(instance.uvs.get(*part.more_uvs.get(set)?)?.as_slice()))
+            .collect();
+        let as_it_is = UvTransform::new(&TextureTransform::default());
         let mirrored = DMat3::from_mat4(*transform).determinant() < 0.0;
         let group = (self.model.groups.len() as u32).wrapping_sub(1);
         let material = primitive.material.unwrap_or(Model::NONE);
-        let Model { soup, corner_uvs, corner_normals, face_groups, face_materials, .. } =
-            &mut self.model;
+        let Model {
+            soup,
+            corner_uvs,
+            more_corner_uvs,
+            corner_normals,
+            face_groups,
+            face_materials,
+            ..
+        } = &mut self.model;
         let mut push = |mut triangle: [u32; 3]| -> Result<(), TooManyCorners> {
             if mirrored {
                 triangle.swap(1, 2);
@@ -220,6 +247,12 @@ impl<'d> Reader<'d> {
             if let Some(all) = corner_uvs {
                 all.extend(triangle.map(|vertex| match &uvs {
                     Some((uvs, transform)) => transform.apply(uvs[vertex as usize]),
+                    None => [f32::NAN; 2],
+                }));
+            }
+            for (all, uvs) in more_corner_uvs.iter_mut().zip(&more_uvs) {
+                all.extend(triangle.map(|vertex| match uvs {
+                    Some(uvs) => as_it_is.apply(uvs[vertex as usize]),
                     None => [f32::NAN; 2],
                 }));
             }

@@ -25,7 +25,15 @@ pub(super) struct Root {
     #[serde(default)]
     pub buffer_views: Vec<View>,
     #[serde(default)]
+    pub cameras: Vec<IgnoredAny>,
+    #[serde(default)]
+    pub extensions: RootExtensions,
+    #[serde(default)]
     pub extensions_required: Vec<Box<str>>,
+    #[serde(default)]
+    pub extensions_used: Vec<Box<str>>,
+    #[serde(default, deserialize_with = "present")]
+    pub extras: bool,
     #[serde(default)]
     pub images: Vec<Image>,
     #[serde(default)]
@@ -34,11 +42,28 @@ pub(super) struct Root {
     pub meshes: Vec<Mesh>,
     #[serde(default)]
     pub nodes: Vec<Node>,
+    #[serde(default)]
+    pub samplers: Vec<IgnoredAny>,
     pub scene: Option<u32>,
     #[serde(default)]
     pub scenes: Vec<Scene>,
     #[serde(default)]
+    pub skins: Vec<IgnoredAny>,
+    #[serde(default)]
     pub textures: Vec<Texture>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(default)]
+pub(super) struct RootExtensions {
+    #[serde(rename = "KHR_lights_punctual")]
+    pub lights: Option<Lights>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Lights {
+    #[serde(default)]
+    pub lights: Vec<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -66,6 +91,12 @@ pub(super) enum Shape {
     Mat2,
     Mat3,
     Mat4,
+}
+
+impl Shape {
+    pub(super) fn is_scalar(self) -> bool {
+        matches!(self, Self::Scalar)
+    }
 }
 
 #[derive(Deserialize)]
@@ -172,6 +203,8 @@ pub(super) struct Material {
     pub double_sided: bool,
     #[serde(default)]
     pub extensions: MaterialExtensions,
+    #[serde(default, deserialize_with = "present")]
+    pub extras: bool,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]
@@ -262,6 +295,8 @@ impl Default for TextureTransform {
 pub(super) struct Mesh {
     pub name: Option<Box<str>>,
     pub primitives: Vec<Primitive>,
+    #[serde(default, deserialize_with = "present")]
+    pub extras: bool,
 }
 
 #[derive(Deserialize)]
@@ -275,6 +310,8 @@ pub(super) struct Primitive {
     pub targets: bool,
     #[serde(default)]
     pub extensions: PrimitiveExtensions,
+    #[serde(default, deserialize_with = "present")]
+    pub extras: bool,
 }
 
 fn triangles() -> u32 {
@@ -292,14 +329,14 @@ pub(super) struct PrimitiveExtensions {
 pub(super) struct Scene {
     #[serde(default)]
     pub nodes: Vec<u32>,
+    #[serde(default, deserialize_with = "present")]
+    pub extras: bool,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Node {
     pub mesh: Option<u32>,
-    #[serde(default, deserialize_with = "present")]
-    pub skin: bool,
     #[serde(default)]
     pub children: Box<[u32]>,
     pub name: Option<Box<str>>,
@@ -309,6 +346,8 @@ pub(super) struct Node {
     pub translation: Option<[f32; 3]>,
     #[serde(default)]
     pub extensions: NodeExtensions,
+    #[serde(default, deserialize_with = "present")]
+    pub extras: bool,
 }
 
 #[derive(Deserialize, Default)]

@@ -5,7 +5,7 @@ use crate::format::Format;
 use crate::model::Model;
 use std::collections::HashMap;
 
-/// The vertices of glTF: a vertex of the model for every combination of texture coordinate and
+/// The vertices of glTF: a vertex of the model for every combination of texture coordinates and
 /// normal at it. The first combination keeps the number of the vertex, so that a mesh without
 /// seams keeps its numbering.
 pub(super) struct Wedges {
@@ -29,14 +29,17 @@ impl Wedges {
         let vertices = model.soup.vertex_count();
         let last = u32::try_from(vertices).map_err(|_| too_many(vertices))?;
         let mut sources: Vec<_> = (0..last).map(|vertex| (vertex, NO_CORNER)).collect();
-        if model.corner_uvs.is_none() && model.corner_normals.is_none() {
+        let is_plain = model.corner_uvs.is_none() && model.more_corner_uvs.is_empty();
+        if is_plain && model.corner_normals.is_none() {
             return Ok(Self { sources, of_corner: model.soup.corners().to_vec() });
         }
         let key = |corner: u32| {
             let corner = corner as usize;
             let uv = model.corner_uvs.as_ref().map(|uvs| uvs[corner].map(f32::to_bits));
             let normal = model.corner_normals.as_ref().map(|all| all[corner].map(f32::to_bits));
-            (uv, normal)
+            let more: Vec<_> =
+                model.more_corner_uvs.iter().map(|uvs| uvs[corner].map(f32::to_bits)).collect();
+            (uv, normal, more)
         };
         let mut extra = HashMap::<_, u32, foldhash::fast::RandomState>::default();
         let mut of_corner = Vec::with_capacity(model.soup.corners().len());

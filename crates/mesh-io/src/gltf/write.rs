@@ -8,6 +8,7 @@ use super::level::{Column, Component, Level};
 use crate::decimal::Decimal;
 use crate::error::WriteError;
 use crate::format::Format;
+use crate::lost::Lost;
 use crate::model::{Alpha, Image, ImageData, Material, Model};
 use crate::write_options::WriteReport;
 use base64::engine::general_purpose::STANDARD;
@@ -165,14 +166,14 @@ impl<'m> Plan<'m> {
     }
 
     fn report(&self) -> WriteReport {
-        let mut dropped: Vec<String> = Vec::new();
-        for what in self.levels.iter().flat_map(|level| &level.dropped) {
-            if !dropped.iter().any(|other| other == what) {
-                dropped.push((*what).to_owned());
+        let mut lost: Vec<Lost> = Vec::new();
+        for one in self.levels.iter().flat_map(|level| &level.lost) {
+            if !lost.contains(one) {
+                lost.push(one.clone());
             }
         }
         let rounding = self.levels.iter().map(|level| level.rounding).fold(0.0, f64::max);
-        WriteReport { rounding, dropped, ..WriteReport::default() }
+        WriteReport { rounding, lost, ..WriteReport::default() }
     }
 
     /// The parts of the buffer, each at a multiple of four bytes.

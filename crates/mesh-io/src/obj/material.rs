@@ -4,11 +4,12 @@ use crate::budget::{Budget, GROWING};
 use crate::error::ReadErrorKind;
 use crate::external::{Files, open};
 use crate::input::{Input, Line, Words, number};
+use crate::lost::Lost;
 use crate::notes::Notes;
 use crate::numbering::Numbering;
 use crate::text::quote;
 use crate::{Alpha, Image, ImageData, Material};
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fs::File;
 
 /// The memory that a material takes, beside its name.
@@ -37,6 +38,7 @@ pub(super) fn read_libraries(
         names,
         images: Numbering::default(),
         place: None,
+        unread: BTreeSet::new(),
         notes,
     };
     // A stream has no libraries beside it; that is no news.
@@ -72,6 +74,12 @@ pub(super) fn read_libraries(
         let count = libraries.len();
         reader.notes.add(format!("read the first {MOST_LIBRARIES} of {count} material libraries"));
     }
+    if !reader.unread.is_empty() {
+        let names: Vec<String> = reader.unread.into_iter().collect();
+        let why = "a material has a base colour with its texture, opacity and emission";
+        let what = format!("material properties {}", names.join(", "));
+        reader.notes.lose(Lost::some(what, names.len() as u64, why));
+    }
     let image =
         |uri| Image { name: String::new(), media_type: String::new(), data: ImageData::Uri(uri) };
     Ok((reader.materials, reader.images.into_names().into_iter().map(image).collect()))
@@ -84,8 +92,13 @@ struct Reader<'r> {
     images: Numbering,
     /// The material that the lines are about, if the mesh uses it.
     place: Option<u32>,
+    /// Keywords of the materials that are not read.
+    unread: BTreeSet<String>,
     notes: &'r mut Notes,
 }
+
+/// No more keywords than this are named.
+const MOST_KEYWORDS: usize = 20;
 
 impl Reader<'_> {
     fn library(
@@ -135,6 +148,10 @@ impl Reader<'_> {
                 }
             }
             b"map_Kd" => return self.picture(line, words),
+            b"" => {}
+            other if self.unread.len() < MOST_KEYWORDS => {
+                self.unread.insert(quote(other));
+            }
             _ => {}
         }
         0

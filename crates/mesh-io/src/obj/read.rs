@@ -11,7 +11,7 @@ use crate::text::quote;
 use crate::{Group, Model};
 use glam::DVec3;
 use mesh_core::PolygonSoup;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 pub(crate) fn read(input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
     let mut reader = Reader::new();
@@ -75,7 +75,11 @@ struct Reader {
     face_uvs: Vec<u32>,
     face_normals: Vec<u32>,
     small_faces: u64,
-    unknown_lines: u64,
+    /// The smoothing group of every face up to the last one in any, and that of the next face.
+    smoothing: Vec<u32>,
+    smoothing_group: u32,
+    /// Lines that hold no part of a mesh, by their keyword.
+    others: BTreeMap<String, u64>,
     notes: Notes,
 }
 
@@ -104,7 +108,9 @@ impl Reader {
             face_uvs: Vec::new(),
             face_normals: Vec::new(),
             small_faces: 0,
-            unknown_lines: 0,
+            smoothing: Vec::new(),
+            smoothing_group: 0,
+            others: BTreeMap::new(),
             notes: Notes::default(),
         };
         // What comes before the first object is in one without a name, and likewise for groups.
@@ -149,12 +155,17 @@ impl Reader {
                 let (_, is_new) = self.libraries.number(&name());
                 Ok(cost_of_name(is_new, words.remainder()))
             }
-            b"s" | b"l" | b"p" | b"vp" => Ok(0),
+            b"s" => {
+                self.smoothing_group = smoothing_group(words.remainder());
+                Ok(0)
+            }
             other => {
-                if self.unknown_lines == 0 {
-                    self.notes.add(format!("{}: skipped {}", line.location(), quote(other)));
+                let known = String::from_utf8_lossy(other);
+                if self.others.len() < MOST_KEYWORDS || self.others.contains_key(known.as_ref()) {
+                    *self.others.entry(known.into_owned()).or_insert(0) += 1;
+                } else {
+                    *self.others.entry(String::new()).or_insert(0) += 1;
                 }
-                self.unknown_lines += 1;
                 Ok(0)
             }
         }
@@ -216,9 +227,17 @@ impl Reader {
             let normals = self.face_normals.iter().map(|&normal| self.normals[normal as usize]);
             append(self.corner_normals.get_or_insert_default(), first, [f32::NAN; 3], normals);
         }
+        if self.smoothing_group != 0 {
+            append(
+                &mut self.smoothing,
+                self.face_groups.len(),
+                0,
+                [self.smoothing_group].into_iter(),
+            );
+        }
         self.face_groups.push(self.group);
         self.face_materials.push(self.material);
-        Ok(GROWING * (12 + self.face.len() as u64 * (4 + 8 + 12)))
+        Ok(GROWING * (16 + self.face.len() as u64 * (4 + 8 + 12)))
     }
 
     fn finish(mut self, input: &mut Input<'_>, files: &Files<'_>) -> Result<Model, ReadErrorKind> {
@@ -232,12 +251,14 @@ impl Reader {
         if !self.colors.is_empty() {
             self.colors.resize(self.soup.vertex_count(), [1.0; 4]);
         }
-        if self.small_faces > 0 {
-            let count = self.small_faces;
-            self.notes.add(format!("skipped {count} faces of fewer than three corners"));
+        let why = "a face needs three";
+        self.notes.lose_some("faces of fewer than three corners", self.small_faces, why);
+        for (keyword, count) in &self.others {
+            let (what, why) = lost_line(keyword);
+            self.notes.lose_some(what, *count, why);
         }
-        if self.unknown_lines > 1 {
-            self.notes.add(format!("skipped {} such lines in all", self.unknown_lines));
+        if !self.smoothing.is_empty() {
+            self.smoothing.resize(self.face_groups.len(), 0);
         }
         let named = |&key: &[u32; 2]| {
             let [object, name] = self.names(key).map(str::to_owned);
@@ -251,7 +272,7 @@ impl Reader {
             files,
             &mut self.notes,
         )?;
-        Ok(Model {
+        let mut model = Model {
             soup: self.soup,
             vertex_colors: (!self.colors.is_empty()).then_some(self.colors),
             corner_normals: self.corner_normals,
@@ -262,10 +283,46 @@ impl Reader {
             materials,
             images,
             material_libraries: self.libraries.into_names(),
-            notes: self.notes.finish(),
+            face_smoothing: (!self.smoothing.is_empty()).then_some(self.smoothing),
             ..Model::default()
-        })
+        };
+        self.notes.store(&mut model);
+        Ok(model)
     }
+}
+
+/// A file with more different keywords than this has the others counted together.
+const MOST_KEYWORDS: usize = 50;
+
+/// The number of a smoothing group, 0 for `off`. A name stands for group 1.
+fn smoothing_group(word: &[u8]) -> u32 {
+    match word {
+        b"" | b"off" | b"OFF" | b"Off" => 0,
+        b"on" | b"ON" | b"On" => 1,
+        word => integer::<i64>(word).map_or(1, |group| u32::try_from(group).unwrap_or(0)),
+    }
+}
+
+/// What the lines of a keyword hold, and why it is lost.
+pub(super) fn lost_line(keyword: &str) -> (String, &'static str) {
+    let name = match keyword {
+        "l" => "lines",
+        "p" => "points",
+        "vp" => "points of curves",
+        "curv" | "curv2" | "surf" => "free-form curves and surfaces",
+        "" => return ("OBJ lines of other keywords".to_owned(), "they are no part of OBJ"),
+        "cstype" | "deg" | "bmat" | "step" | "parm" | "trim" | "hole" | "scrv" | "sp" | "end"
+        | "con" | "mg" | "bevel" | "c_interp" | "d_interp" | "lod" | "shadow_obj" | "trace_obj"
+        | "ctech" | "stech" | "maplib" | "usemap" | "call" | "csh" => {
+            let what = format!("OBJ lines of {}", quote(keyword.as_bytes()));
+            return (what, "a model holds polygons only");
+        }
+        _ => {
+            let what = format!("OBJ lines of {}", quote(keyword.as_bytes()));
+            return (what, "the keyword is not known");
+        }
+    };
+    (name.to_owned(), "a model holds polygons only")
 }
 
 /// `x y z`, then nothing, a weight, or a colour with or without opacity.

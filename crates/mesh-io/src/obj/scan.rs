@@ -1,11 +1,11 @@
 //! OBJ as a stream.
 
-use super::read::{corner, join_lines, position};
+use super::read::{corner, join_lines, lost_line, position};
 use crate::error::ReadErrorKind;
 use crate::input::{Input, Line};
 use crate::item::{Item, Visit};
+use crate::lost::{Lost, STREAMED};
 use crate::notes::Notes;
-use crate::text::quote;
 use std::ops::ControlFlow;
 
 pub(crate) fn scan(
@@ -30,10 +30,8 @@ pub(crate) fn scan(
             return Ok(flow);
         }
     }
-    if scan.small_faces > 0 {
-        let count = scan.small_faces;
-        scan.notes.add(format!("skipped {count} faces of fewer than three corners"));
-    }
+    let why = "a face needs three";
+    scan.notes.lose_some("faces of fewer than three corners", scan.small_faces, why);
     Ok(ControlFlow::Continue(()))
 }
 
@@ -56,7 +54,7 @@ impl Scan<'_> {
             b"v" => {
                 let (position, color) = position(line)?;
                 if color.is_some() {
-                    self.notes.add("passed over the colours of OBJ vertices");
+                    self.notes.lose(Lost::new("colours of OBJ vertices", STREAMED));
                 }
                 self.counts[0] += 1;
                 return Ok(visit(Item::Vertex(position)));
@@ -72,16 +70,21 @@ impl Scan<'_> {
                 }
                 self.small_faces += 1;
             }
-            b"vt" => self.counts[1] += 1,
-            b"vn" => self.counts[2] += 1,
-            b"usemtl" | b"mtllib" => self.notes.add("passed over the OBJ materials"),
-            b"o" | b"g" => self.notes.add("passed over the OBJ objects and groups"),
-            b"s" | b"l" | b"p" | b"vp" => {}
-            other => self.notes.add(format!("skipped OBJ lines of {}", quote(other))),
-        }
-        if matches!(keyword, b"vt" | b"vn") {
-            let what = if keyword == b"vt" { "texture coordinates" } else { "normals" };
-            self.notes.add(format!("passed over the OBJ {what}"));
+            b"vt" => {
+                self.counts[1] += 1;
+                self.notes.lose(Lost::new("OBJ texture coordinates", STREAMED));
+            }
+            b"vn" => {
+                self.counts[2] += 1;
+                self.notes.lose(Lost::new("OBJ normals", STREAMED));
+            }
+            b"usemtl" | b"mtllib" => self.notes.lose(Lost::new("OBJ materials", STREAMED)),
+            b"o" | b"g" => self.notes.lose(Lost::new("OBJ objects and groups", STREAMED)),
+            b"s" => self.notes.lose(Lost::new("smoothing groups", STREAMED)),
+            other => {
+                let (what, why) = lost_line(&String::from_utf8_lossy(other));
+                self.notes.lose(Lost::new(what, why));
+            }
         }
         Ok(ControlFlow::Continue(()))
     }

@@ -31,6 +31,7 @@ pub(crate) fn write(
     let names = material_names(model);
     let mut group = Model::NONE;
     let mut material = Model::NONE;
+    let mut smoothing = 0;
     for face in 0..model.soup.face_count() {
         if let Some(groups) = &model.face_groups
             && groups[face] != group
@@ -45,6 +46,15 @@ pub(crate) fn write(
             // No material, which has no name, ends the one before.
             let name = names.get(material as usize).map_or("", String::as_str);
             writeln!(writer, "usemtl {name}")?;
+        }
+        if let Some(groups) = &model.face_smoothing
+            && groups[face] != smoothing
+        {
+            smoothing = groups[face];
+            match smoothing {
+                0 => writeln!(writer, "s off")?,
+                group => writeln!(writer, "s {group}")?,
+            }
         }
         write!(writer, "f")?;
         for corner in model.soup.corner_range(face) {

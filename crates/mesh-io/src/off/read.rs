@@ -3,19 +3,47 @@
 use crate::Model;
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
-use crate::format::is_off_word;
+use crate::format::off_word;
 use crate::input::{Input, Line, integer, number};
+use crate::lost::Lost;
 use crate::notes::Notes;
+use crate::scalars::Scalars;
 use crate::text::quote;
 use glam::DVec3;
 use mesh_core::PolygonSoup;
+
+/// What is said of places in a colour map.
+const IN_COLOR_MAP: &str =
+    "colours are places in a colour map that is not in the file: kept as numbers named color_index";
+
+/// How far ahead of the vertices the reader looks, in bytes.
+const LOOK_AHEAD: usize = 1 << 16;
+
+/// A line up to its comment, without white space around it.
+fn without_comment(line: &[u8]) -> &[u8] {
+    line.split(|&byte| byte == b'#').next().unwrap_or_default().trim_ascii()
+}
+
+fn numbers_in(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+/// Whether a line holds three numbers, as of a normal of unit length.
+fn has_unit_length(line: &[u8]) -> bool {
+    let numbers: Vec<f64> = numbers_in(line).filter_map(number).collect();
+    numbers.len() == 3 && is_near_one(numbers.iter().map(|value| value * value).sum())
+}
+
+fn is_near_one(squared_length: f64) -> bool {
+    (squared_length - 1.0).abs() < 0.01
+}
 
 /// The memory that a vertex takes, with everything that it may have.
 const VERTEX: u64 = 24 + GROWING * (12 + 16 + 8);
 
 /// The memory that a face takes, with a colour and texture coordinates.
 fn face_cost(corners: usize) -> u64 {
-    GROWING * (4 + 16 + 12 * corners as u64)
+    GROWING * (8 + 16 + 12 * corners as u64)
 }
 
 /// What the header word announces for every vertex.
@@ -32,10 +60,10 @@ struct Header {
 }
 
 impl Header {
-    fn parse(word: &[u8]) -> Self {
-        let has = |byte| word.contains(&byte);
+    fn parse(letters: &[u8]) -> Self {
+        let has = |byte| letters.contains(&byte);
         Self {
-            uv: word.starts_with(b"ST"),
+            uv: has(b'S'),
             color: has(b'C'),
             normal: has(b'N'),
             weight: has(b'4'),
@@ -61,6 +89,7 @@ pub(crate) fn read(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
         model: Model::default(),
         uvs: vec![],
         small_faces: 0,
+        vertex_places: vec![],
         surplus: false,
         notes: Notes::default(),
         little_endian: false,
@@ -81,6 +110,8 @@ struct Reader<'i, 'a> {
     uvs: Vec<[f32; 2]>,
     /// Faces of fewer than three corners.
     small_faces: u64,
+    /// The places of vertices in a colour map.
+    vertex_places: Vec<i32>,
     /// Whether a vertex had more numbers than announced.
     surplus: bool,
     notes: Notes,
@@ -94,10 +125,13 @@ impl Reader<'_, '_> {
         let line = self.input.data_line("OFF or the numbers of vertices and faces")?;
         let mut words = line.words();
         let word = words.next().unwrap_or_default();
-        if !is_off_word(word) {
-            return read_counts(line, 0);
+        let Some((letters, digits)) = off_word(word) else { return read_counts(line, 0) };
+        self.header = Header::parse(&letters);
+        if let Some(vertices) = integer(digits) {
+            let faces = words.next().unwrap_or_default();
+            let faces = integer(faces).ok_or_else(|| line.unexpected("the number of faces", faces));
+            return Ok([vertices, faces?]);
         }
-        self.header = Header::parse(word);
         let mut used = 1;
         if words.clone().next() == Some(b"BINARY") {
             self.header.binary = true;
@@ -128,6 +162,7 @@ impl Reader<'_, '_> {
 
     fn text(&mut self, [vertices, faces]: [u32; 2]) -> Result<(), ReadErrorKind> {
         let here = Location::Line(self.input.line_number());
+        self.drop_empty_promises(vertices, faces)?;
         let least = 2 * self.header.without_color() as u64;
         let room = self.input.plausible(u64::from(vertices), least, here.clone(), "vertices")?;
         let face_room = self.input.plausible(u64::from(faces), 2, here, "faces");
@@ -151,6 +186,65 @@ impl Reader<'_, '_> {
         self.faces_text(faces, vertices)?;
         if let Some(colors) = &mut self.model.vertex_colors {
             to_unit_range(colors, fractions);
+        }
+        // Some vertices have a place in a colour map, others a colour.
+        if self.model.vertex_colors.as_ref().is_some_and(|c| c.len() != vertices as usize) {
+            self.model.vertex_colors = None;
+            let why = "some vertices have a place in a colour map instead";
+            self.notes.lose(Lost::new("colours of vertices", why));
+        }
+        Ok(())
+    }
+
+    /// Takes back what the header word promises where the vertices do not have it. That is so when each
+    /// vertex has one line, and these lines have too few numbers. A vertex may also have its numbers on two
+    /// lines: the file has more lines then, and every second one is a normal of unit length.
+    fn drop_empty_promises(&mut self, vertices: u32, faces: u32) -> Result<(), ReadErrorKind> {
+        let header = self.header;
+        let coordinates = header.coordinates();
+        let promised = header.without_color() + if header.color { 3 } else { 0 };
+        if promised == coordinates {
+            return Ok(());
+        }
+        let window = self.input.peek(LOOK_AHEAD)?;
+        let is_whole = window.len() < LOOK_AHEAD;
+        let lines = window.split(|&byte| byte == b'\n' || byte == b'\r');
+        let mut lines: Vec<&[u8]> = lines.map(without_comment).filter(|l| !l.is_empty()).collect();
+        if !is_whole {
+            // The last line may go on.
+            lines.pop();
+        }
+        let (vertices, faces) = (vertices as usize, faces as usize);
+        let of_vertices = lines.get(..lines.len().min(vertices)).unwrap_or_default();
+        let Some(&first) = of_vertices.first() else { return Ok(()) };
+        let count = numbers_in(first).count();
+        let has_rows = count >= coordinates
+            && count < promised
+            && of_vertices.iter().all(|line| numbers_in(line).count() == count);
+        let is_split = if is_whole {
+            lines.len() >= vertices.saturating_mul(2).saturating_add(faces)
+        } else {
+            of_vertices.iter().skip(1).step_by(2).all(|line| has_unit_length(line))
+        };
+        if !has_rows || is_split {
+            return Ok(());
+        }
+        let numbers: Vec<f64> = numbers_in(first).filter_map(number).collect();
+        let rest = numbers.get(coordinates..).unwrap_or_default();
+        let is_unit = rest.len() == 3 && is_near_one(rest.iter().map(|value| value * value).sum());
+        // Three numbers of unit length are a normal, other three or four a colour, two a texture coordinate.
+        self.header.normal &= is_unit || (rest.len() == 3 && !header.color);
+        self.header.color &= (3..=4).contains(&rest.len()) && !self.header.normal;
+        self.header.uv &= rest.len() == 2;
+        for (before, now, what) in [
+            (header.normal, self.header.normal, "normals"),
+            (header.color, self.header.color, "colours"),
+            (header.uv, self.header.uv, "texture coordinates"),
+        ] {
+            if before && !now {
+                self.notes
+                    .add(format!("the OFF header announces {what}, but the vertices have none"));
+            }
         }
         Ok(())
     }
@@ -178,7 +272,9 @@ impl Reader<'_, '_> {
         if let Some(&uv) = uv.first_chunk::<2>() {
             self.uvs.push(uv.map(|value| value as f32));
         }
-        if header.color {
+        if let (true, &[place]) = (header.color, color) {
+            self.vertex_places.push(place as i32);
+        } else if header.color {
             let color = read_color(color).ok_or_else(|| {
                 let expected = "three or four numbers of a colour";
                 ReadErrorKind::malformed(numbers.at.clone(), expected, color.len().to_string())
@@ -207,7 +303,7 @@ impl Reader<'_, '_> {
             }
             self.input.spend(face_cost(face.len()), || numbers.at.clone())?;
         }
-        self.model.face_colors = colors.finish(fractions);
+        self.take_face_colors(colors, fractions);
         Ok(())
     }
 
@@ -307,8 +403,23 @@ impl Reader<'_, '_> {
             }
             self.input.spend(face_cost(face.len()), || at)?;
         }
-        self.model.face_colors = colors.finish(true);
+        self.take_face_colors(colors, true);
         Ok(())
+    }
+
+    fn take_face_colors(&mut self, colors: FaceColors, fractions: bool) {
+        let (colors, places) = colors.finish(fractions);
+        self.model.face_colors = colors;
+        let vertex_places = std::mem::take(&mut self.vertex_places);
+        let is_whole = vertex_places.len() == self.model.soup.vertex_count();
+        if !vertex_places.is_empty() && is_whole {
+            self.notes.add(IN_COLOR_MAP);
+            self.model.vertex_scalars.push(Scalars::new("color_index", vertex_places));
+        }
+        if let Some(places) = places {
+            self.notes.add(IN_COLOR_MAP);
+            self.model.face_scalars.push(Scalars::new("color_index", places));
+        }
     }
 
     /// Whether the number of colour components follows each face, as the format has it. OpenMesh
@@ -345,11 +456,9 @@ impl Reader<'_, '_> {
             let uv = |&vertex: &u32| self.uvs.get(vertex as usize).copied().unwrap_or_default();
             self.model.corner_uvs = Some(self.model.soup.corners().iter().map(uv).collect());
         }
-        if self.small_faces > 0 {
-            let count = self.small_faces;
-            self.notes.add(format!("skipped {count} faces of fewer than three corners"));
-        }
-        self.model.notes = self.notes.finish();
+        let why = "a face needs three";
+        self.notes.lose_some("faces of fewer than three corners", self.small_faces, why);
+        self.notes.store(&mut self.model);
         self.model
     }
 }
@@ -455,22 +564,28 @@ fn to_unit_range(colors: &mut [[f32; 4]], fractions: bool) {
 struct FaceColors {
     colors: Vec<[f32; 4]>,
     any: bool,
+    /// The places in a colour map, -1 for faces without one.
+    places: Vec<i32>,
 }
 
 impl FaceColors {
-    /// Takes what follows the corners of a face; a single number is an index into a table of
-    /// colours that is not in the file.
+    /// Takes what follows the corners of a face: a colour, or a place in a colour map that is not in the
+    /// file.
     fn push(&mut self, color: &[f64]) {
+        let place = match *color {
+            [place] if place >= 0.0 && place.fract() == 0.0 => place as i32,
+            _ => -1,
+        };
+        self.places.push(place);
         let color = read_color(color);
         self.any |= color.is_some();
         self.colors.push(color.unwrap_or([f32::NAN; 4]));
     }
 
-    fn finish(mut self, fractions: bool) -> Option<Vec<[f32; 4]>> {
-        if !self.any {
-            return None;
-        }
+    /// The colours, and the places in a colour map, where there are any.
+    fn finish(mut self, fractions: bool) -> (Option<Vec<[f32; 4]>>, Option<Vec<i32>>) {
         to_unit_range(&mut self.colors, fractions);
-        Some(self.colors)
+        let has_places = self.places.iter().any(|&place| place >= 0);
+        (self.any.then_some(self.colors), has_places.then_some(self.places))
     }
 }

@@ -322,6 +322,11 @@ impl FaceColumns {
         12 * corners as u64 + 4 + 16 + self.scalars.row()
     }
 
+    /// The places of the lists that are read.
+    pub(super) fn lists(&self) -> Vec<usize> {
+        std::iter::once(self.indices).chain(self.uv_list).collect()
+    }
+
     /// The place of the list of vertex indices.
     pub(super) fn index_list(&self) -> usize {
         self.indices

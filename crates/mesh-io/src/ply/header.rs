@@ -31,9 +31,14 @@ fn parse_type(word: &[u8]) -> Option<ScalarType> {
     })
 }
 
-/// The value that stands for full intensity in a colour of this type.
+/// The value that stands for full intensity in a colour of this type. Only bytes tell their range: other
+/// types are taken from 0 to 1 here, and divided when all colours are known.
 pub(super) fn full_intensity(kind: ScalarType) -> f64 {
-    kind.range().map_or(1.0, |[_, most]| most as f64)
+    match kind {
+        ScalarType::U8 => 255.0,
+        ScalarType::I8 => 127.0,
+        _ => 1.0,
+    }
 }
 
 /// A property of an element: one value, or a list of values behind their number.

@@ -10,11 +10,15 @@ use super::records::{Column, Record, each_record};
 use crate::budget::GROWING;
 use crate::error::{Location, ReadErrorKind};
 use crate::input::Input;
+use crate::lost::Lost;
 use crate::notes::Notes;
 use crate::scalars::ScalarType;
 use crate::text::quote;
 use crate::{Image, ImageData, Material, Model};
 use mesh_core::PolygonSoup;
+
+/// Why elements without indices are lost.
+const NO_INDICES: &str = "there is no list of vertex indices, vertex_indices or vertex_index";
 
 /// Bytes decoded at a time.
 const BLOCK: usize = 1 << 15;
@@ -67,7 +71,8 @@ impl Reader<'_, '_> {
             "tristrips" if soup.face_count() == 0 => self.strips(element),
             _ => {
                 let name = quote(element.name.as_bytes());
-                self.notes.add(format!("skipped the PLY element {name}"));
+                let why = "a model holds vertices and faces only";
+                self.notes.lose_some(format!("PLY element {name}"), element.count, why);
                 each_record(self.input, self.storage, element, |_| Ok(0))
             }
         }
@@ -75,6 +80,7 @@ impl Reader<'_, '_> {
 
     fn vertices(&mut self, element: &Element, room: usize) -> Result<(), ReadErrorKind> {
         let mut columns = VertexColumns::new(element)?;
+        self.note_lists(element, &[]);
         let at = || Location::Line(element.line);
         self.input.require(columns.row().saturating_mul(room as u64), at)?;
         columns.reserve(room);
@@ -129,9 +135,10 @@ impl Reader<'_, '_> {
         self.input.require((room as u64).saturating_mul(16), || Location::Line(element.line))?;
         self.reserve_faces(room);
         let Some(mut columns) = FaceColumns::new(element) else {
-            self.notes.add("the PLY faces have no list of vertex indices");
+            self.notes.lose_some("faces", element.count, NO_INDICES);
             return each_record(self.input, self.storage, element, |_| Ok(0));
         };
+        self.note_lists(element, &columns.lists());
         if self.storage != Storage::Text && is_plain_index_list(element) {
             return self.index_lists(element.count);
         }
@@ -163,10 +170,23 @@ impl Reader<'_, '_> {
         *self.model.soup.positions_mut() = positions;
     }
 
-    fn note_small_faces(&mut self, count: u64) {
-        if count > 0 {
-            self.notes.add(format!("skipped {count} faces of fewer than three corners"));
+    /// Names the lists that are not read; `used` are the places of those that are.
+    fn note_lists(&mut self, element: &Element, used: &[usize]) {
+        for (place, property) in element.properties.iter().enumerate() {
+            if property.count.is_some() && !used.contains(&place) && element.count > 0 {
+                let (list, of) = (quote(property.name.as_bytes()), quote(element.name.as_bytes()));
+                let why = "a model holds single numbers for each vertex or face";
+                self.notes.lose_some(
+                    format!("list {list} of the PLY element {of}"),
+                    element.count,
+                    why,
+                );
+            }
         }
+    }
+
+    fn note_small_faces(&mut self, count: u64) {
+        self.notes.lose_some("faces of fewer than three corners", count, "a face needs three");
     }
 
     /// Faces that are nothing but a `list uchar int`.
@@ -222,7 +242,7 @@ impl Reader<'_, '_> {
     /// other one turned over; -1 begins a new strip.
     fn strips(&mut self, element: &Element) -> Result<(), ReadErrorKind> {
         let Some(columns) = FaceColumns::new(element) else {
-            self.notes.add("the PLY strips have no list of vertex indices");
+            self.notes.lose_some("triangle strips", element.count, NO_INDICES);
             return each_record(self.input, self.storage, element, |_| Ok(0));
         };
         let (soup, limit) = (&mut self.model.soup, self.vertex_count);
@@ -242,8 +262,9 @@ impl Reader<'_, '_> {
             }
             Ok(GROWING * 40 * indices.len() as u64)
         })?;
-        self.model.face_colors = None;
-        self.model.face_scalars.clear();
+        let others = element.properties.len() as u64 - 1;
+        let why = "a strip is cut into triangles, which have no properties of their own";
+        self.notes.lose_some("properties of triangle strips", others, why);
         Ok(())
     }
 
@@ -256,7 +277,7 @@ impl Reader<'_, '_> {
             self.model.corner_uvs = Some(corners.iter().map(uv).collect());
         }
         self.textures(textures)?;
-        self.model.notes = self.notes.finish();
+        self.notes.store(&mut self.model);
         Ok(self.model)
     }
 
@@ -266,7 +287,8 @@ impl Reader<'_, '_> {
         let Some(first) = textures.first() else { return Ok(()) };
         if self.model.corner_uvs.is_none() {
             let name = quote(first.as_bytes());
-            self.notes.add(format!("left out the texture {name}: there are no coordinates for it"));
+            let what = format!("texture {name}");
+            self.notes.lose(Lost::new(what, "there are no texture coordinates for it"));
             return Ok(());
         }
         let (count, faces) = (textures.len(), self.model.soup.face_count());

@@ -7,6 +7,7 @@ use super::records::each_record;
 use crate::error::{Location, ReadErrorKind};
 use crate::input::Input;
 use crate::item::{Item, Visit};
+use crate::lost::{Lost, STREAMED};
 use crate::notes::Notes;
 use crate::text::quote;
 use glam::DVec3;
@@ -73,7 +74,7 @@ impl Scan<'_, '_, '_> {
         for (place, property) in self.element.properties.iter().enumerate() {
             if !used.contains(&place) {
                 let name = quote(property.name.as_bytes());
-                self.notes.add(format!("passed over the PLY property {name}"));
+                self.notes.lose(Lost::new(format!("PLY property {name}"), STREAMED));
             }
         }
     }
@@ -99,7 +100,7 @@ impl Scan<'_, '_, '_> {
         flow: &mut ControlFlow<()>,
     ) -> Result<(), ReadErrorKind> {
         let Some(columns) = FaceColumns::new(self.element) else {
-            self.notes.add("the PLY faces have no list of vertex indices");
+            self.notes.lose_some("faces", self.element.count, "there is no list of vertex indices");
             return each_record(self.input, self.storage, self.element, |_| Ok(0));
         };
         self.note_others(&[columns.index_list()]);
@@ -117,15 +118,13 @@ impl Scan<'_, '_, '_> {
             *flow = visit(Item::Face(&face));
             if flow.is_break() { Err(stopped()) } else { Ok(0) }
         });
-        if too_small > 0 {
-            self.notes.add(format!("skipped {too_small} faces of fewer than three corners"));
-        }
+        self.notes.lose_some("faces of fewer than three corners", too_small, "a face needs three");
         if flow.is_break() { Ok(()) } else { read }
     }
 
     fn pass_over(self) -> Result<(), ReadErrorKind> {
         let name = quote(self.element.name.as_bytes());
-        self.notes.add(format!("skipped the PLY element {name}"));
+        self.notes.lose_some(format!("PLY element {name}"), self.element.count, STREAMED);
         each_record(self.input, self.storage, self.element, |_| Ok(0))
     }
 }

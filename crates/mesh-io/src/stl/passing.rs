@@ -1,6 +1,6 @@
 //! Writing STL from faces that pass by.
 
-use super::write::{binary_facet, binary_head, text_facet};
+use super::write::{WITHOUT_COLORS, binary_facet, binary_head, text_facet};
 use crate::cutter::Cutter;
 use crate::error::WriteError;
 use glam::DVec3;
@@ -22,15 +22,19 @@ impl<'w> StlPassing<'w> {
         if is_text {
             writeln!(writer, "solid ")?;
         } else {
-            binary_head(writer, triangles)?;
+            binary_head(writer, triangles, WITHOUT_COLORS)?;
         }
         Ok(Self { writer, is_text, cutter: Cutter::default() })
     }
 
     pub(crate) fn face(&mut self, vertices: &[u64], corners: &[DVec3]) -> std::io::Result<()> {
-        let facet = if self.is_text { text_facet } else { binary_facet };
         for triangle in self.cutter.cut_polygon(vertices, corners) {
-            facet(self.writer, triangle.map(|corner| corners[corner as usize]))?;
+            let triangle = triangle.map(|corner| corners[corner as usize]);
+            if self.is_text {
+                text_facet(self.writer, triangle)?;
+            } else {
+                binary_facet(self.writer, triangle, 0)?;
+            }
         }
         Ok(())
     }

@@ -1,9 +1,12 @@
 //! Reading STL.
 
+use super::color::Convention;
 use super::facets::{CORNERS, FACET, Facets, HEADER, Part, corners_of, is_text};
 use crate::budget::GROWING;
 use crate::error::ReadErrorKind;
 use crate::input::Input;
+use crate::lost::Lost;
+use crate::notes::Notes;
 use crate::{Group, Model};
 use glam::DVec3;
 use mesh_core::{PolygonSoup, soup::TooManyCorners};
@@ -12,7 +15,7 @@ use std::collections::HashMap;
 /// The memory that a vertex takes, its entry in the table of positions included.
 const VERTEX: u64 = GROWING * (24 + 40);
 /// The memory that a facet takes, its vertices left out.
-const FACE: u64 = GROWING * 20;
+const FACE: u64 = GROWING * (20 + 16);
 
 pub(crate) fn read(input: &mut Input<'_>, size: Option<u64>) -> Result<Model, ReadErrorKind> {
     if is_text(input, size)? { read_text(input) } else { read_binary(input) }
@@ -38,7 +41,8 @@ impl Weld {
 }
 
 fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
-    input.skip(HEADER, "the header")?;
+    let header: [u8; HEADER as usize] = input.array("the header")?;
+    let convention = Convention::of(&header);
     let at = input.here();
     let count = u32::from_le_bytes(input.array("the number of facets")?);
     let room = input.plausible(u64::from(count), FACET as u64, at.clone(), "facets")?;
@@ -49,7 +53,7 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
         vertices: HashMap::with_capacity_and_hasher(room / 2, Default::default()),
         soup: PolygonSoup::with_capacity(room / 2, room, 3 * room),
     };
-    let mut extra = false;
+    let mut colors = FacetColors::default();
     for _ in 0..count {
         let before = weld.soup.vertex_count();
         let facet: [u8; FACET] = input.array("a facet")?;
@@ -58,20 +62,55 @@ fn read_binary(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
             *vertex = weld.vertex(corner.to_array())?;
         }
         weld.soup.push_face(&triangle)?;
-        extra |= facet[CORNERS.end..] != [0, 0];
+        colors.push(&facet, convention);
         let cost = FACE + VERTEX * (weld.soup.vertex_count() - before) as u64;
         let at = input.here();
         input.spend(cost, || at)?;
     }
     let mut model = Model::from(weld.soup);
-    if extra {
-        model.notes.push("ignored the two extra bytes of the STL facets".to_owned());
-    }
+    let mut notes = Notes::default();
+    model.face_colors = colors.finish(&mut notes);
     if !input.peek(1)?.is_empty() {
-        model.notes.push("ignored what follows the last STL facet".to_owned());
+        notes.lose(Lost::new("bytes after the last STL facet", "they are no part of the format"));
     }
+    notes.store(&mut model);
     Ok(model)
 }
+
+/// The colours of the facets, kept from the first facet on that has one.
+#[derive(Default)]
+struct FacetColors {
+    colors: Vec<[f32; 4]>,
+    count: usize,
+    /// The facets whose two bytes are not zero and no colour.
+    others: u64,
+}
+
+impl FacetColors {
+    fn push(&mut self, facet: &[u8; FACET], convention: Convention) {
+        let attribute = facet[CORNERS.end..].first_chunk().map_or(0, |&b| u16::from_le_bytes(b));
+        let color = convention.color(attribute);
+        self.others += u64::from(color.is_none() && attribute != 0);
+        if color.is_some() || !self.colors.is_empty() {
+            self.colors.resize(self.count, NO_COLOR);
+            self.colors.push(color.unwrap_or(NO_COLOR));
+        }
+        self.count += 1;
+    }
+
+    fn finish(mut self, notes: &mut Notes) -> Option<Vec<[f32; 4]>> {
+        let why = "they are no colour in the convention of VisCAM or Magics";
+        notes.lose_some("attribute bytes of STL facets", self.others, why);
+        if self.colors.is_empty() {
+            return None;
+        }
+        self.colors.resize(self.count, NO_COLOR);
+        Some(self.colors)
+    }
+}
+
+/// The colour of a facet without one.
+const NO_COLOR: [f32; 4] = [f32::NAN; 4];
 
 fn read_text(input: &mut Input<'_>) -> Result<Model, ReadErrorKind> {
     let mut reader = TextReader::default();

@@ -4,6 +4,7 @@ use super::facets::{CORNERS, FACET, Facets, HEADER, Part, corners_of, is_text};
 use crate::error::ReadErrorKind;
 use crate::input::Input;
 use crate::item::{Item, Visit};
+use crate::lost::{Lost, STREAMED};
 use crate::notes::Notes;
 use std::ops::ControlFlow;
 
@@ -34,10 +35,10 @@ fn scan_binary(
         }
     }
     if extra {
-        notes.add("ignored the two extra bytes of the STL facets");
+        notes.lose(Lost::new("attribute bytes of STL facets", STREAMED));
     }
     if !input.peek(1)?.is_empty() {
-        notes.add("ignored what follows the last STL facet");
+        notes.lose(Lost::new("bytes after the last STL facet", "they are no part of the format"));
     }
     Ok(ControlFlow::Continue(()))
 }

@@ -1,5 +1,6 @@
 //! Writing STL.
 
+use super::color::StlColors;
 use crate::cutter::Cutter;
 use crate::decimal::Decimal;
 use crate::error::WriteError;
@@ -28,14 +29,25 @@ fn for_each_triangle(
 pub(crate) fn write_binary(
     writer: &mut dyn Write,
     model: &Model,
+    convention: StlColors,
 ) -> Result<WriteReport, WriteError> {
-    binary_head(writer, model.soup.faces().map(|face| face.len() as u64 - 2).sum())?;
-    for_each_triangle(model, |_, triangle| binary_facet(writer, triangle))?;
+    let count = model.soup.faces().map(|face| face.len() as u64 - 2).sum();
+    let colors = model.face_colors.as_deref();
+    let header = if colors.is_some() { convention.header() } else { WITHOUT_COLORS };
+    binary_head(writer, count, header)?;
+    for_each_triangle(model, |face, triangle| {
+        let color = colors.map(|colors| convention.attribute(colors[face]));
+        binary_facet(writer, triangle, color.unwrap_or(0))
+    })?;
     Ok(report(model))
 }
 
 /// What a binary file begins with.
-pub(super) fn binary_head(writer: &mut dyn Write, count: u64) -> Result<(), WriteError> {
+pub(super) fn binary_head(
+    writer: &mut dyn Write,
+    count: u64,
+    text: &[u8],
+) -> Result<(), WriteError> {
     let count = u32::try_from(count).map_err(|_| WriteError::TooLarge {
         format: Format::Stl,
         what: "triangles",
@@ -44,20 +56,27 @@ pub(super) fn binary_head(writer: &mut dyn Write, count: u64) -> Result<(), Writ
     })?;
     // Not "solid", which begins a text file.
     let mut header = [0; 80];
-    let name = b"binary STL";
-    header[..name.len()].copy_from_slice(name);
+    header.iter_mut().zip(text).for_each(|(byte, &text)| *byte = text);
     writer.write_all(&header)?;
     Ok(writer.write_all(&count.to_le_bytes())?)
 }
 
-/// A triangle of a binary file.
-pub(super) fn binary_facet(writer: &mut dyn Write, triangle: [DVec3; 3]) -> std::io::Result<()> {
+/// The header of a binary file without colours.
+pub(super) const WITHOUT_COLORS: &[u8] = b"binary STL";
+
+/// A triangle of a binary file, with its two attribute bytes.
+pub(super) fn binary_facet(
+    writer: &mut dyn Write,
+    triangle: [DVec3; 3],
+    attribute: u16,
+) -> std::io::Result<()> {
     let mut facet = [0; 50];
     let [a, b, c] = triangle.map(DVec3::as_vec3);
     let rows = [normal(triangle).as_vec3(), a, b, c].map(|row| row.to_array());
     for (bytes, value) in facet.as_chunks_mut().0.iter_mut().zip(rows.as_flattened()) {
         *bytes = value.to_le_bytes();
     }
+    facet[48..].copy_from_slice(&attribute.to_le_bytes());
     writer.write_all(&facet)
 }
 

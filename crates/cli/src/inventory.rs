@@ -1,0 +1,48 @@
+//! The kinds of content that a mesh has, to tell what a command leaves out.
+
+use mesh_io::{Lost, Model};
+
+/// The kinds of content of a model by name.
+#[derive(Debug)]
+pub(crate) struct Inventory {
+    kinds: Vec<(String, u64)>,
+}
+
+impl Inventory {
+    pub(crate) fn of(model: &Model) -> Self {
+        fn count<T>(values: Option<&Vec<T>>) -> u64 {
+            values.map_or(0, |values| values.len() as u64)
+        }
+        let normals = count(model.vertex_normals.as_ref()) + count(model.corner_normals.as_ref());
+        let fixed = [
+            ("normals", normals),
+            ("colours of vertices", count(model.vertex_colors.as_ref())),
+            ("texture coordinates", count(model.corner_uvs.as_ref())),
+            ("further sets of texture coordinates", model.more_corner_uvs.len() as u64),
+            ("colours of faces", count(model.face_colors.as_ref())),
+            ("smoothing groups", count(model.face_smoothing.as_ref())),
+            ("groups", model.face_groups.as_ref().map_or(0, |_| model.groups.len() as u64)),
+            (
+                "materials",
+                model.face_materials.as_ref().map_or(0, |_| model.materials.len() as u64),
+            ),
+        ];
+        let mut kinds: Vec<(String, u64)> =
+            fixed.into_iter().map(|(name, count)| (name.to_owned(), count)).collect();
+        for (of, all) in [("vertices", &model.vertex_scalars), ("faces", &model.face_scalars)] {
+            let named = all.iter().map(|s| (format!("{} of {of}", s.name), s.values.len() as u64));
+            kinds.extend(named);
+        }
+        kinds.retain(|(_, count)| *count > 0);
+        Self { kinds }
+    }
+
+    /// What this has and the other one has not.
+    pub(crate) fn missing_in(&self, other: &Self) -> Vec<Lost> {
+        let is_there = |name: &String| other.kinds.iter().any(|(there, _)| there == name);
+        let missing = self.kinds.iter().filter(|(name, _)| !is_there(name));
+        missing
+            .map(|(name, count)| Lost::some(name, *count, "the command does not carry them over"))
+            .collect()
+    }
+}

@@ -1,0 +1,56 @@
+//! Models from what the crate `gltf` has loaded.
+
+use super::accessor::Bytes;
+use super::read::{parse, read_root};
+use crate::budget::Budget;
+use crate::error::{ReadError, ReadErrorKind};
+use crate::input::Input;
+use crate::model::Model;
+use std::ops::Deref;
+use std::rc::Rc;
+
+impl Model {
+    /// The model of a document that the crate `gltf` has loaded, with the bytes of its buffers in the order
+    /// of the document: `Vec<Vec<u8>>`, or the `Vec<gltf::buffer::Data>` that `gltf::import` returns.
+    ///
+    /// Images are as the document has them: embedded ones in the model as encoded bytes, others by name.
+    ///
+    /// ```
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// # let triangle = mesh_core::PolygonSoup::from_triangles(
+    /// #     &[glam::DVec3::ZERO, glam::DVec3::X, glam::DVec3::Y], &[[0, 1, 2]])?;
+    /// # let mut glb = Vec::new();
+    /// # mesh_io::write_to(&mut glb, &triangle, mesh_io::Format::Glb, &Default::default())?;
+    /// let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&glb)?;
+    /// let buffers: Vec<Vec<u8>> = blob.into_iter().collect();
+    /// let model = mesh_io::Model::from_gltf(&document, &buffers)?;
+    /// assert_eq!(model.soup.face_count(), 1);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`read_from`](crate::read_from): an index leads nowhere, or an extension that is not read is
+    /// required.
+    pub fn from_gltf<B: Deref<Target: AsRef<[u8]>>>(
+        document: &gltf::Document,
+        buffers: &[B],
+    ) -> Result<Self, ReadError> {
+        let json = document.as_json().to_vec().map_err(|error| {
+            ReadErrorKind::malformed(super::accessor::at("the document"), "JSON", error.to_string())
+        })?;
+        let root = parse(&json)?;
+        let bytes = |buffer: &B| {
+            let all: &[u8] = (**buffer).as_ref();
+            let all = all.to_vec();
+            Bytes { length: all.len(), all: Rc::new(all) }
+        };
+        let buffers = buffers.iter().map(bytes).collect();
+        let mut nothing: &[u8] = &[];
+        // Whoever loaded the document has seen to its size.
+        let mut input = Input::new(&mut nothing, Some(0), Budget::new(Some(u64::MAX)));
+        let mut model = read_root(root, buffers, &mut input)?;
+        crate::color::to_unit_range(&mut model);
+        Ok(model)
+    }
+}

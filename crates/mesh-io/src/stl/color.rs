@@ -1,0 +1,79 @@
+//! Colours of the facets of binary STL, in the two bytes after the corners.
+//!
+//! Both conventions have five bits per channel. VisCAM and SolidView set the highest bit where a facet
+//! has a colour, and have blue in the lowest bits. Magics clears the highest bit there, has red in the
+//! lowest bits, and writes the colour of all other facets into the header, after `COLOR=`.
+
+use crate::color::from_bytes;
+
+/// What the header says before the colour of the whole object.
+const KEYWORD: &[u8] = b"COLOR=";
+/// The bit that tells whether a facet has a colour of its own.
+const FLAG: u16 = 1 << 15;
+
+/// Where the colours of facets are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
+pub enum StlColors {
+    /// The convention of VisCAM and SolidView.
+    #[default]
+    Viscam,
+    /// The convention of Materialise Magics.
+    Magics,
+}
+
+/// How the colours of a file are to be read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Convention {
+    Viscam,
+    /// With the colour of the facets that have none of their own.
+    Magics([f32; 4]),
+}
+
+impl Convention {
+    /// Tells the convention by the header.
+    pub(super) fn of(header: &[u8]) -> Self {
+        let place = header.windows(KEYWORD.len()).position(|window| window == KEYWORD);
+        let color = place.and_then(|place| header.get(place + KEYWORD.len()..)?.first_chunk::<4>());
+        color.map_or(Self::Viscam, |&color| Self::Magics(from_bytes(color)))
+    }
+
+    /// The colour of a facet by its two bytes; `None` for a facet without any.
+    pub(super) fn color(self, attribute: u16) -> Option<[f32; 4]> {
+        let channel = |shift: u32| {
+            let five = f32::from((attribute >> shift) & 31);
+            (five * 255.0 / 31.0).round() as u8
+        };
+        let [low, middle, high] = [channel(0), channel(5), channel(10)];
+        let has_own = attribute & FLAG != 0;
+        match self {
+            Self::Viscam => has_own.then(|| from_bytes([high, middle, low, 255])),
+            Self::Magics(of_object) if has_own => Some(of_object),
+            Self::Magics(_) => Some(from_bytes([low, middle, high, 255])),
+        }
+    }
+}
+
+impl StlColors {
+    /// The two bytes of a facet with this colour, or without one if it is NaN.
+    pub(super) fn attribute(self, color: [f32; 4]) -> u16 {
+        let [r, g, b] = [color[0], color[1], color[2]]
+            .map(|value| (value.clamp(0.0, 1.0) * 31.0).round() as u16);
+        match (self, color[0].is_nan()) {
+            (Self::Viscam, true) => 0,
+            (Self::Viscam, false) => FLAG | r << 10 | g << 5 | b,
+            (Self::Magics, true) => FLAG,
+            (Self::Magics, false) => b << 10 | g << 5 | r,
+        }
+    }
+
+    /// What the header of a file with colours says.
+    pub(super) fn header(self) -> &'static [u8] {
+        match self {
+            Self::Viscam => b"binary STL",
+            // Facets without a colour are white.
+            Self::Magics => b"binary STL COLOR=\xff\xff\xff\xff",
+        }
+    }
+}

@@ -1,0 +1,361 @@
+//! Content survives where the format has a place for it, and is named where it has none.
+
+#![allow(clippy::unwrap_used)]
+
+use mesh_core::PolygonSoup;
+use mesh_io::{
+    Encoding, Format, Group, Lost, Material, Model, ReadOptions, ScalarValues, Scalars, StlColors,
+    WriteOptions, read_from, write_to,
+};
+use proptest::prelude::*;
+
+fn parsed(bytes: &[u8]) -> Model {
+    read_from(&mut &*bytes, &ReadOptions::default()).unwrap()
+}
+
+fn written_with(model: &Model, format: Format, options: &WriteOptions) -> (Vec<u8>, Vec<Lost>) {
+    let mut bytes = Vec::new();
+    let report = write_to(&mut bytes, model, format, options).unwrap();
+    (bytes, report.lost)
+}
+
+fn written(model: &Model, format: Format) -> (Vec<u8>, Vec<Lost>) {
+    written_with(model, format, &WriteOptions::default())
+}
+
+fn is_named(lost: &[Lost], word: &str) -> bool {
+    lost.iter().any(|lost| lost.what.contains(word))
+}
+
+fn count_of(model: &Model, word: &str) -> Option<u64> {
+    let lost = model.lost.iter().find(|lost| lost.what.contains(word));
+    lost.unwrap_or_else(|| panic!("{word} in {:?}", model.lost)).count
+}
+
+fn square() -> PolygonSoup {
+    let mut soup = PolygonSoup::new();
+    for p in [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]] {
+        soup.push_vertex(p);
+    }
+    soup.push_face(&[0, 1, 2]).unwrap();
+    soup.push_face(&[0, 2, 3]).unwrap();
+    soup
+}
+
+/// A model with every kind of content.
+fn everything() -> Model {
+    Model {
+        vertex_normals: Some(vec![[0.0, 0.0, 1.0]; 4]),
+        vertex_colors: Some(vec![[0.2, 0.4, 0.6, 1.0]; 4]),
+        vertex_scalars: vec![Scalars::new("heat", vec![0.1, 0.2, 0.3, 0.4])],
+        corner_uvs: Some(vec![[0.25, 0.5]; 6]),
+        more_corner_uvs: vec![vec![[0.5, 0.75]; 6]],
+        face_colors: Some(vec![[1.0, 0.0, 0.0, 1.0]; 2]),
+        face_scalars: vec![Scalars::new("label", vec![3_i32, 7])],
+        face_smoothing: Some(vec![1, 2]),
+        face_groups: Some(vec![0, 1]),
+        groups: ["a", "b"].map(|n| Group { object: String::new(), name: n.into() }).into(),
+        face_materials: Some(vec![0, 0]),
+        materials: vec![Material { name: "red".into(), ..Material::default() }],
+        ..Model::from(square())
+    }
+}
+
+/// What the model has, by names that are told apart.
+fn content(model: &Model) -> Vec<&'static str> {
+    let has_smoothing = model.face_smoothing.is_some();
+    let all = [
+        (model.vertex_normals.is_some() || model.corner_normals.is_some(), "normals"),
+        (model.vertex_colors.is_some(), "vertex colours"),
+        (!model.vertex_scalars.is_empty(), "numbers per vertex"),
+        (model.corner_uvs.is_some(), "texture coordinates"),
+        (!model.more_corner_uvs.is_empty(), "further sets"),
+        (model.face_colors.is_some(), "face colours"),
+        (!model.face_scalars.is_empty(), "numbers per face"),
+        (has_smoothing, "smoothing groups"),
+        (model.groups.iter().any(|g| *g != Group::default()), "groups"),
+        (!model.materials.is_empty(), "materials"),
+    ];
+    all.iter().filter(|(there, _)| *there).map(|(_, name)| *name).collect()
+}
+
+#[test]
+fn whatever_does_not_come_back_was_named() {
+    let model = everything();
+    for &format in Format::ALL {
+        for encoding in [Encoding::Usual, Encoding::Text] {
+            let options = WriteOptions { encoding, ..WriteOptions::default() };
+            let mut bytes = Vec::new();
+            let Ok(report) = write_to(&mut bytes, &model, format, &options) else { continue };
+            let again = parsed(&bytes);
+            let kept = content(&again);
+            for what in content(&model) {
+                let named = report.lost.iter().any(|lost| lost.what.contains(what));
+                assert!(kept.contains(&what) || named, "{format}: {what}: {:?}", report.lost);
+            }
+            for lost in &report.lost {
+                assert!(!lost.why.is_empty() && lost.count.is_none_or(|count| count > 0));
+                assert!(!lost.why.contains("GLB has no place") || !lost.what.contains("normal"));
+            }
+        }
+    }
+}
+
+#[test]
+fn further_texture_coordinates_survive_gltf() {
+    let mut model = Model::from(square());
+    model.corner_uvs = Some((0..6).map(|i| [i as f32 / 8.0, 0.5]).collect());
+    let set = |k: f32| (0..6).map(|i| [k, i as f32 / 8.0]).collect::<Vec<[f32; 2]>>();
+    model.more_corner_uvs = vec![set(0.25), set(0.75)];
+    for format in [Format::Glb, Format::Gltf] {
+        let (bytes, lost) = written(&model, format);
+        assert!(lost.is_empty(), "{lost:?}");
+        let again = parsed(&bytes);
+        assert_eq!(again.corner_uvs, model.corner_uvs);
+        assert_eq!(again.more_corner_uvs, model.more_corner_uvs);
+    }
+    let (_, lost) = written(&model, Format::Obj);
+    assert!(is_named(&lost, "further sets"));
+}
+
+proptest! {
+    #[test]
+    fn stl_facet_colours_survive_both_conventions(
+        colors in proptest::collection::vec(proptest::option::of([0_u8..32, 0..32, 0..32]), 2),
+        magics in any::<bool>(),
+    ) {
+        let mut model = Model::from(square());
+        let eight = |five: u8| (f32::from(five) * 255.0 / 31.0).round() / 255.0;
+        let color = |c: &Option<[u8; 3]>| c.map_or([f32::NAN; 4], |[r, g, b]| {
+            [eight(r), eight(g), eight(b), 1.0]
+        });
+        model.face_colors = Some(colors.iter().map(color).collect());
+        let stl_colors = if magics { StlColors::Magics } else { StlColors::Viscam };
+        let options = WriteOptions { stl_colors, ..WriteOptions::default() };
+        let (bytes, _) = written_with(&model, Format::Stl, &options);
+        prop_assert!(!bytes.starts_with(b"solid"));
+        let again = parsed(&bytes);
+        let found = again.face_colors.unwrap_or_else(|| vec![[f32::NAN; 4]; 2]);
+        for (found, color) in found.iter().zip(model.face_colors.iter().flatten()) {
+            if color[0].is_nan() {
+                // Magics has a colour for all other facets: white.
+                prop_assert!(found[0].is_nan() || *found == [1.0; 4]);
+            } else {
+                prop_assert_eq!(found, color);
+            }
+        }
+    }
+
+    #[test]
+    fn colours_of_any_range_come_out_from_0_to_1(
+        bytes in proptest::collection::vec(any::<[u8; 3]>(), 3),
+        scale in prop_oneof![Just(1.0_f64), Just(255.0), Just(65535.0)],
+    ) {
+        let mut bytes = bytes;
+        bytes[0][0] = 255;
+        let exact = |b: u8| f64::from(b) / 255.0;
+        let row = |b: &[u8; 3]| b.map(|b| exact(b) * scale);
+        let mut obj = String::new();
+        let mut ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+             property float z\nproperty float red\nproperty float green\nproperty float blue\n\
+             element face 1\nproperty list uchar int vertex_indices\nend_header\n".to_owned();
+        let mut off = "COFF\n3 1 0\n".to_owned();
+        for (i, color) in bytes.iter().enumerate() {
+            let [r, g, b] = row(color);
+            obj += &format!("v {i} {} 0 {r} {g} {b}\n", i * i);
+            ply += &format!("{i} {} 0 {r} {g} {b}\n", i * i);
+            off += &format!("{i} {} 0 {r:?} {g:?} {b:?}\n", i * i);
+        }
+        obj += "f 1 2 3\n";
+        ply += "3 0 1 2\n";
+        off += "3 0 1 2\n";
+        for text in [obj, ply, off] {
+            let model = parsed(text.as_bytes());
+            for (found, color) in model.vertex_colors.iter().flatten().zip(&bytes) {
+                for (found, byte) in found.iter().zip(color) {
+                    prop_assert!((f64::from(*found) - exact(*byte)).abs() < 1e-4, "{text}");
+                }
+                prop_assert_eq!(found[3], 1.0);
+            }
+            let is_noted = model.notes.iter().any(|note| note.contains("divided"));
+            prop_assert_eq!(is_noted, scale > 1.0, "{:?}", model.notes);
+        }
+    }
+}
+
+#[test]
+fn whole_colours_of_a_wide_type_are_divided() {
+    for kind in ["int", "uint", "short", "ushort", "double"] {
+        let ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+             property float z\nproperty {kind} red\nproperty {kind} green\nproperty {kind} blue\n\
+             end_header\n0 0 0 255 51 0\n"
+        );
+        assert_eq!(parsed(ply.as_bytes()).vertex_colors.unwrap(), [[1.0, 0.2, 0.0, 1.0]], "{kind}");
+    }
+}
+
+#[test]
+fn smoothing_groups_become_normals_and_stay_in_obj() {
+    // A ridge: two faces of one group, then the same in two groups.
+    let ridge = |a: &str, b: &str| {
+        let text = format!(
+            "v 0 0 0\nv 0 1 0\nv 1 0 1\nv 1 1 1\nv 2 0 0\nv 2 1 0\n\
+             s {a}\nf 1 3 4 2\ns {b}\nf 3 5 6 4\n"
+        );
+        parsed(text.as_bytes())
+    };
+    let smooth = parsed(&written(&ridge("1", "1"), Format::Glb).0);
+    let normals = smooth.corner_normals.unwrap();
+    for (corner, &vertex) in smooth.soup.corners().iter().enumerate() {
+        let [x, _, z] = normals[corner];
+        if smooth.soup.positions()[vertex as usize].x == 1.0 {
+            assert!(x.abs() < 1e-6 && (z - 1.0).abs() < 1e-6, "{:?}", normals[corner]);
+        }
+    }
+    for (a, b) in [("1", "2"), ("off", "4"), ("0", "1")] {
+        let model = ridge(a, b);
+        let (bytes, lost) = written(&model, Format::Glb);
+        assert!(!is_named(&lost, "smoothing"), "{lost:?}");
+        let hard = parsed(&bytes);
+        let sharp = std::f32::consts::FRAC_1_SQRT_2;
+        for normal in hard.corner_normals.unwrap() {
+            assert!((normal[0].abs() - sharp).abs() < 1e-6, "{normal:?}");
+        }
+        assert_eq!(parsed(&written(&model, Format::Obj).0).face_smoothing, model.face_smoothing);
+        assert!(is_named(&written(&model, Format::Ply).1, "smoothing"));
+        assert!(is_named(&written(&model, Format::Stl).1, "smoothing"));
+    }
+    // One group is the same normal for every corner of a vertex, which PLY and OFF have.
+    for format in [Format::Ply, Format::Off] {
+        let (bytes, lost) = written(&ridge("3", "3"), format);
+        assert!(parsed(&bytes).vertex_normals.is_some() && !is_named(&lost, "smoothing"));
+    }
+    // Faces that are flat everywhere need no normals.
+    assert!(ridge("off", "off").face_smoothing.is_none());
+}
+
+#[test]
+fn obj_elements_that_are_no_faces_are_counted() {
+    let model = parsed(
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nl 2 3 1\np 1 2\nvp 0 0\ncurv 0 1 1 2\nf 1 2 3\nf 1 2\nwhat 1\n",
+    );
+    assert_eq!(count_of(&model, "lines"), Some(2));
+    assert_eq!(count_of(&model, "points"), Some(1));
+    assert_eq!(count_of(&model, "free-form"), Some(1));
+    assert_eq!(count_of(&model, "fewer than three corners"), Some(1));
+    assert_eq!(count_of(&model, "what"), Some(1));
+}
+
+#[test]
+fn ply_elements_and_lists_that_are_not_read_are_counted() {
+    let model = parsed(
+        b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+          property list uchar float w\nelement face 1\nproperty list uchar int vertex_indices\n\
+          property list uchar int marks\nelement edge 2\nproperty int a\nend_header\n\
+          0 0 0 1 5\n1 0 0 0\n0 1 0 1 2\n3 0 1 2 2 4 4\n0\n1\n",
+    );
+    assert_eq!(count_of(&model, "\"w\""), Some(3));
+    assert_eq!(count_of(&model, "marks"), Some(1));
+    assert_eq!(count_of(&model, "edge"), Some(2));
+}
+
+#[test]
+fn what_a_scene_has_besides_meshes_is_counted() {
+    let model = parsed(
+        br#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]},{"nodes":[]}],
+        "buffers":[{"byteLength":36,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+        "bufferViews":[{"buffer":0,"byteLength":36}],
+        "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},
+          {"componentType":5126,"count":3,"type":"VEC4"}],
+        "extensionsUsed":["KHR_lights_punctual","VENDOR_thing"],
+        "extensions":{"KHR_lights_punctual":{"lights":[{"type":"point"}]}},
+        "cameras":[{"type":"perspective"}],"skins":[{"joints":[1]}],"animations":[{}],"samplers":[{}],
+        "nodes":[{"name":"root","children":[1,2,3],"extras":{"a":1}},{"mesh":0,"name":"left"},
+          {"mesh":0,"name":"right","translation":[1,0,0]},{"camera":0,"name":"eye"}],
+        "meshes":[{"extras":5,"primitives":[{"attributes":{"POSITION":0,"TANGENT":1,"JOINTS_0":1,"COLOR_1":1,"_PAIR":1},
+          "targets":[{"POSITION":0}]},{"mode":1,"attributes":{"POSITION":0}}]},
+          {"primitives":[{"attributes":{"POSITION":0}}]}]}"#,
+    );
+    for (word, count) in [
+        ("cameras", 1),
+        ("skins", 1),
+        ("animations", 1),
+        ("lights", 1),
+        ("extras", 2),
+        ("hierarchy", 4),
+        ("names of nodes", 2),
+        ("scenes besides", 1),
+        ("share", 1),
+        ("no node draws", 1),
+        ("tangents", 1),
+        ("joints", 1),
+        ("further sets of colours", 1),
+        ("_PAIR", 1),
+        ("morph targets", 1),
+        ("samplers", 1),
+        ("VENDOR_thing", 1),
+    ] {
+        assert_eq!(count_of(&model, word), Some(count), "{word}");
+    }
+    assert!(model.lost.iter().any(|lost| lost.what.contains("points or lines")));
+    // Every loss is in the notes, too.
+    for lost in &model.lost {
+        assert!(model.notes.iter().any(|note| note.contains(&lost.what)), "{lost}");
+    }
+}
+
+#[test]
+fn off_words_of_every_spelling() {
+    let plain = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
+    for head in ["OFF 4 2 0\n", "OFF4 2 0\n", "OFF\n4 2 0\n", "off\n4 2 0\n", "OFF4 2\n", "4 2 0\n"]
+    {
+        let model = parsed_off(&format!("{head}{plain}"));
+        assert_eq!((model.soup.vertex_count(), model.soup.face_count()), (4, 2), "{head}");
+        assert!(model.notes.is_empty(), "{:?}", model.notes);
+    }
+    let rich = |v: &str| format!("{v} 0 0 1 255 0 51 255\n");
+    for word in ["NCOFF", "CNOFF", "ncoff", "CNOFF4"] {
+        let counts = if word.ends_with('4') { " 2 0\n" } else { "\n4 2 0\n" };
+        let rows: String = ["0 0 0", "1 0 0", "1 1 0", "0 1 0"].map(rich).concat();
+        let model = parsed_off(&format!("{word}{counts}{rows}3 0 1 2\n3 0 2 3\n"));
+        assert_eq!(model.vertex_normals.unwrap(), [[0.0, 0.0, 1.0]; 4], "{word}");
+        assert_eq!(model.vertex_colors.unwrap(), [[1.0, 0.0, 0.2, 1.0]; 4], "{word}");
+    }
+}
+
+fn parsed_off(text: &str) -> Model {
+    let options = ReadOptions { format: Some(Format::Off), ..ReadOptions::default() };
+    read_from(&mut text.as_bytes(), &options).unwrap_or_else(|error| panic!("{text}: {error}"))
+}
+
+#[test]
+fn off_words_that_promise_what_is_not_there() {
+    let rows = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+    for word in ["COFF", "NOFF", "CNOFF", "NCOFF", "STOFF", "STCNOFF"] {
+        let model = parsed_off(&format!("{word}\n4 2 0\n{rows}3 0 1 2\n3 0 2 3\n"));
+        assert_eq!((model.soup.vertex_count(), model.soup.face_count()), (4, 2), "{word}");
+        assert!(model.vertex_colors.is_none() && model.vertex_normals.is_none(), "{word}");
+        assert!(model.corner_uvs.is_none());
+        assert!(model.notes.iter().any(|note| note.contains("announces")), "{:?}", model.notes);
+    }
+    // With one of two that are promised.
+    let with = |tail: &str| rows.replace('\n', &format!(" {tail}\n"));
+    let model = parsed_off(&format!("CNOFF\n4 1 0\n{}3 0 1 2\n", with("0 0 1")));
+    assert!(model.vertex_normals.is_some() && model.vertex_colors.is_none());
+    let model = parsed_off(&format!("CNOFF\n4 1 0\n{}3 0 1 2\n", with("255 128 0 255")));
+    assert!(model.vertex_normals.is_none() && model.vertex_colors.is_some());
+    // Numbers of a vertex on two lines are no broken promise.
+    let split = "0 0 0\n0 0 1\n1 0 0\n0 0 1\n0 1 0\n0 0 1\n";
+    let model = parsed_off(&format!("NOFF\n3 1 0\n{split}3 0 1 2\n"));
+    assert_eq!(model.vertex_normals.unwrap(), [[0.0, 0.0, 1.0]; 3]);
+}
+
+#[test]
+fn places_in_a_colour_map_are_labels() {
+    let model = parsed_off("OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2 7\n3 0 2 3 9\n");
+    assert!(model.face_colors.is_none());
+    assert_eq!(model.face_scalars[0].values, ScalarValues::I32(vec![7, 9]));
+    assert!(model.face_scalars[0].is_label);
+    assert!(model.notes.iter().any(|note| note.contains("colour map")), "{:?}", model.notes);
+}
