@@ -151,7 +151,12 @@ fn add_claims(item: &mut Item, cases: &[Case]) -> Result<(), Failure> {
     let (mut back, mut changed) = (0, 0);
     for case in moved() {
         let mut mesh = case.result.clone();
-        optimise(&mut mesh, CostName::Gauss, VertexArea::Voronoi, &FlipOptions::default())?;
+        optimise(
+            &mut mesh,
+            CostName::GaussExtrinsic,
+            VertexArea::Voronoi,
+            &FlipOptions::default(),
+        )?;
         let same =
             mesh.topology().canonical_triangles() == case.initial.topology().canonical_triangles();
         back += usize::from(same);
@@ -163,7 +168,7 @@ fn add_claims(item: &mut Item, cases: &[Case]) -> Result<(), Failure> {
         _ => Outcome::InPart,
     };
     item.claim("opposite effect", outcome, format!(
-        "flips by the sum of |K| lead from the result back to the initial triangulation for {back} of \
+        "flips by the total absolute extrinsic curvature of Alboul and van Damme lead from the result back to the initial triangulation for {back} of \
          the {changed} insets at which the rule had changed anything"
     ));
     Ok(())
