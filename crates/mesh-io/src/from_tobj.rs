@@ -49,7 +49,7 @@ impl Model {
             let what = "lines, points and other faces of fewer than three corners";
             model.lost.push(Lost::some(what, loaded.small, "a model holds faces only"));
         }
-        crate::color::to_unit_range(&mut model);
+        crate::color_range::to_unit_range(&mut model);
         model.check()?;
         Ok(model)
     }

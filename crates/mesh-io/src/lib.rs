@@ -3,6 +3,7 @@
 mod atomic;
 mod budget;
 mod color;
+mod color_range;
 mod cutter;
 mod decimal;
 mod distinct_names;

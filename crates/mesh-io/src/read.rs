@@ -102,7 +102,7 @@ fn read_stream(
             Err(ReadErrorKind::FormatDisabled(format))
         }
     }?;
-    crate::color::to_unit_range(&mut model);
+    crate::color_range::to_unit_range(&mut model);
     let empty = model.soup.vertex_count() == 0 && model.soup.face_count() == 0;
     if empty && !options.allow_empty {
         return Err(ReadErrorKind::Empty { notes: model.notes }.into());

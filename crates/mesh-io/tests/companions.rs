@@ -8,7 +8,7 @@ use mesh_io::{
 };
 use std::path::{Path, PathBuf};
 
-const PNG: &[u8] = b"\x89PNG one";
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n one";
 
 /// A triangle with a material and an embedded picture.
 fn painted(red: f32, picture: &[u8]) -> Model {
@@ -115,8 +115,8 @@ fn the_same_picture_may_be_there_already() {
 fn companions_of_an_earlier_run_are_replaced() {
     let place = Place::new();
     place.write("x.obj", &painted(1.0, PNG)).unwrap();
-    place.write("x.obj", &painted(0.5, b"\x89PNG two, which is longer")).unwrap();
-    assert_eq!(place.get("x-0.png"), b"\x89PNG two, which is longer");
+    place.write("x.obj", &painted(0.5, b"\x89PNG\r\n\x1a\n two, which is longer")).unwrap();
+    assert_eq!(place.get("x-0.png"), b"\x89PNG\r\n\x1a\n two, which is longer");
     assert_eq!(read(place.path("x.obj")).unwrap().materials[0].base_color[0], 0.5);
     assert_eq!(place.names(), ["x-0.png", "x.mtl", "x.obj"]);
 }
@@ -148,7 +148,7 @@ fn companions_of_another_output_are_not_replaced() {
 fn companions_never_go_through_a_link() {
     let place = Place::new();
     place.write("x.obj", &painted(1.0, PNG)).unwrap();
-    for (name, picture) in [("x.mtl", PNG), ("x-0.png", b"\x89PNG two")] {
+    for (name, picture) in [("x.mtl", PNG), ("x-0.png", b"\x89PNG\r\n\x1a\n two")] {
         let elsewhere = place.path("elsewhere");
         let content = place.get(name);
         std::fs::rename(place.path(name), &elsewhere).unwrap();
@@ -187,8 +187,8 @@ fn an_output_that_is_its_own_input_keeps_its_companions() {
     assert_eq!(read(place.path("x.obj")).unwrap().materials[0].base_color[0], 0.25);
     assert_eq!(place.get("x-0.png"), PNG);
     // The picture is still known to be from the first run.
-    place.write("x.obj", &painted(1.0, b"\x89PNG two")).unwrap();
-    assert_eq!(place.get("x-0.png"), b"\x89PNG two");
+    place.write("x.obj", &painted(1.0, b"\x89PNG\r\n\x1a\n two")).unwrap();
+    assert_eq!(place.get("x-0.png"), b"\x89PNG\r\n\x1a\n two");
 }
 
 #[test]

@@ -40,7 +40,7 @@ fn rich() -> Model {
     model.face_colors = Some(vec![[0.0, 0.5, 1.0, 1.0]; 3]);
     model.materials[0].base_color = [1.0, 0.0, 0.0, 1.0];
     model.materials[0].base_color_image = Some(0);
-    let data = ImageData::Bytes(b"\x89PNG, not really".to_vec());
+    let data = ImageData::Bytes(b"\x89PNG\r\n\x1a\n, not really".to_vec());
     model.images = vec![Image { name: "paint".into(), media_type: "image/png".into(), data }];
     model
 }

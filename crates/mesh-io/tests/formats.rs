@@ -210,7 +210,7 @@ fn painted() -> Model {
     let picture =
         |name: &str, data| Image { name: name.into(), media_type: "image/png".into(), data };
     model.images = vec![
-        picture("embedded", ImageData::Bytes(b"\x89PNG".to_vec())),
+        picture("embedded", ImageData::Bytes(b"\x89PNG\r\n\x1a\n".to_vec())),
         picture("", ImageData::Uri("skin.png".into())),
     ];
     model.materials[0].base_color = [0.25, 0.5, 1.0, 0.5];
@@ -236,7 +236,7 @@ fn obj_comes_with_its_material_library_and_pictures() {
     let uri = |index: usize| back.images[index].data.clone();
     assert_eq!(uri(0), ImageData::Uri("painted-0.png".into()));
     assert_eq!(uri(1), ImageData::Uri("skin.png".into()));
-    assert_eq!(std::fs::read(folder.path().join("painted-0.png")).unwrap(), b"\x89PNG");
+    assert_eq!(std::fs::read(folder.path().join("painted-0.png")).unwrap(), b"\x89PNG\r\n\x1a\n");
 
     // A library that is there already stays as it is.
     let library = folder.path().join("painted.mtl");

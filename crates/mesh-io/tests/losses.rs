@@ -1,6 +1,6 @@
 //! Content survives where the format has a place for it, and is named where it has none.
 
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::panic, clippy::unwrap_used)]
 
 use mesh_core::PolygonSoup;
 use mesh_io::{

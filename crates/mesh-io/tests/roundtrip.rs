@@ -146,7 +146,7 @@ fn rich_models() -> impl Strategy<Value = Model> {
                     data,
                 };
                 model.images = vec![
-                    image("embedded", ImageData::Bytes(b"\x89PNG".to_vec())),
+                    image("embedded", ImageData::Bytes(b"\x89PNG\r\n\x1a\n".to_vec())),
                     image("", ImageData::Uri("maps/my skin #1 100%.png".to_owned())),
                 ];
                 model

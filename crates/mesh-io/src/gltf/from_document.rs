@@ -50,7 +50,7 @@ impl Model {
         // Whoever loaded the document has seen to its size.
         let mut input = Input::new(&mut nothing, Some(0), Budget::new(Some(u64::MAX)));
         let mut model = read_root(root, buffers, &mut input)?;
-        crate::color::to_unit_range(&mut model);
+        crate::color_range::to_unit_range(&mut model);
         Ok(model)
     }
 }

@@ -1,0 +1,41 @@
+//! Colours of files that use another range than from 0 to 1.
+
+use crate::model::Model;
+
+/// Channels above this are not from 0 to 1. Channels between 1 and this are taken for rounding.
+const ABOVE_ONE: f32 = 1.5;
+
+/// Divides colours that are above 1 by the value that stands for full intensity, and says so in the notes.
+pub(crate) fn to_unit_range(model: &mut Model) {
+    for (colors, of) in [(&mut model.vertex_colors, "vertices"), (&mut model.face_colors, "faces")]
+    {
+        let Some(colors) = colors else { continue };
+        let largest = |from: usize, to: usize| {
+            let channels = colors.iter().flat_map(|color| &color[from..to]);
+            channels.copied().filter(|value| value.is_finite()).fold(0.0, f32::max)
+        };
+        let (most, opacity) = (largest(0, 3), largest(3, 4));
+        // A colour without an opacity is opaque, which is 1 in any range.
+        let full = full_intensity(most);
+        let full_opacity = if opacity > ABOVE_ONE { full_intensity(opacity) } else { 1.0 };
+        if full == 1.0 && full_opacity == 1.0 {
+            continue;
+        }
+        for [channels @ .., opacity] in colors.iter_mut() {
+            channels.iter_mut().for_each(|value| *value /= full);
+            *opacity /= full_opacity;
+        }
+        let full = full.max(full_opacity);
+        model.notes.push(format!("colours of {of} are above 1: divided by {full}"));
+    }
+}
+
+/// The value that stands for full intensity where the largest channel is `most`.
+fn full_intensity(most: f32) -> f32 {
+    match most {
+        most if most <= ABOVE_ONE => 1.0,
+        most if most <= 255.0 => 255.0,
+        most if most <= 65535.0 => 65535.0,
+        most => most,
+    }
+}
