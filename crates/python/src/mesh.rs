@@ -339,8 +339,7 @@ pub(crate) fn write<'py>(
     })?;
     let found = PyDict::new(py);
     found.set_item("rounding", report.rounding)?;
-    found
-        .set_item("dropped", report.lost.iter().map(ToString::to_string).collect::<Vec<_>>())?;
+    found.set_item("dropped", report.lost.iter().map(ToString::to_string).collect::<Vec<_>>())?;
     found.set_item("kept", report.kept)?;
     Ok(found)
 }

@@ -120,8 +120,7 @@ pub(crate) fn page(
 fn exhibit(told: Told) -> Result<Exhibit, Ended> {
     let Told { name, content, values, directions } = told;
     let pictures = Pictures::of_model(&content.model, &PictureOptions::default());
-    let mut exhibit =
-        Exhibit::of_model(name, &content.model, pictures).map_err(Failure::from)?;
+    let mut exhibit = Exhibit::of_model(name, &content.model, pictures).map_err(Failure::from)?;
     let numbers = exhibit.face_numbers.clone();
     for (name, on_vertices, values) in values {
         exhibit.fields.retain(|field| field.name != name);

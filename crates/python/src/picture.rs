@@ -3,8 +3,8 @@
 use mesh_core::glam::DVec3;
 use mesh_io::{PictureOptions, Pictures};
 use mesh_render::{
-    ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style, Texture,
-    View, render as draw, sheet,
+    ColorBar, ColorMap, Painting, Picture, Range, ScaleOptions, Scene, SheetOptions, Side, Style,
+    Texture, View, render as draw, sheet,
 };
 use numpy::{IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::prelude::*;
