@@ -28,10 +28,25 @@ pub(crate) struct Common {
     pub(crate) quiet: bool,
 }
 
-/// Reads a count within a range.
+/// Reads a count within a range, with k or M for thousands or millions.
 pub(crate) fn parse_count(text: &str, range: RangeInclusive<usize>) -> Result<usize, String> {
-    let count = text.parse().ok().filter(|count| range.contains(count));
-    count.ok_or_else(|| format!("expected a number from {} to {}", range.start(), range.end()))
+    let (number, unit) = match text.strip_suffix(['k', 'K']) {
+        Some(number) => (number, 1e3),
+        None => (text.strip_suffix(['m', 'M']).unwrap_or(text), 1e6),
+    };
+    let count = if number == text {
+        text.parse().ok()
+    } else {
+        // Up to 2^53, every whole number is a number of this type.
+        let count = number.parse::<f64>().map(|number| (number * unit).round()).ok();
+        count
+            .filter(|count| (0.0..=9_007_199_254_740_992.0).contains(count))
+            .map(|count| count as usize)
+    };
+    count.filter(|count| range.contains(count)).ok_or_else(|| match range.end() {
+        &usize::MAX => "expected a count, such as 3000, 3k or 1.5M".to_owned(),
+        end => format!("expected a number from {} to {end}", range.start()),
+    })
 }
 
 /// More threads take long to start, and wait for cores.
@@ -86,13 +101,20 @@ impl EstimatorPreset {
 }
 
 /// The heading of [`RepairOptions`].
-pub(crate) const REPAIRS: &str = "Repairs (none unless asked for)";
+pub(crate) const REPAIRS: &str = "Repairs (as far as the command needs them, unless --strict)";
 
-/// Which repairs are allowed. Without any, input that is not an oriented 2-manifold is refused.
+/// Which repairs are made. A command that needs an oriented 2-manifold makes one, by repairs that leave no choice.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = REPAIRS)]
 pub(crate) struct RepairOptions {
-    /// All of the repairs below, with an exact weld: loads every mesh whose coordinates are finite
+    /// Refuse a mesh that is not an oriented 2-manifold, instead of repairing it
+    ///
+    /// Without this option, a command that needs an oriented 2-manifold drops degenerate and duplicate triangles, cuts
+    /// the surface where it is not a manifold, and makes the orientation of neighbours agree. It says so in one line.
+    /// A mesh that needs no repair stays as it is. With this option, only the repairs that are named are made.
+    #[arg(long, conflicts_with = "lenient")]
+    pub(crate) strict: bool,
+    /// Make all of the repairs below, with an exact weld, whether they are needed or not
     #[arg(long)]
     pub(crate) lenient: bool,
     /// Merge vertices at equal positions, or within a distance; or none
@@ -122,9 +144,9 @@ pub(crate) struct RepairOptions {
 }
 
 impl RepairOptions {
-    /// Whether any repair is asked for.
+    /// Whether any repair is asked for, or that none is needed.
     pub(crate) fn any(&self) -> bool {
-        self.repair(Weld::Exact) != Repair::strict()
+        self.strict || self.repair(Weld::Exact) != Repair::strict()
     }
 
     /// Whether any repair other than a weld is asked for.

@@ -33,13 +33,14 @@ pub(crate) struct Console {
     options: Map<String, Value>,
     /// The bar over many files, above which messages go.
     files: Option<ProgressBar>,
-    /// What is lost between the input and the output.
+    /// What a run changes without being asked for.
     losses: Arc<Mutex<Losses>>,
 }
 
-/// What is lost between the input and the output of a command.
+/// What is repaired, and what is lost between the input and the output of a command.
 #[derive(Debug, Default)]
 struct Losses {
+    repairs: Vec<Repaired>,
     lost: Vec<LostPart>,
     /// The content of the first input.
     input: Option<Inventory>,
@@ -59,6 +60,14 @@ struct LostPart {
     why: String,
 }
 
+/// A repair of an input.
+#[derive(Clone, Debug, Serialize)]
+struct Repaired {
+    file: String,
+    what: &'static str,
+    count: usize,
+}
+
 /// What every JSON object that this program prints begins and ends with.
 #[derive(Serialize)]
 struct Signed<'a, T> {
@@ -66,6 +75,8 @@ struct Signed<'a, T> {
     version: &'static str,
     #[serde(flatten)]
     content: T,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    repairs: &'a [Repaired],
     #[serde(skip_serializing_if = "Option::is_none")]
     lost: Option<&'a [LostPart]>,
     #[serde(skip_serializing_if = "Map::is_empty")]
@@ -162,6 +173,16 @@ impl Console {
         }
     }
 
+    /// Keeps the repairs of an input for the report.
+    pub(crate) fn repaired(
+        &self,
+        file: &str,
+        repairs: impl Iterator<Item = (&'static str, usize)>,
+    ) {
+        let repairs = repairs.map(|(what, count)| Repaired { file: file.to_owned(), what, count });
+        self.losses().repairs.extend(repairs);
+    }
+
     /// Keeps in mind what the first input has.
     pub(crate) fn note_input(&self, model: &Model) {
         self.losses().input.get_or_insert_with(|| Inventory::of(model));
@@ -189,7 +210,8 @@ impl Console {
         let version = env!("CARGO_PKG_VERSION");
         let losses = self.losses();
         let lost = losses.has_output.then_some(losses.lost.as_slice());
-        let signed = Signed { tool: TOOL, version, content, lost, options: &self.options };
+        let (repairs, options) = (losses.repairs.as_slice(), &self.options);
+        let signed = Signed { tool: TOOL, version, content, repairs, lost, options };
         let json = serde_json::to_string(&signed).map_err(Failure::json)?;
         Ok(printable_json(&json))
     }

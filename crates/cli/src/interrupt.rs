@@ -53,16 +53,17 @@ pub(crate) fn watch(keeps_partial: bool) {
     let _ = ctrlc::set_handler(|| end(i32::from(INTERRUPTED) - 128));
 }
 
-/// The signals that ask the program to end: Ctrl-C, a scheduler, a terminal that closes. A signal that is ignored stays
-/// so, as `nohup` wants it.
+/// The signals that ask the program to end: Ctrl-C, a scheduler, a terminal that closes. Under `nohup` the last one stays
+/// ignored.
 #[cfg(unix)]
 fn wanted_signals() -> Vec<i32> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     let ignored = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
-    let is_wanted = |signal: &i32| ignored >> (signal - 1) & 1 == 0;
-    [SIGINT, SIGTERM, SIGHUP].into_iter().filter(is_wanted).collect()
+    let ignores_hang_up = ignored >> (SIGHUP - 1) & 1 == 1;
+    let hang_up = (!ignores_hang_up).then_some(SIGHUP);
+    [SIGINT, SIGTERM].into_iter().chain(hang_up).collect()
 }
 
 /// Ends the program on a signal.

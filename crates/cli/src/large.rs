@@ -94,10 +94,10 @@ pub(crate) fn repairs(options: &RepairOptions) -> Result<Repairs, Failure> {
     if options.drop_out_of_range {
         return refuse("--drop-out-of-range");
     }
-    let repair = options.repair(Weld::None);
+    let (repair, needed) = (options.repair(Weld::None), !options.strict);
     Ok(Repairs {
-        drop_degenerate: repair.drop_degenerate,
-        cut_non_manifold: repair.cut_non_manifold,
+        drop_degenerate: needed || repair.drop_degenerate,
+        cut_non_manifold: needed || repair.cut_non_manifold,
     })
 }
 

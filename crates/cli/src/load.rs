@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use mesh_core::build::{Repair, Weld};
+use mesh_core::build::{BuildReport, Repair, Weld};
 use mesh_io::{External, Format, Model, PictureOptions, ReadError, ReadErrorKind};
 use mesh_work::{Loaded, diagonal, mark_labels, splits_vertices};
 use serde::Serialize;
@@ -217,10 +217,10 @@ impl Loading {
         self.read.read(path, console)
     }
 
-    /// Reads a file and builds the mesh, with the repairs that are allowed. Where vertices of a
-    /// format are split so that each has one texture coordinate and one normal, as glTF does it,
-    /// the parts are one vertex of the mesh unless `--weld` says otherwise: an edge whose faces do
-    /// not know each other has no curvature, and cannot flip.
+    /// Reads a file and builds the mesh, with the repairs that are asked for and, unless they are to be strict,
+    /// those that it needs. Some formats split a vertex so that each part has one texture coordinate and one
+    /// normal, for example glTF. The parts are one vertex of the mesh unless `--weld` says otherwise: an edge
+    /// whose faces do not know each other has no curvature, and cannot flip.
     pub(crate) fn load(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
         let (model, format) = self.read.read_with_format(path, console)?;
         let mut repair = self.repairs(&model)?;
@@ -230,14 +230,15 @@ impl Loading {
         if joined {
             repair.weld = Weld::Exact;
         }
-        self.check_left(path, assemble(path, model, &repair, joined, console)?)
+        let made = if self.repair.strict { Made::AsTold } else { Made::AsNeeded };
+        self.check_left(path, assemble(path, model, &repair, (made, joined), console)?)
     }
 
-    /// Reads a file and builds the mesh with the repairs that are allowed, and no others.
+    /// Reads a file and builds the mesh with the repairs that are asked for, and no others.
     pub(crate) fn load_as_told(&self, path: &Path, console: &Console) -> Result<Loaded, Failure> {
         let model = self.read(path, console)?;
         let repair = self.repairs(&model)?;
-        self.check_left(path, assemble(path, model, &repair, false, console)?)
+        self.check_left(path, assemble(path, model, &repair, (Made::AsTold, false), console)?)
     }
 
     /// Whether the repairs have left something, or may leave nothing.
@@ -269,22 +270,51 @@ impl Loading {
     }
 }
 
-/// Builds the mesh, and says what was repaired.
+/// Which repairs are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Made {
+    /// Those that are asked for.
+    AsTold,
+    /// Those that are asked for, and those that the mesh needs.
+    AsNeeded,
+}
+
+/// Builds the mesh, and says what was repaired. `joined` says whether split vertices are welded without being asked for.
 pub(crate) fn assemble(
     path: &Path,
     model: Model,
-    repair: &Repair,
-    joined: bool,
+    asked: &Repair,
+    (made, joined): (Made, bool),
     console: &Console,
 ) -> Result<Loaded, Failure> {
-    let loaded = Loaded::build(model, repair).map_err(|source| Failure::Build {
+    let loaded = match made {
+        Made::AsTold => Loaded::build(model, asked),
+        Made::AsNeeded => Loaded::build_with_needed_repairs(model, asked),
+    };
+    let loaded = loaded.map_err(|source| Failure::Build {
         path: path.to_owned(),
         source: Box::new(source),
         joined,
     })?;
-    let report = &loaded.report;
-    if !report.is_unchanged() {
-        console.message(format_args!("{}: {report}", printable(path.display())));
+    let (report, name) = (&loaded.report, printable(path.display()));
+    console.repaired(&name, report.repairs());
+    let mut only_join = Repair::strict();
+    only_join.weld = if joined { asked.weld } else { Weld::None };
+    if report.is_unchanged() {
+    } else if made == Made::AsNeeded && *asked == only_join {
+        console.message(format_args!("{name}: {}", needed(report)));
+    } else {
+        console.message(format_args!("{name}: {report}"));
     }
     Ok(loaded)
+}
+
+/// One line about repairs that nobody asked for.
+fn needed(report: &BuildReport) -> String {
+    let repairs = report.repairs().map(|(what, count)| format!("{what}: {count}"));
+    let repairs = repairs.collect::<Vec<_>>().join(", ");
+    let welds_only = report.repairs().all(|(what, _)| what == BuildReport::MERGED);
+    let cure =
+        if welds_only { "--weld none keeps them apart" } else { "--strict refuses such a mesh" };
+    format!("{repairs} ({cure})")
 }

@@ -13,21 +13,22 @@ use simplify::{
 };
 
 use crate::args::{parse_angle, parse_count, parse_not_negative, parse_seconds};
+use crate::console::Console;
 use crate::failure::Failure;
 use crate::given::Given;
 use crate::interrupt;
 
 /// When to stop.
 #[derive(Clone, Debug, Args)]
-#[command(next_help_heading = "Targets (at least one)")]
+#[command(next_help_heading = "Targets (the first that is reached ends the run)")]
 pub(crate) struct Targets {
-    /// Stop with this many faces, or one fewer
-    #[arg(long, value_name = "N")]
+    /// Stop with this many faces, or one fewer; for example 3000 or 3k
+    #[arg(long, value_name = "N", value_parser = parse_elements)]
     faces: Option<usize>,
-    /// Stop with this many vertices
-    #[arg(long, value_name = "N")]
+    /// Stop with this many vertices; for example 1500 or 1.5k
+    #[arg(long, value_name = "N", value_parser = parse_elements)]
     vertices: Option<usize>,
-    /// Stop at this part of the faces, from 0 to 1
+    /// Stop at this share of the faces; for example 0.1 or 10% [default: 50% where no target is given]
     #[arg(long, value_name = "R", value_parser = parse_ratio)]
     ratio: Option<f64>,
     /// Stay within this distance of the input, and the input within it of the result
@@ -42,22 +43,30 @@ pub(crate) struct Targets {
 }
 
 impl Targets {
-    /// Refuses a run without a target, which would reduce the mesh to next to nothing.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
+    /// Whether no target is given. Then half of the faces stay.
+    pub(crate) fn is_empty(&self) -> bool {
         let Self { faces, vertices, ratio, max_error, max_cost, time_limit } = self;
         let counts = faces.is_some() || vertices.is_some() || ratio.is_some();
-        if counts || max_error.is_some() || max_cost.is_some() || time_limit.is_some() {
-            return Ok(());
+        !counts && max_error.is_none() && max_cost.is_none() && time_limit.is_none()
+    }
+
+    /// Says which target holds where none is given.
+    pub(crate) fn explain(&self, console: &Console) {
+        if self.is_empty() {
+            console.message(format_args!(
+                "no target is given: half of the faces stay (--ratio, --faces or --max-error sets another target)"
+            ));
         }
-        Err(Failure::usage(
-            "say when to stop: --faces, --vertices, --ratio, --max-error, --max-cost or \
-             --time-limit",
-        ))
+    }
+
+    /// The share of the faces to stop at.
+    fn ratio(&self) -> Option<f64> {
+        self.ratio.or(self.is_empty().then_some(0.5))
     }
 
     /// The targets for a mesh that is larger than memory.
     pub(crate) fn regional_limits(&self) -> Result<Target, Failure> {
-        let Self { faces, vertices, ratio, max_error, max_cost, time_limit } = self;
+        let Self { faces, vertices, max_error, max_cost, time_limit, .. } = self;
         let others = [
             (vertices.is_some(), "--vertices"),
             (max_error.is_some(), "--max-error"),
@@ -66,7 +75,7 @@ impl Targets {
         ];
         match others.into_iter().find(|(is_given, _)| *is_given) {
             Some((_, name)) => Err(beyond_regions(name)),
-            None => Ok(Target { faces: *faces, ratio: *ratio, ..Target::default() }),
+            None => Ok(Target { faces: *faces, ratio: self.ratio(), ..Target::default() }),
         }
     }
 
@@ -75,7 +84,7 @@ impl Targets {
         let limits = Target {
             faces: self.faces,
             vertices: self.vertices,
-            ratio: self.ratio,
+            ratio: self.ratio(),
             cost: self.max_cost,
             collapses: None,
             time: self.time_limit,
@@ -102,13 +111,13 @@ pub(crate) struct Goals {
 pub(crate) struct Policy {
     /// The options to start from, from quick to careful
     ///
-    /// - draft:         for when only speed counts
-    /// - fast:          quadrics that keep the volume, nothing after them
-    /// - default:       quadrics with a little curvature, then a short fit to the input
-    /// - quality:       the same with a long fit, the largest errors taken down, a few faces traded
-    /// - extreme:       the same, then annealed; takes many times as long
-    /// - thin-features: as default, with much curvature: thin parts stay
-    /// - paper-l1, paper-l2: the curvature norms of Kim, Kim, Levin 2002 as published
+    /// - draft:         fastest; quadrics without refinement
+    /// - fast:          quadrics that keep the volume, without refinement
+    /// - default:       quadrics and curvature, then a short fit to the input
+    /// - quality:       a long fit, reduction of the largest errors, some redistributed faces
+    /// - extreme:       as quality, then simulated annealing; many times slower
+    /// - thin-features: as default, with a large weight of curvature, which keeps thin parts
+    /// - paper-l1, paper-l2: the curvature norms of Kim, Kim, Levin 2002
     #[arg(
         long, value_name = "PRESET", default_value_t, verbatim_doc_comment,
         value_parser = |s: &str| s.parse::<Preset>(),
@@ -121,11 +130,11 @@ pub(crate) struct Policy {
     /// preset]
     #[arg(long, value_name = "W", value_parser = parse_not_negative)]
     curvature_weight: Option<f64>,
-    /// Rounds of fitting the result to the input, of four and more one less where a fifth of the
-    /// faces or more are left; 0 for none [default: that of the preset]
+    /// Number of fitting rounds; 0 skips the fit. With 4 or more, one is skipped if at least 20 % of
+    /// the faces remain [default: that of the preset]
     #[arg(long, value_name = "N", value_parser = |text: &str| parse_count(text, 0..=MOST_ROUNDS))]
     fit_rounds: Option<usize>,
-    /// What of the distances from the input the fit makes small [default: l2]
+    /// Error norm that fitting minimises [default: l2]
     #[arg(long, value_enum)]
     norm: Option<NormName>,
     /// Anneal for so many seconds at most, with the presets quality and extreme
@@ -306,11 +315,21 @@ pub(crate) fn rejected(refusals: &Rejections) -> BTreeMap<&'static str, usize> {
     refusals.iter().map(|(reason, count)| (reason.name(), count)).collect()
 }
 
+/// A share: a number from 0 to 1, or a percentage.
 pub(crate) fn parse_ratio(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
+    let (number, whole) = match text.strip_suffix('%') {
+        Some(number) => (number.trim_end(), 100.0),
+        None => (text, 1.0),
+    };
+    match number.parse::<f64>().map(|number| number / whole) {
         Ok(ratio) if (0.0..=1.0).contains(&ratio) => Ok(ratio),
-        _ => Err("expected a number from 0 to 1".into()),
+        _ => Err("expected a number from 0 to 1, or a percentage such as 10%".into()),
     }
+}
+
+/// A number of faces or vertices.
+pub(crate) fn parse_elements(text: &str) -> Result<usize, String> {
+    parse_count(text, 0..=usize::MAX)
 }
 
 fn parse_components(text: &str) -> Result<Components, String> {

@@ -1,5 +1,7 @@
 //! Pages to look at: what a command did, as one HTML file.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dcurv::{PrincipalFrame, principal_frames};
@@ -7,7 +9,7 @@ use glam::DVec3;
 use mesh_core::{TriMesh, VertexMap};
 use mesh_io::{Model, PictureError, Pictures};
 use mesh_metric::Surface;
-use mesh_view::{Directions, Exhibit, Field, On, Page, Section, ViewError};
+use mesh_view::{Directions, Exhibit, Field, GENERATOR, On, Page, Section, ViewError};
 use serde::Serialize;
 
 use crate::console::Console;
@@ -53,6 +55,13 @@ impl Look {
         page.report.insert(0, Section::of_json("Report", &document));
         write_page(path, &page, console)
     }
+}
+
+/// Whether a file is a page that this program made.
+pub(crate) fn is_page(path: &Path) -> std::io::Result<bool> {
+    let mut head = Vec::new();
+    File::open(path)?.take(1024).read_to_end(&mut head)?;
+    Ok(head.windows(GENERATOR.len()).any(|part| part == GENERATOR.as_bytes()))
 }
 
 /// Writes a page, whole or not at all.

@@ -40,7 +40,7 @@ fn tube(around: u32, along: u32) -> Model {
     let picture = Image {
         name: "picture".into(),
         media_type: "image/png".into(),
-        data: ImageData::Bytes(b"\x89PNG and so on".to_vec()),
+        data: ImageData::Bytes(b"\x89PNG\r\n\x1a\n and so on".to_vec()),
     };
     let material = |name: &str, image| Material {
         name: name.into(),

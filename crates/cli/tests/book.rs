@@ -1,7 +1,8 @@
 //! The documentation stays true: its commands run, its links lead somewhere, its tables agree.
 //!
 //! Each page has a folder with small generated meshes, in which its `sh` blocks run line by line. With
-//! `CURVMESH_BOOK=rewrite` the pictures that a page makes replace the pictures that it shows.
+//! `CURVMESH_BOOK=rewrite` the pictures that a page makes replace the pictures that it shows, and
+//! `docs/reference.md` gets the current help texts.
 #![allow(clippy::unwrap_used)]
 #![cfg(unix)]
 
@@ -170,6 +171,39 @@ fn the_summary_lists_every_page() {
         let is_listed = listed.contains(&page.canonicalize().unwrap());
         assert!(is_listed || page.ends_with("SUMMARY.md"), "{}", page.display());
     }
+}
+
+/// Appends the help of a command and of the commands below it.
+fn push_help(page: &mut String, command: &[&str]) {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_curvmesh"));
+    let output = program.args(command).arg("--help").env("COLUMNS", "100").output().unwrap();
+    let help = String::from_utf8(output.stdout).unwrap();
+    let name = [&["curvmesh"], command].concat().join(" ");
+    let lines: Vec<&str> = help.trim().lines().map(str::trim_end).collect();
+    *page += &format!("## {name}\n\n```text\n{}\n```\n\n", lines.join("\n"));
+    let commands = lines.iter().skip_while(|line| **line != "Commands:").skip(1);
+    for line in commands.take_while(|line| !line.is_empty()) {
+        let is_name = line.starts_with("  ") && !line.starts_with("   ");
+        match line.split_whitespace().next() {
+            Some(below) if is_name && below != "help" => {
+                push_help(page, &[command, &[below]].concat());
+            }
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn the_reference_has_the_help_of_all_commands() {
+    let path = root().join("docs/reference.md");
+    let mut page = "# Command reference\n\nThese are the help texts of the program.\n\n".to_owned();
+    push_help(&mut page, &[]);
+    let page = format!("{}\n", page.trim_end());
+    if is_rewriting() {
+        fs::write(&path, &page).unwrap();
+    }
+    let cure = "CURVMESH_BOOK=rewrite cargo test -p curvmesh-cli --test main book writes it anew";
+    assert!(fs::read_to_string(&path).unwrap() == page, "docs/reference.md is out of date; {cure}");
 }
 
 /// The cells of the rows of a page whose first cell has this text.

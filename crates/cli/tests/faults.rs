@@ -22,7 +22,7 @@ fn painted(around: usize, shade: u8) -> Model {
         [p.x as f32 / 16.0 + 0.5, p.y as f32 / 16.0 + 0.5]
     };
     model.corner_uvs = Some(model.soup.corners().iter().map(uv).collect());
-    let picture = [b"\x89PNG".as_slice(), &[shade; 100_000]].concat();
+    let picture = [b"\x89PNG\r\n\x1a\n".as_slice(), &[shade; 100_000]].concat();
     model.images = vec![Image {
         name: "paint".into(),
         media_type: "image/png".into(),

@@ -25,7 +25,7 @@ fn out(folder: &Path, name: &str) -> String {
 
 /// What is lost by reading, by writing or by the command.
 fn lost(report: &serde_json::Value, by: &str) -> Vec<String> {
-    let all = report["lost"].as_array().unwrap_or_else(|| panic!("{report}"));
+    let all = report["lost"].as_array().unwrap();
     let of = all.iter().filter(|lost| lost["by"] == by);
     of.map(|lost| lost["what"].as_str().unwrap().to_owned()).collect()
 }

@@ -10,6 +10,7 @@ mod interrupt;
 mod large;
 mod losses;
 mod many;
+mod needed_repairs;
 mod patch;
 mod pictures;
 mod principal;

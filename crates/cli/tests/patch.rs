@@ -175,8 +175,7 @@ fn what_cannot_be_done_is_refused_with_its_code() {
         (output.status.code().unwrap(), String::from_utf8(output.stderr).unwrap())
     };
     for arguments in [
-        &[][..],
-        &["--radius", "1"],
+        &["--radius", "1"][..],
         &["--tolerance", "0"],
         &["--tolerance", "nan"],
         &["--tolerance", "1", "--radius", "1", "--face", "0"],

@@ -103,25 +103,19 @@ fn every_finite_mesh_converts_to_every_format() {
     }
 }
 
-/// Flips end on every mesh that loads, with a valid mesh and a cost that is no higher.
+/// Flips end on every mesh whose coordinates and indices have a meaning, with a valid mesh and a cost that is no
+/// higher. No option is needed.
 #[test]
 fn flips_end_on_every_mesh_and_lower_the_cost() {
     let Some(folder) = models() else { return };
     let out = tempfile::tempdir().unwrap();
     let target = out.path().join("out.ply");
     let target = target.to_str().unwrap();
+    let mut refused = Vec::new();
     for path in files(&folder) {
-        let output = curvmesh(&[
-            "flip",
-            path.to_str().unwrap(),
-            "-o",
-            target,
-            "--cost",
-            "f2",
-            "--lenient",
-            "--json",
-        ]);
-        if output.status.code() == Some(3) {
+        let output = curvmesh(&["flip", path.to_str().unwrap(), "-o", target, "--json"]);
+        if matches!(output.status.code(), Some(3 | 4)) {
+            refused.push(name(&path));
             continue;
         }
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -133,4 +127,5 @@ fn flips_end_on_every_mesh_and_lower_the_cost() {
         assert_eq!(info["faces"], report["faces"], "{}", name(&path));
         assert!(info["manifold"] == true && info["oriented"] == true, "{}", name(&path));
     }
+    assert!(refused.len() <= 4, "{refused:?}");
 }

@@ -9,6 +9,7 @@ mod page;
 mod reduce;
 mod text;
 
+pub use crate::markup::GENERATOR;
 pub use error::ViewError;
 pub use exhibit::{Directions, Exhibit, Field, Lines, Materials, On, Surface};
 pub use page::{Layout, Page, Precision, Section, Start};

@@ -9,6 +9,9 @@ use crate::text::{escaped, visible};
 const STYLE: &str = include_str!("page/style.css");
 const VIEWER: &str = include_str!("page/viewer.js");
 
+/// The element in the first kilobyte of every page by which a page of this crate is known.
+pub const GENERATOR: &str = r#"<meta name="generator" content="curvmesh">"#;
+
 /// The whole file. Only the script and the style of this crate may run, named by their hashes, and
 /// no address may be asked for anything.
 pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
@@ -22,7 +25,7 @@ pub(crate) fn document(title: &str, description: &str, data: &str) -> String {
 <meta http-equiv="Content-Security-Policy" content="default-src 'none'; script-src '{script}'; style-src '{style}'; base-uri 'none'; form-action 'none'">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="referrer" content="no-referrer">
-<meta name="generator" content="curvmesh">
+{GENERATOR}
 <title>{title}</title>
 <style>{STYLE}</style>
 </head>

@@ -47,6 +47,31 @@ impl Loaded {
         Ok(Self { model, mesh, provenance, report })
     }
 
+    /// Builds the mesh with the repairs that are asked for. If the content still is no oriented 2-manifold, the build
+    /// is repeated with the repairs that leave no choice: degenerate and duplicate triangles are dropped, and the
+    /// surface is cut where it is not a manifold. Faces are reversed only if neighbours still disagree.
+    ///
+    /// Content that builds without these repairs is never changed by them.
+    ///
+    /// # Errors
+    /// As [`mesh_core::build()`] for coordinates that are not finite, faces with vertices that are not there, and
+    /// meshes that are too large.
+    pub fn build_with_needed_repairs(model: Model, asked: &Repair) -> Result<Self, BuildError> {
+        let mut cut = *asked;
+        cut.drop_degenerate = true;
+        cut.drop_duplicates = true;
+        cut.cut_non_manifold = true;
+        let mut turned = cut;
+        turned.reorient = true;
+        let soup = &model.soup;
+        let Built { mesh, report, provenance } = build(soup, asked)
+            .or_else(|error| if is_repairable(&error) { build(soup, &cut) } else { Err(error) })
+            .or_else(
+                |error| if is_repairable(&error) { build(soup, &turned) } else { Err(error) },
+            )?;
+        Ok(Self { model, mesh, provenance, report })
+    }
+
     /// Borrows the model, the mesh and the map.
     #[must_use]
     pub fn source(&self) -> Source<'_> {
@@ -78,6 +103,16 @@ impl Loaded {
     pub fn counts(&self) -> [usize; 2] {
         [self.mesh.topology().vertex_count(), self.mesh.topology().face_count()]
     }
+}
+
+/// Whether a repair that leaves no choice may let the build succeed.
+fn is_repairable(error: &BuildError) -> bool {
+    !matches!(
+        error,
+        BuildError::NonFiniteCoordinate { .. }
+            | BuildError::TooManyElements { .. }
+            | BuildError::IndexOutOfRange { .. }
+    )
 }
 
 impl Source<'_> {

@@ -35,7 +35,7 @@ use crate::view::{self, Look, name_of};
 /// Without -o, only the numbers are printed.
 ///
 ///     curvmesh flip rocker-arm.obj -o better.ply --cost f2
-///     curvmesh flip part.stl -o part.obj --cost f2 --feature-angle 40 --lenient
+///     curvmesh flip part.stl -o part.obj --cost f2 --feature-angle 40
 ///     curvmesh flip scan.ply -o scan.glb --cost f1 --look-ahead 2 --no-intersections
 ///     curvmesh flip scan.ply -o lowest.ply --cost f2 --rebuild-effort 10 --time-limit 60
 ///     curvmesh flip scans/ -o flipped/ --cost f2 --seed 7 --anneal-steps 50
@@ -65,7 +65,7 @@ struct Optimise {
     /// - gauss-extrinsic: total absolute extrinsic curvature of Alboul and van Damme
     #[arg(
         long, value_name = "COST", verbatim_doc_comment,
-        value_parser = |s: &str| s.parse::<CostName>(),
+        default_value = "f2", value_parser = |s: &str| s.parse::<CostName>(),
     )]
     cost: CostName,
     /// Area of a vertex, for f1 and f3

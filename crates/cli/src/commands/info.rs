@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Loading, Seconds, assemble};
+use crate::load::{Loading, Made, Seconds, assemble};
 use crate::session::{Outcome, Session};
 use crate::streaming::{Streaming, with_bar};
 use crate::task::Report;
@@ -123,8 +123,8 @@ fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
     let repair = options.loading.repairs(&model)?;
     let mut only_weld = Repair::strict();
     only_weld.weld = repair.weld;
-    if repair != only_weld {
-        let loaded = assemble(&options.input, model, &repair, false, console)?;
+    if repair != only_weld || options.loading.repair.strict {
+        let loaded = assemble(&options.input, model, &repair, (Made::AsTold, false), console)?;
         let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
         return Ok(model.soup);
     }

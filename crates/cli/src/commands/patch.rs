@@ -66,10 +66,10 @@ struct What {
         long,
         value_name = "LENGTH",
         value_parser = parse_length,
-        required_unless_present = "radius",
+        default_value = "1%",
         conflicts_with = "radius"
     )]
-    tolerance: Option<Length>,
+    tolerance: Length,
     /// Make one patch, at this face: triangles count from 0, after repairs
     #[arg(long, value_name = "N")]
     face: Option<usize>,
@@ -321,17 +321,17 @@ impl What {
     fn make(&self, mesh: &TriMesh, relative: bool, console: &Console) -> Result<Made, Failure> {
         let estimator = CurvatureEstimator::new(mesh, self.preset.params())
             .map_err(|error| Failure::Usage(error.to_string()))?;
-        let units = |length: Option<Length>| {
-            length.map(|l| l.on(mesh, relative)).transpose().map_err(Failure::refused)
-        };
-        match (self.face, units(self.radius)?, units(self.tolerance)?) {
-            (Some(face), Some(radius), _) => {
+        let units = |length: Length| length.on(mesh, relative).map_err(Failure::refused);
+        match (self.face, self.radius) {
+            (Some(face), Some(radius)) => {
+                let radius = units(radius)?;
                 let shapes = self.shape.shapes();
                 let cover = patch_of_radius(&estimator, face_of(mesh, face)?, radius, &shapes)
                     .map_err(failed)?;
                 Ok(Made { cover, cut: 2e-3 * radius })
             }
-            (Some(face), None, Some(tolerance)) => {
+            (Some(face), None) => {
+                let tolerance = units(self.tolerance)?;
                 let face = face_of(mesh, face)?;
                 let overhang = !self.no_overhang;
                 let options = SizeOptions { overhang, ..SizeOptions::new(tolerance) };
@@ -339,9 +339,7 @@ impl What {
                     .map_err(failed)?;
                 Ok(Made { cover, cut: 0.5 * tolerance })
             }
-            (None, _, Some(tolerance)) => self.cover(&estimator, tolerance, console),
-            // The arguments are such that this does not happen.
-            (_, _, None) => Err(Failure::Usage("give --tolerance, or --face and --radius".into())),
+            (None, _) => self.cover(&estimator, units(self.tolerance)?, console),
         }
     }
 

@@ -14,7 +14,9 @@ use crate::large::{self, Level};
 use crate::load::{Loading, parse_bytes};
 use crate::save::{SAVE_OPTIONS, SaveOptions, check_target, paths_of_levels};
 use crate::session::{Outcome, Session};
-use crate::simplify_options::{NOT_FITTED, OF_FITS, OF_TARGETS, Policy, Targets, parse_ratio};
+use crate::simplify_options::{
+    NOT_FITTED, OF_FITS, OF_TARGETS, Policy, Targets, parse_elements, parse_ratio,
+};
 
 /// Simplify a mesh larger than memory step by step, on any number of machines
 ///
@@ -81,7 +83,10 @@ struct Split {
     )]
     levels: Vec<f64>,
     /// Make levels of detail with these numbers of faces
-    #[arg(long, value_name = "COUNTS", value_delimiter = ',', help_heading = "Levels of detail")]
+    #[arg(
+        long, value_name = "COUNTS", value_delimiter = ',', value_parser = parse_elements,
+        help_heading = "Levels of detail"
+    )]
     level_faces: Vec<usize>,
     #[command(flatten)]
     policy: Policy,
@@ -199,7 +204,7 @@ fn split_file(options: &Split, session: &Session) -> Result<Outcome, Failure> {
     let mut finer = large::levels(&options.levels, &options.level_faces);
     let chosen = match finer.pop() {
         None => {
-            options.targets.check()?;
+            options.targets.explain(&session.console);
             options.policy.check_given(&session.given)?;
             options.policy.regional_options(options.targets.regional_limits()?)?
         }

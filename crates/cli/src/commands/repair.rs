@@ -13,7 +13,7 @@ use crate::args::{REPAIRS, is_standard};
 use crate::batch::{Job, check_output};
 use crate::console::Console;
 use crate::failure::Failure;
-use crate::load::{Seconds, assemble};
+use crate::load::{Made, Seconds, assemble};
 use crate::session::{Outcome, Session};
 use crate::task::{Done, Task};
 use crate::watertight::{Written, holes_of};
@@ -160,7 +160,7 @@ fn one(options: &Repair, task: &Task, console: &Console) -> Result<Done, Failure
                 repairs.weld = weld;
             }
         }
-        let loaded = assemble(&task.input, model, &repairs, false, console)?;
+        let loaded = assemble(&task.input, model, &repairs, (Made::AsTold, false), console)?;
         loading.check_left(&task.input, loaded)
     })?;
     let (filled, printing) = Seconds::time(&mut seconds.compute, || finish(options, &mut loaded))?;

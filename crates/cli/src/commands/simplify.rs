@@ -27,11 +27,12 @@ use crate::view::{self, Look, name_of};
 
 /// Simplify a mesh by collapsing edges
 ///
-/// Several targets may be given; the first one that is reached ends the run, and the report says
-/// which.
+/// The first target that is reached ends the run, and the report names it. Without a target, half of
+/// the faces stay.
 ///
+///     curvmesh simplify scan.ply -o half.ply
 ///     curvmesh simplify scan.ply -o small.ply --faces 3000
-///     curvmesh simplify part.stl -o part.obj --max-error 0.2% --verify --lenient
+///     curvmesh simplify part.stl -o part.obj --max-error 0.2% --verify
 ///     curvmesh simplify truck.glb -o truck-30.glb --ratio 0.3 --preset quality
 ///     curvmesh simplify a.stl b.stl scans/ -o small/ --ratio 0.1 --resume
 #[derive(Debug, clap::Args)]
@@ -102,7 +103,7 @@ impl From<&FitReport> for Fit {
 }
 
 pub(crate) fn run(options: &Simplify, session: &Session) -> Result<Outcome, Failure> {
-    options.targets.check()?;
+    options.targets.explain(&session.console);
     options.policy.check_given(&session.given)?;
     check_output(&options.job, &session.given)?;
     options.look.check(&options.job.inputs)?;

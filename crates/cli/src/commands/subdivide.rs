@@ -19,7 +19,7 @@ use crate::task::{Done, Task};
 /// colours and numbers are interpolated, materials and groups kept; normals are left out.
 ///
 ///     curvmesh subdivide part.obj -o smooth.obj
-///     curvmesh subdivide part.stl -o smooth.stl --steps 3 --lenient
+///     curvmesh subdivide part.stl -o smooth.stl --steps 3
 #[derive(Debug, Args)]
 #[command(verbatim_doc_comment, mut_arg("output", |output| output.required(true)))]
 pub(crate) struct Subdivide {

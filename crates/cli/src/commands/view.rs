@@ -1,5 +1,6 @@
 //! `curvmesh view`: a page on which meshes turn.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use dcurv::{CurvatureOptions, Curvatures, VertexCurvature};
@@ -13,6 +14,7 @@ use crate::failure::Failure;
 use crate::load::{Loading, Seconds};
 use crate::session::{Outcome, Session};
 use crate::task::Report;
+use crate::text::printable;
 use crate::view::{self, name_of};
 
 /// Make a page on which meshes turn: one HTML file that opens offline and can be mailed
@@ -21,7 +23,8 @@ use crate::view::{self, name_of};
 /// values under the pointer, materials, and lines for boundaries and for non-manifold and sharp
 /// edges. Several meshes share one camera. The page asks nothing of any network.
 ///
-///     curvmesh view scan.ply -o scan.html
+///     curvmesh view scan.ply
+///     curvmesh view scan.ply -o page.html
 ///     curvmesh view before.ply after.ply -o compare.html --layout wipe
 ///     curvmesh view part.stl -o part.html --curvature --color mean_curvature
 #[derive(Debug, clap::Args)]
@@ -30,9 +33,10 @@ pub(crate) struct View {
     /// The files to show; `-` is the standard input
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
-    /// The page; `-` is the standard output
+    /// The page; `-` is the standard output [default: the name of the first input with .html, shown in
+    /// the browser where there is one]
     #[arg(short, long, value_name = "PAGE.html")]
-    output: PathBuf,
+    output: Option<PathBuf>,
     /// The title of the page [default: the names of the files]
     #[arg(long, value_name = "TEXT")]
     title: Option<String>,
@@ -93,7 +97,9 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     if options.inputs.iter().filter(|input| is_standard(input)).count() > 1 {
         return Err(Failure::usage("the standard input `-` can be one of the files only"));
     }
-    let console = &*session.console.beside(Some(&options.output))?;
+    let page_beside = options.page_beside()?;
+    let output = options.output.as_ref().unwrap_or(&page_beside);
+    let console = &*session.console.beside(Some(output))?;
     let mut seconds = Seconds::default();
     let exhibits: Result<Vec<_>, Failure> = Seconds::time(&mut seconds.load, || {
         options.inputs.iter().map(|input| options.exhibit(input, console)).collect()
@@ -101,20 +107,52 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     let page = options.page(exhibits?)?;
     let counts = |count: fn(&Exhibit) -> usize| page.exhibits.iter().map(count).sum::<usize>();
     let counts = [counts(|e| e.positions.len()), counts(|e| e.triangles.len())];
-    Seconds::time(&mut seconds.save, || view::write_page(&options.output, &page, console))?;
+    Seconds::time(&mut seconds.save, || view::write_page(output, &page, console))?;
     let embedded_files = view::embedded_files(&page).into_iter().map(str::to_owned).collect();
     let results = Results { meshes: page.exhibits.len(), embedded_files };
-    let report = Report::new(console, &options.inputs[0], counts, results, seconds)
-        .with_output(&options.output);
+    let report =
+        Report::new(console, &options.inputs[0], counts, results, seconds).with_output(output);
     let text = format!("{}: {} faces", report.subject(), report.faces);
     report.done(console, text, String::new())?.print(console)?;
+    if options.output.is_none() && has_display() {
+        // The page is written and named, so a browser that does not start is no failure.
+        if let Err(error) = open::that_detached(output) {
+            console.message(format_args!("the browser did not start: {error}"));
+        }
+    }
     Ok(Outcome::Done)
 }
 
 /// A number that follows from the curvature of a vertex.
 type Quantity = fn(&VertexCurvature) -> f64;
 
+/// Whether there may be a browser that can show a page.
+fn has_display() -> bool {
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    cfg!(any(windows, target_os = "macos")) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
+}
+
 impl View {
+    /// The page beside the first input. Only a page that this program made is replaced.
+    fn page_beside(&self) -> Result<PathBuf, Failure> {
+        let Some(input) = self.inputs.first().filter(|_| self.output.is_none()) else {
+            return Ok(PathBuf::new());
+        };
+        if is_standard(input) {
+            return Err(Failure::usage("say where the page goes: -o PAGE.html"));
+        }
+        let path = input.with_extension("html");
+        match view::is_page(&path) {
+            Ok(true) => Ok(path),
+            Ok(false) => Err(Failure::usage(format!(
+                "{}: this file is no page of curvmesh; say where the page goes: -o PAGE.html",
+                printable(path.display())
+            ))),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(path),
+            Err(error) => Err(Failure::write(&path, error)),
+        }
+    }
+
     fn exhibit(&self, path: &Path, console: &Console) -> Result<Exhibit, Failure> {
         let name = name_of(path);
         if !self.curvature {

@@ -54,20 +54,33 @@ impl BuildReport {
     /// Whether no repair was made. Cutting polygons into triangles is not a repair.
     #[must_use]
     pub fn is_unchanged(&self) -> bool {
-        self.welded_vertices.is_empty()
-            && self.dropped_out_of_range.is_empty()
-            && self.dropped_degenerate.is_empty()
-            && self.dropped_duplicates.is_empty()
-            && self.flipped_faces.is_empty()
-            && self.cut_edges.is_empty()
-            && self.split_vertices.is_empty()
-            && self.dropped_vertices.is_empty()
+        self.repairs().next().is_none()
+    }
+
+    /// Description of the merging of vertices in [`BuildReport::repairs`].
+    pub const MERGED: &str = "merged vertices";
+
+    /// Description and count of each repair that was made.
+    pub fn repairs(&self) -> impl Iterator<Item = (&'static str, usize)> {
+        [
+            (Self::MERGED, self.welded_vertices.count()),
+            ("dropped faces with indices out of range", self.dropped_out_of_range.count()),
+            ("dropped degenerate triangles", self.dropped_degenerate.count()),
+            ("dropped duplicate triangles", self.dropped_duplicates.count()),
+            ("reversed triangles", self.flipped_faces.count()),
+            ("inside-out components turned outward", self.turned_components.count()),
+            ("cut edges", self.cut_edges.count()),
+            ("duplicated vertices", self.split_vertices.count()),
+            ("dropped unused vertices", self.dropped_vertices.count()),
+        ]
+        .into_iter()
+        .filter(|&(_, count)| count > 0)
     }
 
     /// Description and elements of each repair that was made.
     fn lines(&self) -> impl Iterator<Item = (&'static str, &dyn fmt::Display)> {
         let lines: [(_, usize, &dyn fmt::Display); 12] = [
-            ("merged vertices", self.welded_vertices.count(), &self.welded_vertices),
+            (Self::MERGED, self.welded_vertices.count(), &self.welded_vertices),
             (
                 "dropped faces with indices out of range",
                 self.dropped_out_of_range.count(),

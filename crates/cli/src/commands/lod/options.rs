@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::given::Given;
 use crate::large::Large;
 use crate::save::SaveOptions;
-use crate::simplify_options::{NOT_FITTED, OF_FITS, Policy, parse_ratio};
+use crate::simplify_options::{NOT_FITTED, OF_FITS, Policy, parse_elements, parse_ratio};
 use crate::task::Source;
 use crate::view::Look;
 
@@ -77,8 +77,8 @@ pub(crate) struct Steps {
     /// Levels with these shares of the faces of the input [default: 0.5,0.25,0.1,0.05]
     #[arg(long, value_name = "RATIOS", value_delimiter = ',', value_parser = parse_ratio)]
     pub(crate) levels: Vec<f64>,
-    /// Levels with these numbers of faces, or one fewer
-    #[arg(long, value_name = "COUNTS", value_delimiter = ',')]
+    /// Levels with these numbers of faces, or one fewer; for example 10k,3000
+    #[arg(long, value_name = "COUNTS", value_delimiter = ',', value_parser = parse_elements)]
     pub(crate) faces: Vec<usize>,
     /// The coarsest levels within these distances from the input
     #[arg(long, value_name = "LENGTHS", value_delimiter = ',', value_parser = parse_length)]
@@ -88,7 +88,7 @@ pub(crate) struct Steps {
 const EXAMPLES: &str = "\
 Examples:
     curvmesh lod scan.ply -o levels
-    curvmesh lod truck.glb -o truck-lod.glb --levels 0.5,0.25,0.1 --lenient
+    curvmesh lod truck.glb -o truck-lod.glb --levels 0.5,0.25,0.1
     curvmesh lod scan.ply -o levels --errors 0.1%,1% --record scan.lod
     curvmesh lod scan.ply -o small.ply --replay scan.lod --faces 3000
     curvmesh lod huge.ply -o levels --levels 0.3,0.1,0.01 --memory 1GiB";
