@@ -249,6 +249,15 @@ fn check_promises(soup: &PolygonSoup, built: &Built) {
     }
 }
 
+/// Two triangles with consistent orientation show their backs. The lenient build reverses both.
+#[test]
+fn a_sheet_that_shows_its_back_is_turned_as_a_whole() {
+    let soup = PolygonSoup::from_triangles(&moment_curve(4), &[[2, 1, 3], [3, 0, 2]]).unwrap();
+    assert!(build(&soup, &Repair::strict()).unwrap().report.is_unchanged());
+    let report = build(&soup, &Repair::lenient()).unwrap().report;
+    assert_eq!((report.flipped_faces.count(), report.turned_components.count()), (2, 1));
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
@@ -274,7 +283,11 @@ proptest! {
         if let Ok(strict) = build(&soup, &Repair::strict()) {
             prop_assert_eq!(strict.mesh.topology().face_count(), faces.len());
             prop_assert!(strict.report.is_unchanged());
-            prop_assert_eq!(built.report.dropped_vertices.is_empty(), built.report.is_unchanged());
+            // Nothing is left to repair but unused vertices, and components that are inside out as a whole.
+            let report = &built.report;
+            prop_assert_eq!(report.flipped_faces.is_empty(), report.turned_components.is_empty());
+            let is_left = report.dropped_vertices.is_empty() && report.turned_components.is_empty();
+            prop_assert_eq!(is_left, report.is_unchanged());
         }
     }
 
