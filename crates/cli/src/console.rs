@@ -54,10 +54,8 @@ struct LostPart {
     file: String,
     /// `reading`, `writing`, or the command itself.
     by: String,
-    what: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    count: Option<u64>,
-    why: String,
+    #[serde(flatten)]
+    lost: Lost,
 }
 
 /// A repair of an input.
@@ -165,8 +163,7 @@ impl Console {
 
     /// Keeps a loss for the report. `by` is `reading`, `writing` or the command.
     pub(crate) fn lose(&self, file: &str, by: &str, lost: &Lost) {
-        let Lost { what, count, why } = lost.clone();
-        let part = LostPart { file: file.to_owned(), by: by.to_owned(), what, count, why };
+        let part = LostPart { file: file.to_owned(), by: by.to_owned(), lost: lost.clone() };
         let mut losses = self.losses();
         if !losses.lost.contains(&part) {
             losses.lost.push(part);

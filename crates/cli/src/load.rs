@@ -279,7 +279,7 @@ pub(crate) enum Made {
     AsNeeded,
 }
 
-/// Builds the mesh, and says what was repaired. `joined` says whether split vertices are welded without being asked for.
+/// Builds the mesh, and names the repairs. `joined` says whether split vertices are welded without being asked for.
 pub(crate) fn assemble(
     path: &Path,
     model: Model,
@@ -297,11 +297,13 @@ pub(crate) fn assemble(
         joined,
     })?;
     let (report, name) = (&loaded.report, printable(path.display()));
+    if report.is_unchanged() {
+        return Ok(loaded);
+    }
     console.repaired(&name, report.repairs());
     let mut only_join = Repair::strict();
     only_join.weld = if joined { asked.weld } else { Weld::None };
-    if report.is_unchanged() {
-    } else if made == Made::AsNeeded && *asked == only_join {
+    if made == Made::AsNeeded && *asked == only_join {
         console.message(format_args!("{name}: {}", needed(report)));
     } else {
         console.message(format_args!("{name}: {report}"));

@@ -5,6 +5,7 @@ use core::fmt;
 use core::str::FromStr;
 
 use glam::{DVec2, DVec3};
+use mesh_core::diagnose::SLIVER_HEIGHT;
 use mesh_core::{TriMesh, VertexId, VertexMap};
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
@@ -77,9 +78,6 @@ impl FromStr for ShapeConstraint {
     }
 }
 
-/// Height of a sliver, as a share of its longest side.
-pub(crate) const SLIVER: f64 = 1e-3;
-
 /// A violated shape constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ShapeViolation {
@@ -130,7 +128,7 @@ impl ShapeCheck {
         triangles: impl IntoIterator<Item = [VertexId; 3]>,
     ) -> Defects {
         let mut found =
-            Defects { reversed: Excess::over(FRAC_PI_2), slivers: Excess::over(-SLIVER) };
+            Defects { reversed: Excess::over(FRAC_PI_2), slivers: Excess::over(-SLIVER_HEIGHT) };
         if self.is_limited() {
             for triangle in triangles {
                 found.reversed.add(self.turn_from_input(mesh, triangle));

@@ -64,11 +64,11 @@ impl Loaded {
         let mut turned = cut;
         turned.reorient = true;
         let soup = &model.soup;
-        let Built { mesh, report, provenance } = build(soup, asked)
-            .or_else(|error| if is_repairable(&error) { build(soup, &cut) } else { Err(error) })
-            .or_else(
-                |error| if is_repairable(&error) { build(soup, &turned) } else { Err(error) },
-            )?;
+        let built = [cut, turned].iter().fold(build(soup, asked), |built, repair| match built {
+            Err(error) if is_repairable(&error) => build(soup, repair),
+            built => built,
+        });
+        let Built { mesh, report, provenance } = built?;
         Ok(Self { model, mesh, provenance, report })
     }
 

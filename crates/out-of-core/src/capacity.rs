@@ -42,7 +42,7 @@ impl Memory {
         self.usable / 4
     }
 
-    /// The binary logarithm of the number of cells that so many faces are split into.
+    /// The binary logarithm of the number of cells for `faces` faces.
     pub(crate) fn depth(self, faces: u64, bytes_per_face: u64) -> Result<u32, Error> {
         let depth = depth_of(faces, self.usable / bytes_per_face);
         let least = || (faces >> DEEPEST).saturating_mul(bytes_per_face);
@@ -53,13 +53,13 @@ impl Memory {
 /// The binary logarithm of the largest number of cells.
 const DEEPEST: u32 = 20;
 
-/// The binary logarithm of the number of cells with so many faces each, rounded up.
+/// The binary logarithm of the number of cells with `of_each` faces each, rounded up.
 fn depth_of(faces: u64, of_each: u64) -> u32 {
     let cells = faces.div_ceil(of_each.max(1)).max(1);
     u64::BITS - (cells - 1).leading_zeros()
 }
 
-/// So many tenths of a number, ten at most.
+/// `tenths` tenths of a number, ten at most.
 fn tenths(number: u64, tenths: u8) -> u64 {
     // Ten tenths are the number itself, so that the quotient fits.
     (u128::from(number) * u128::from(tenths.min(10)) / 10) as u64
@@ -101,7 +101,7 @@ impl Capacity {
         Ok(Self { region_faces, in_memory_faces: usable / rest, stream: usable / 2 })
     }
 
-    /// The binary logarithm of the number of cells that so many faces are split into.
+    /// The binary logarithm of the number of cells for `faces` faces.
     pub(crate) fn depth(&self, faces: u64) -> u32 {
         depth_of(faces, self.region_faces)
     }

@@ -55,8 +55,8 @@ impl DiskMesh {
         &self.ingested.summary
     }
 
-    /// Calls `visit` with one region after the other. A region has so many faces that there are so many bytes of memory for
-    /// each of them.
+    /// Calls `visit` with one region after the other. The memory of the process divided by `bytes_per_face` limits the
+    /// number of faces of a region.
     pub(crate) fn each_region(
         &self,
         bytes_per_face: u64,

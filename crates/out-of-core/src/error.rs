@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use mesh_io::{ReadError, WriteError};
 use simplify::SimplifyError;
 
-/// Why a step has failed. Its outputs are missing, or as they were before.
+/// Cause of a failed step. Each output of the step is missing, or is the file of an earlier run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -15,8 +15,8 @@ use crate::region::Region;
 use crate::step::Step;
 use crate::work::Work;
 
-/// Makes the results of these numbers from all regions of a level, and writes each as a region. The collapses are recorded;
-/// a result is the mesh after the first so many of them, refined as the options say.
+/// Makes the numbered results from all regions of a level, and writes each result as a region. The collapses are recorded.
+/// A result is the mesh after a part of the recorded collapses, refined as the options say.
 pub(crate) fn write_lod_outputs(
     work: &Work,
     level: u32,
@@ -64,7 +64,7 @@ pub(crate) fn write_lod_outputs(
     Ok(made)
 }
 
-/// The collapses from all regions of a level to so many faces.
+/// Records the collapses from all regions of a level down to `faces` faces.
 fn collapses(
     work: &Work,
     level: u32,

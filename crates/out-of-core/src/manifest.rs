@@ -54,7 +54,7 @@ impl Settings {
         Ok(())
     }
 
-    /// The numbers of faces of all results for an input of so many faces, from the finest to the coarsest.
+    /// The numbers of faces of all results, from the finest to the coarsest. The input has `faces` faces.
     pub(crate) fn targets(&self, faces: u64) -> Vec<u64> {
         let faces = usize::try_from(faces).unwrap_or(usize::MAX);
         let limits = self.finer_levels.iter().chain([&self.options.target]);

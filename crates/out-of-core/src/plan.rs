@@ -54,7 +54,7 @@ impl Plan {
         }
     }
 
-    /// Checks a plan that was read, for a level of a run with so many cells on level 0 and so many faces.
+    /// Checks a plan that was read for a level. Level 0 of the run has `most_cells` cells, and the input `faces` faces.
     pub(crate) fn check(&self, level: u32, most_cells: u32, faces: u64) -> Result<(), String> {
         let Self { level: own_level, cells, .. } = *self;
         if own_level != level {
@@ -201,7 +201,7 @@ impl Situation<'_> {
         self.forecasts.iter().collect()
     }
 
-    /// The binary logarithm of the number of cells that become one when so many faces are left.
+    /// The binary logarithm of the number of cells that become one when `aim` faces are left.
     fn bits(&self, aim: u64) -> u32 {
         self.depth() - self.capacity.depth(aim + aim / 10).min(self.depth())
     }

@@ -138,7 +138,7 @@ struct Finish {
     /// Print the progress as lines on stderr, for programs: `progress: fit 3 of 12`
     #[arg(long, hide = true)]
     tell_progress: bool,
-    /// The level of these cells [default: the last one]
+    /// Level of the cells [default: the last one]
     #[arg(long, value_name = "L", conflicts_with_all = ["output", "tiles"])]
     level: Option<u32>,
     #[command(flatten)]

@@ -97,8 +97,10 @@ pub(crate) fn run(options: &View, session: &Session) -> Result<Outcome, Failure>
     if options.inputs.iter().filter(|input| is_standard(input)).count() > 1 {
         return Err(Failure::usage("the standard input `-` can be one of the files only"));
     }
-    let page_beside = options.page_beside()?;
-    let output = options.output.as_ref().unwrap_or(&page_beside);
+    let output = &match &options.output {
+        Some(output) => output.clone(),
+        None => page_beside(&options.inputs[0])?,
+    };
     let console = &*session.console.beside(Some(output))?;
     let mut seconds = Seconds::default();
     let exhibits: Result<Vec<_>, Failure> = Seconds::time(&mut seconds.load, || {
@@ -132,27 +134,24 @@ fn has_display() -> bool {
     cfg!(any(windows, target_os = "macos")) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
 }
 
-impl View {
-    /// The page beside the first input. Only a page that this program made is replaced.
-    fn page_beside(&self) -> Result<PathBuf, Failure> {
-        let Some(input) = self.inputs.first().filter(|_| self.output.is_none()) else {
-            return Ok(PathBuf::new());
-        };
-        if is_standard(input) {
-            return Err(Failure::usage("say where the page goes: -o PAGE.html"));
-        }
-        let path = input.with_extension("html");
-        match view::is_page(&path) {
-            Ok(true) => Ok(path),
-            Ok(false) => Err(Failure::usage(format!(
-                "{}: this file is no page of curvmesh; say where the page goes: -o PAGE.html",
-                printable(path.display())
-            ))),
-            Err(error) if error.kind() == ErrorKind::NotFound => Ok(path),
-            Err(error) => Err(Failure::write(&path, error)),
-        }
+/// The page beside an input. Only a page that this program made is replaced.
+fn page_beside(input: &Path) -> Result<PathBuf, Failure> {
+    if is_standard(input) {
+        return Err(Failure::usage("say where the page goes: -o PAGE.html"));
     }
+    let path = input.with_extension("html");
+    match view::is_page(&path) {
+        Ok(true) => Ok(path),
+        Ok(false) => Err(Failure::usage(format!(
+            "{}: this file is no page of curvmesh; say where the page goes: -o PAGE.html",
+            printable(path.display())
+        ))),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(path),
+        Err(error) => Err(Failure::write(&path, error)),
+    }
+}
 
+impl View {
     fn exhibit(&self, path: &Path, console: &Console) -> Result<Exhibit, Failure> {
         let name = name_of(path);
         if !self.curvature {

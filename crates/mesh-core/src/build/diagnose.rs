@@ -98,7 +98,7 @@ impl Diagnosis {
 }
 
 /// Height below which a triangle is a sliver, in units of its longest side.
-const SLIVER_HEIGHT: f64 = 1e-3;
+pub const SLIVER_HEIGHT: f64 = 1e-3;
 
 /// Counts the parts and defects of a polygon soup. Takes as long as [`crate::build()`] with
 /// repairs.

@@ -62,63 +62,90 @@ impl BuildReport {
 
     /// Description and count of each repair that was made.
     pub fn repairs(&self) -> impl Iterator<Item = (&'static str, usize)> {
-        [
-            (Self::MERGED, self.welded_vertices.count()),
-            ("dropped faces with indices out of range", self.dropped_out_of_range.count()),
-            ("dropped degenerate triangles", self.dropped_degenerate.count()),
-            ("dropped duplicate triangles", self.dropped_duplicates.count()),
-            ("reversed triangles", self.flipped_faces.count()),
-            ("inside-out components turned outward", self.turned_components.count()),
-            ("cut edges", self.cut_edges.count()),
-            ("duplicated vertices", self.split_vertices.count()),
-            ("dropped unused vertices", self.dropped_vertices.count()),
-        ]
-        .into_iter()
-        .filter(|&(_, count)| count > 0)
+        self.lines().filter_map(|line| Some((line.repair?, line.count)))
     }
 
-    /// Description and elements of each repair that was made.
-    fn lines(&self) -> impl Iterator<Item = (&'static str, &dyn fmt::Display)> {
-        let lines: [(_, usize, &dyn fmt::Display); 12] = [
-            (Self::MERGED, self.welded_vertices.count(), &self.welded_vertices),
-            (
+    /// What was met or done, if anything was.
+    fn lines(&self) -> impl Iterator<Item = Line<'_>> {
+        let repaired = |repair, what, count, elements| {
+            let repair = Some(repair);
+            Line { repair, what, count, elements }
+        };
+        let met = |what, count, elements| Line { repair: None, what, count, elements };
+        let lines = [
+            repaired(
+                Self::MERGED,
+                Self::MERGED,
+                self.welded_vertices.count(),
+                &self.welded_vertices,
+            ),
+            repaired(
+                "dropped faces with indices out of range",
                 "dropped faces with indices out of range",
                 self.dropped_out_of_range.count(),
                 &self.dropped_out_of_range,
             ),
-            ("polygons cut into triangles", self.triangulated, &self.triangulated),
-            (
+            met("polygons cut into triangles", self.triangulated, &self.triangulated),
+            met(
                 "polygons that are not simple, cut as well as possible",
                 self.triangulated_badly.count(),
                 &self.triangulated_badly,
             ),
-            (
+            repaired(
+                "dropped degenerate triangles",
                 "dropped degenerate triangles of faces",
                 self.dropped_degenerate.count(),
                 &self.dropped_degenerate,
             ),
-            (
+            repaired(
+                "dropped duplicate triangles",
                 "dropped duplicate triangles of faces",
                 self.dropped_duplicates.count(),
                 &self.dropped_duplicates,
             ),
-            ("reversed triangles of faces", self.flipped_faces.count(), &self.flipped_faces),
-            (
+            repaired(
+                "reversed triangles",
+                "reversed triangles of faces",
+                self.flipped_faces.count(),
+                &self.flipped_faces,
+            ),
+            repaired(
+                "inside-out components turned outward",
                 "inside-out components turned outward, by their first face",
                 self.turned_components.count(),
                 &self.turned_components,
             ),
-            ("cut along edges", self.cut_edges.count(), &self.cut_edges),
-            ("duplicated vertices", self.split_vertices.count(), &self.split_vertices),
-            ("dropped unused vertices", self.dropped_vertices.count(), &self.dropped_vertices),
-            (
+            repaired("cut edges", "cut along edges", self.cut_edges.count(), &self.cut_edges),
+            repaired(
+                "duplicated vertices",
+                "duplicated vertices",
+                self.split_vertices.count(),
+                &self.split_vertices,
+            ),
+            repaired(
+                "dropped unused vertices",
+                "dropped unused vertices",
+                self.dropped_vertices.count(),
+                &self.dropped_vertices,
+            ),
+            met(
                 "kept triangles of zero area of faces",
                 self.zero_area_faces.count(),
                 &self.zero_area_faces,
             ),
         ];
-        lines.into_iter().filter(|line| line.1 > 0).map(|(what, _, elements)| (what, elements))
+        lines.into_iter().filter(|line| line.count > 0)
     }
+}
+
+/// A line of the report.
+struct Line<'a> {
+    /// Description of the repair, for a count. `None` if the line is no repair.
+    repair: Option<&'static str>,
+    /// Description in front of the elements.
+    what: &'static str,
+    count: usize,
+    elements: &'a dyn fmt::Display,
 }
 
 /// One line with the sizes, and one line per kind of repair.
@@ -129,7 +156,7 @@ impl fmt::Display for BuildReport {
             "{} vertices and {} faces became {} vertices and {} triangles",
             self.vertices_in, self.faces_in, self.vertices_out, self.faces_out
         )?;
-        for (what, elements) in self.lines() {
+        for Line { what, elements, .. } in self.lines() {
             write!(f, "\n{what}: {elements}")?;
         }
         Ok(())

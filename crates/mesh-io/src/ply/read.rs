@@ -170,7 +170,7 @@ impl Reader<'_, '_> {
         *self.model.soup.positions_mut() = positions;
     }
 
-    /// Names the lists that are not read; `used` are the places of those that are.
+    /// Names the lists that are not read. `used` are the places of the lists that are read.
     fn note_lists(&mut self, element: &Element, used: &[usize]) {
         for (place, property) in element.properties.iter().enumerate() {
             if property.count.is_some() && !used.contains(&place) && element.count > 0 {

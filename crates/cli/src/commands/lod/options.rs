@@ -133,7 +133,7 @@ impl Lod {
 }
 
 impl Steps {
-    /// These levels. If none is named, default levels for a mesh of so many faces, which are reported.
+    /// The levels that are asked for. If none is, default levels for a mesh of `faces` faces, and a message that names them.
     pub(crate) fn or_default(&self, faces: Option<usize>, console: &Console) -> Self {
         let steps = self.or_quiet_default(faces);
         if self.count() == 0 {
