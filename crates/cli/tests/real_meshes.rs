@@ -97,8 +97,8 @@ fn every_finite_mesh_converts_to_every_format() {
             }
             assert!(output.status.success(), "{} to {extension}: {message}", name(&path));
             let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-            let again = json(&["info", target, "--allow-empty"]);
-            assert_eq!(again["faces"], report["faces"], "{} to {extension}", name(&path));
+            let again = mesh_io::read(target).unwrap().soup.faces().len();
+            assert_eq!(report["faces"], again, "{} to {extension}", name(&path));
         }
     }
 }

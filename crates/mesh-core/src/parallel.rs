@@ -8,7 +8,7 @@ use core::ops::Range;
 #[cfg(feature = "rayon")]
 use rayon::prelude::*;
 #[cfg(feature = "rayon")]
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, atomic};
 
 /// Elements per block: the unit of work of a thread and the unit of summation.
 const BLOCK: usize = 2048;
@@ -20,41 +20,77 @@ fn stays_here(portions: usize) -> bool {
     portions <= 1 || rayon::current_num_threads() == 1
 }
 
+/// Runs a task for each index from 0 to `count`.
+///
+/// Most loops below come down to this one, which is not generic: the scheduling of rayon is a hundred times as much
+/// code as a loop, and would otherwise be compiled again for each closure of each crate.
+#[cfg(feature = "rayon")]
+fn run(count: usize, task: &(dyn Fn(usize) + Sync)) {
+    (0..count).into_par_iter().with_max_len(1).for_each(task);
+}
+
+#[cfg(feature = "rayon")]
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Runs a task for each part of something, with the index of the part.
+#[cfg(feature = "rayon")]
+fn run_parts<P: Send>(parts: impl Iterator<Item = P>, task: impl Fn(usize, P) + Sync) {
+    let parts: Vec<Mutex<Option<P>>> = parts.map(|part| Mutex::new(Some(part))).collect();
+    run(parts.len(), &|i| {
+        if let Some(part) = parts.get(i).and_then(|part| lock(part).take()) {
+            task(i, part);
+        }
+    });
+}
+
 /// Sets every element of a slice to a function of its index.
 pub fn fill<T: Send>(out: &mut [T], value: impl Fn(usize) -> T + Sync) {
-    let fill_block = |(block, out): (usize, &mut [T])| {
-        for (i, slot) in out.iter_mut().enumerate() {
-            *slot = value(block * BLOCK + i);
-        }
-    };
-    #[cfg(feature = "rayon")]
-    if !stays_here(out.len().div_ceil(BLOCK)) {
-        return out.par_chunks_mut(BLOCK).enumerate().for_each(fill_block);
-    }
-    out.chunks_mut(BLOCK).enumerate().for_each(fill_block);
+    update(out, |i, slot| *slot = value(i));
 }
 
 /// Changes every element of a slice by a function of its index.
 pub fn update<T: Send>(out: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
-    let update_block = |(block, out): (usize, &mut [T])| {
+    let update_block = |block: usize, out: &mut [T]| {
         for (i, slot) in out.iter_mut().enumerate() {
             change(block * BLOCK + i, slot);
         }
     };
     #[cfg(feature = "rayon")]
     if !stays_here(out.len().div_ceil(BLOCK)) {
-        return out.par_chunks_mut(BLOCK).enumerate().for_each(update_block);
+        return run_parts(out.chunks_mut(BLOCK), update_block);
     }
-    out.chunks_mut(BLOCK).enumerate().for_each(update_block);
+    out.chunks_mut(BLOCK).enumerate().for_each(|(block, out)| update_block(block, out));
 }
 
 /// The values of a function of the index, from 0 to `count`.
 pub fn collect<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     #[cfg(feature = "rayon")]
     if !stays_here(count.div_ceil(BLOCK)) {
-        return (0..count).into_par_iter().with_min_len(BLOCK).map(&value).collect();
+        let chunk_values = |chunk: usize| core::array::from_fn(|i| value(chunk * CHUNK + i));
+        let mut values = collect_chunks(count, &chunk_values);
+        values.extend((count / CHUNK * CHUNK..count).map(value));
+        return values;
     }
     (0..count).map(value).collect()
+}
+
+/// Values per call in [`collect`].
+#[cfg(feature = "rayon")]
+const CHUNK: usize = 16;
+
+/// The values of all complete chunks, with memory for all `count` values. Generic over the values only, so that it is
+/// compiled once per type of value.
+#[cfg(feature = "rayon")]
+fn collect_chunks<T: Send>(
+    count: usize,
+    chunk_values: &(dyn Fn(usize) -> [T; CHUNK] + Sync),
+) -> Vec<T> {
+    let mut chunks = Vec::with_capacity(count.div_ceil(CHUNK));
+    let indices = (0..count / CHUNK).into_par_iter().with_min_len(BLOCK / CHUNK);
+    indices.map(chunk_values).collect_into_vec(&mut chunks);
+    chunks.into_flattened()
 }
 
 /// The values for the indices from 0 to `count`, computed in blocks of `N` consecutive indices. The function
@@ -122,18 +158,17 @@ pub fn collect_with<S: Send, T: Send>(
     #[cfg(feature = "rayon")]
     if !stays_here(count.div_ceil(PORTION)) {
         let spare = Mutex::new(Vec::new());
-        let lock = || spare.lock().unwrap_or_else(PoisonError::into_inner);
         let portion_values = |portion: usize| {
-            let taken = lock().pop();
+            let taken = lock(&spare).pop();
             let mut memory = taken.unwrap_or_else(&scratch);
             let indices = portion * PORTION..count.min((portion + 1) * PORTION);
             let values: Vec<T> = indices.map(|i| value(&mut memory, i)).collect();
-            lock().push(memory);
+            lock(&spare).push(memory);
             values
         };
-        let portions = count.div_ceil(PORTION);
-        let values: Vec<Vec<T>> = (0..portions).into_par_iter().map(portion_values).collect();
-        return values.into_iter().flatten().collect();
+        let mut all = Vec::with_capacity(count);
+        all.extend(collect_each(count.div_ceil(PORTION), portion_values).into_iter().flatten());
+        return all;
     }
     let mut memory = scratch();
     (0..count).map(|i| value(&mut memory, i)).collect()
@@ -144,7 +179,9 @@ pub fn collect_with<S: Send, T: Send>(
 pub fn collect_each<T: Send>(count: usize, value: impl Fn(usize) -> T + Sync) -> Vec<T> {
     #[cfg(feature = "rayon")]
     if !stays_here(count) {
-        return (0..count).into_par_iter().with_max_len(1).map(&value).collect();
+        let mut values: Vec<Option<T>> = (0..count).map(|_| None).collect();
+        run_parts(values.iter_mut(), |i, slot| *slot = Some(value(i)));
+        return values.into_iter().flatten().collect();
     }
     (0..count).map(value).collect()
 }
@@ -160,7 +197,13 @@ pub fn try_collect_each<T: Send, E: Send>(
 ) -> Result<Vec<T>, E> {
     #[cfg(feature = "rayon")]
     if !stays_here(count) {
-        return (0..count).into_par_iter().with_max_len(1).map(&value).collect();
+        let failed = atomic::AtomicBool::new(false);
+        let unless_failed = |i: usize| {
+            let result = (!failed.load(atomic::Ordering::Relaxed)).then(|| value(i));
+            failed.fetch_or(matches!(result, Some(Err(_))), atomic::Ordering::Relaxed);
+            result
+        };
+        return collect_each(count, unless_failed).into_iter().flatten().collect();
     }
     (0..count).map(value).collect()
 }
@@ -195,7 +238,13 @@ pub fn holds_in_blocks(count: usize, holds: impl Fn(Range<usize>) -> bool + Sync
     let block = |b: usize| holds(b * FEW..count.min((b + 1) * FEW));
     #[cfg(feature = "rayon")]
     if !stays_here(blocks) {
-        return (0..blocks).into_par_iter().with_max_len(1).all(block);
+        let failed = atomic::AtomicBool::new(false);
+        run(blocks, &|b| {
+            if !failed.load(atomic::Ordering::Relaxed) && !block(b) {
+                failed.store(true, atomic::Ordering::Relaxed);
+            }
+        });
+        return !failed.into_inner();
     }
     (0..blocks).all(block)
 }
@@ -205,8 +254,7 @@ pub fn holds_in_blocks(count: usize, holds: impl Fn(Range<usize>) -> bool + Sync
 pub fn update_each<T: Send>(out: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
     #[cfg(feature = "rayon")]
     if !stays_here(out.len()) {
-        let elements = out.par_iter_mut().with_max_len(1).enumerate();
-        return elements.for_each(|(i, element)| change(i, element));
+        return run_parts(out.iter_mut(), change);
     }
     out.iter_mut().enumerate().for_each(|(i, element)| change(i, element));
 }
@@ -278,8 +326,7 @@ pub fn fold<T: Send + Sync + Copy>(
     let blocks = count.div_ceil(BLOCK);
     #[cfg(feature = "rayon")]
     if !stays_here(blocks) {
-        let totals: Vec<T> = (0..blocks).into_par_iter().map(&block_total).collect();
-        return totals.into_iter().fold(zero, &add);
+        return collect_each(blocks, block_total).into_iter().fold(zero, &add);
     }
     (0..blocks).map(block_total).fold(zero, &add)
 }

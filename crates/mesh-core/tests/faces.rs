@@ -305,7 +305,10 @@ fn any_surface_with_holes_can_be_filled() {
         mesh.topology().validate().unwrap();
         assert_eq!(mesh.positions().len(), mesh.topology().vertex_capacity());
         assert!(mesh.positions().iter().all(|p| p.is_finite()));
-        assert!(report.left.iter().all(|left| matches!(left.1, FillRefusal::Pillow(_))));
+        let doubles = |left: &FillRefusal| {
+            matches!(left, FillRefusal::Pillow(_) | FillRefusal::Duplicate(_))
+        };
+        assert!(report.left.iter().all(|left| doubles(&left.1)));
         assert_eq!(mesh.topology().boundary_loops().len(), report.left.len());
         for hole in report.filled {
             methods[hole.method as usize] += 1;
@@ -314,6 +317,81 @@ fn any_surface_with_holes_can_be_filled() {
     }
     println!("optimal, polygon, shortest edge, with a new vertex: {methods:?}");
     assert!(methods[..3].iter().all(|&count| count > 0), "{methods:?}");
+}
+
+/// The corners of the unit cube at a corner, as pairs of triangles.
+fn cube_at(corner: [u32; 3]) -> impl Iterator<Item = [[u32; 3]; 3]> {
+    let side = |axis: usize, far: u32| {
+        let at = |u: u32, v: u32| {
+            let mut p = corner;
+            p[axis] += far;
+            p[(axis + 1) % 3] += u;
+            p[(axis + 2) % 3] += v;
+            p
+        };
+        let quad = [at(0, 0), at(1, 0), at(1, 1), at(0, 1)];
+        let [a, b, c, d] = if far == 1 { quad } else { [quad[0], quad[3], quad[2], quad[1]] };
+        [[a, b, c], [a, c, d]]
+    };
+    (0..3).flat_map(move |axis| [side(axis, 0), side(axis, 1)].concat())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Cubes that touch at walls, edges and corners are cut there. No face of a filled hole is where another face is,
+    /// and no edge of it is where another edge is.
+    #[test]
+    fn filling_doubles_nothing_where_parts_touch(
+        cells in proptest::collection::vec([0_u32..2, 0_u32..2, 0_u32..2], 1..4),
+        dropped in proptest::collection::vec(0_usize..1000, 1..5),
+        optimal_edges in prop_oneof![Just(0), Just(64)],
+    ) {
+        let mut triangles: Vec<[[u32; 3]; 3]> = cells.into_iter().flat_map(cube_at).collect();
+        for i in dropped {
+            triangles.swap_remove(i % triangles.len());
+        }
+        let index = |p: [u32; 3]| p[0] + 3 * p[1] + 9 * p[2];
+        let points: Vec<[f64; 3]> =
+            (0..27).map(|i| [i % 3, i / 3 % 3, i / 9].map(f64::from)).collect();
+        let faces: Vec<[u32; 3]> = triangles.iter().map(|t| t.map(index)).collect();
+        let soup = mesh_core::PolygonSoup::from_triangles(&points, &faces).unwrap();
+        let mut mesh = build(&soup, &Repair::lenient()).unwrap().mesh;
+        let key = |v: VertexId, mesh: &TriMesh| mesh.position(v).to_array().map(|x| x.to_bits());
+        let places = |mesh: &TriMesh, faces: &[FaceId]| {
+            let mut all: Vec<_> = faces
+                .iter()
+                .map(|&f| mesh.topology().face_vertices(f).map(|v| key(v, mesh)))
+                .map(|mut corners| { corners.sort_unstable(); corners })
+                .collect();
+            all.sort_unstable();
+            all
+        };
+        let before = places(&mesh, &mesh.topology().faces().collect::<Vec<_>>());
+        let sides = |corners: &[[u64; 3]; 3]| {
+            let [a, b, c] = *corners;
+            [[a, b], [a, c], [b, c]]
+        };
+        let rims: Vec<[[u64; 3]; 2]> = before.iter().flat_map(sides).collect();
+        let report = mesh.fill_holes(&FillOptions { optimal_edges, ..FillOptions::default() });
+        mesh.topology().validate().unwrap();
+        let new: Vec<FaceId> = report.filled.iter().flat_map(|h| h.faces.clone()).collect();
+        let new = places(&mesh, &new);
+        for (i, corners) in new.iter().enumerate() {
+            prop_assert!(!before.contains(corners) && !new[i + 1..].contains(corners), "{corners:?}");
+        }
+        for hole in &report.filled {
+            let inner = hole.faces.iter().flat_map(|&f| mesh.topology().face_half_edges(f));
+            let inner = inner.filter(|h| {
+                mesh.topology().face(h.twin()).is_some_and(|other| hole.faces.contains(&other))
+            });
+            for h in inner {
+                let mut ends = [h, h.twin()].map(|h| key(mesh.topology().origin(h), &mesh));
+                ends.sort_unstable();
+                prop_assert!(!rims.contains(&ends), "{ends:?}");
+            }
+        }
+    }
 }
 
 #[test]

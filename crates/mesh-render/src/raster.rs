@@ -3,9 +3,6 @@
 //! The picture is made in bands of rows, each with the triangles that touch it in their order, so
 //! that memory does not grow with the picture and the result not with the number of threads.
 
-#[cfg(feature = "rayon")]
-use rayon::prelude::*;
-
 use crate::texture::Texture;
 
 const EDGE: [f32; 3] = [0.12, 0.12, 0.14];
@@ -44,12 +41,8 @@ pub(crate) struct Canvas<'a> {
 pub(crate) fn rasterize(canvas: &Canvas<'_>, triangles: &[Triangle]) -> Vec<[u8; 4]> {
     let bands = canvas.size[1].div_ceil(BAND);
     let bins = Bins::new(canvas, triangles, bands as usize);
-    let draw = |band: u32| canvas.draw_band(band, bins.of(band as usize), triangles);
-    #[cfg(feature = "rayon")]
-    let rows: Vec<Vec<[u8; 4]>> = (0..bands).into_par_iter().map(draw).collect();
-    #[cfg(not(feature = "rayon"))]
-    let rows: Vec<Vec<[u8; 4]>> = (0..bands).map(draw).collect();
-    rows.concat()
+    let draw = |band: usize| canvas.draw_band(band as u32, bins.of(band), triangles);
+    mesh_core::parallel::collect_each(bands as usize, draw).concat()
 }
 
 /// Which triangles touch which band.

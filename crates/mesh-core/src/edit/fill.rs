@@ -1,7 +1,9 @@
 //! Hole filling: closes boundary loops with triangles.
 //!
 //! Any boundary loop can be closed, also a concave or non-planar one; the mesh stays an oriented 2-manifold.
-//! The vertices of the loop do not move. No edge is made that exists elsewhere in the mesh.
+//! The vertices of the loop do not move. No edge is made that exists elsewhere in the mesh, and no face. Here vertices
+//! at equal positions are one vertex: a mesh that was cut at a non-manifold edge has several copies of the edge, and
+//! filling must not add to them.
 //!
 //! 1. **Short loops** ([`FillOptions::optimal_edges`]) get the triangles between their vertices whose
 //!    sharpest bend, also towards the faces round the hole, is smallest, and of those the ones with
@@ -95,6 +97,9 @@ pub enum FillRefusal {
         "the hole is the outside of the single {0:?}, filling it would make a pillow of two faces"
     )]
     Pillow(FaceId),
+    /// A face elsewhere in the mesh has its corners at the same positions.
+    #[error("the hole is where {0:?} is; filling it would double this face")]
+    Duplicate(FaceId),
     /// The hole has more edges than are wanted.
     #[error("the hole has {edges} edges, more than {limit}; raise `max_edges` to fill it")]
     TooManyEdges {
@@ -159,13 +164,26 @@ impl TriMesh {
     /// # }
     /// ```
     ///
+    /// Vertices at equal positions are found in linearithmic time; [`fill_holes`](Self::fill_holes) does so once for
+    /// all holes.
+    ///
     /// # Errors
-    /// The half-edge does not run along a hole, the hole has more edges than the options allow, or
-    /// it is the outside of a single face. The mesh is then as it was.
+    /// The half-edge does not run along a hole, the hole has more edges than the options allow, or there is a face
+    /// with the corners of the hole. The mesh is then as it was.
     pub fn fill_hole(
         &mut self,
         half_edge: HalfEdgeId,
         options: &FillOptions,
+    ) -> Result<FilledHole, FillRefusal> {
+        let copies = Copies::new(self);
+        self.fill_one(half_edge, options, &copies)
+    }
+
+    fn fill_one(
+        &mut self,
+        half_edge: HalfEdgeId,
+        options: &FillOptions,
+        copies: &Copies,
     ) -> Result<FilledHole, FillRefusal> {
         let topology = self.topology();
         if !topology.contains_half_edge(half_edge) {
@@ -185,8 +203,11 @@ impl TriMesh {
         {
             return Err(FillRefusal::Pillow(face));
         }
+        if let Some(face) = copies.face_at(self, &sides) {
+            return Err(FillRefusal::Duplicate(face));
+        }
         topology.check_ring(edges)?;
-        let outline = Outline::new(self, &sides);
+        let outline = Outline::new(self, &sides, copies);
         let mut ring = Ring::new(sides);
         let mut faces = Vec::with_capacity(edges);
         let planned = outline
@@ -217,8 +238,9 @@ impl TriMesh {
     /// Fills all holes that the options allow, each as [`fill_hole`](Self::fill_hole) does.
     pub fn fill_holes(&mut self, options: &FillOptions) -> FillReport {
         let mut report = FillReport::default();
+        let copies = Copies::new(self);
         for hole in self.topology().boundary_loops() {
-            match self.fill_hole(hole, options) {
+            match self.fill_one(hole, options, &copies) {
                 Ok(filled) => report.filled.push(filled),
                 Err(refusal) => report.left.push((hole, refusal)),
             }
@@ -252,6 +274,53 @@ impl TriMesh {
     }
 }
 
+/// The vertices that share their position with another one, ascending by position.
+struct Copies(Vec<([u64; 3], VertexId)>);
+
+impl Copies {
+    fn new(mesh: &TriMesh) -> Self {
+        let vertices = mesh.topology().vertices();
+        let mut all: Vec<_> = vertices.map(|v| (position_key(mesh, v), v)).collect();
+        all.sort_unstable();
+        let shared = all.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1);
+        Self(shared.flatten().copied().collect())
+    }
+
+    /// All vertices at the position of a vertex.
+    fn of(&self, mesh: &TriMesh, vertex: VertexId) -> impl Iterator<Item = VertexId> {
+        let group = equal_range(&self.0, position_key(mesh, vertex));
+        let own = group.is_empty().then_some(vertex);
+        own.into_iter().chain(group.iter().map(|copy| copy.1))
+    }
+
+    /// A face with its corners at the positions of a loop of three edges.
+    fn face_at(&self, mesh: &TriMesh, sides: &[HalfEdgeId]) -> Option<FaceId> {
+        let &[a, b, c] = sides else { return None };
+        let topology = mesh.topology();
+        let corners = |vertices: [VertexId; 3]| {
+            let mut keys = vertices.map(|v| position_key(mesh, v));
+            keys.sort_unstable();
+            keys
+        };
+        let wanted = [a, b, c].map(|h| topology.origin(h));
+        let keys = corners(wanted);
+        let faces = self.of(mesh, wanted[0]).flat_map(|v| topology.faces_of_vertex(v));
+        faces.into_iter().find(|&face| corners(topology.face_vertices(face)) == keys)
+    }
+}
+
+/// Equal for equal positions; 0 and -0 are equal.
+fn position_key(mesh: &TriMesh, vertex: VertexId) -> [u64; 3] {
+    (mesh.position(vertex) + 0.0).to_array().map(f64::to_bits)
+}
+
+/// The entries with a key, in a list that ascends by key.
+fn equal_range<K: Ord, T>(sorted: &[(K, T)], key: K) -> &[(K, T)] {
+    let start = sorted.partition_point(|entry| entry.0 < key);
+    let count = sorted[start..].iter().take_while(|entry| entry.0 == key).count();
+    &sorted[start..start + count]
+}
+
 /// The loop round a hole, by place in the loop.
 struct Outline {
     /// Where the loop starts, in model units, and how large it is.
@@ -261,12 +330,12 @@ struct Outline {
     points: Vec<DVec3>,
     /// The unit normals of the faces beyond the edge from each vertex to the next.
     normals: Vec<DVec3>,
-    /// Pairs of places, smaller first, ascending, that are joined by an edge of the mesh.
+    /// Pairs of places, smaller first, ascending, that are at one position or that an edge of the mesh joins.
     joined: Vec<[u32; 2]>,
 }
 
 impl Outline {
-    fn new(mesh: &TriMesh, sides: &[HalfEdgeId]) -> Self {
+    fn new(mesh: &TriMesh, sides: &[HalfEdgeId], copies: &Copies) -> Self {
         let topology = mesh.topology();
         let vertices: Vec<VertexId> = sides.iter().map(|&h| topology.origin(h)).collect();
         let origin = mesh.position(vertices[0]);
@@ -276,16 +345,17 @@ impl Outline {
         let normal = |&h: &HalfEdgeId| {
             topology.face(h.twin()).map_or(DVec3::ZERO, |face| mesh.face_normal(face))
         };
-        let mut places: Vec<(VertexId, u32)> =
-            vertices.iter().enumerate().map(|(i, &v)| (v, i as u32)).collect();
+        let mut places: Vec<([u64; 3], u32)> =
+            vertices.iter().zip(0..).map(|(&v, i)| (position_key(mesh, v), i)).collect();
         places.sort_unstable();
-        let place_of = |v: VertexId| {
-            places.binary_search_by_key(&v, |place| place.0).ok().map(|found| places[found].1)
-        };
         let mut joined = Vec::new();
-        for (i, &vertex) in vertices.iter().enumerate() {
-            let neighbours = topology.one_ring(vertex).filter_map(place_of);
-            joined.extend(neighbours.filter(|&j| (i as u32) < j).map(|j| [i as u32, j]));
+        for (&vertex, i) in vertices.iter().zip(0..) {
+            for copy in copies.of(mesh, vertex) {
+                for v in topology.one_ring(copy).chain([copy]) {
+                    let at_v = equal_range(&places, position_key(mesh, v));
+                    joined.extend(at_v.iter().map(|place| [i, place.1]).filter(|[i, j]| i < j));
+                }
+            }
         }
         joined.sort_unstable();
         let points = offsets.map(|p| p / scale).collect();
