@@ -104,12 +104,7 @@ fn write_crate(package: &Package, root: &Path, tree: &Path) -> Result<(), Failur
 
 /// Packs the tree, unpacks the archives, and compiles them and a program that has nothing else; runs the program,
 /// except with `only_check`.
-fn prove(
-    packages: &[Package],
-    root: &Path,
-    out: &Path,
-    only_check: bool,
-) -> Result<(), Failure> {
+fn prove(packages: &[Package], root: &Path, out: &Path, only_check: bool) -> Result<(), Failure> {
     let target = out.join("target");
     let mut pack = cargo();
     pack.args(["package", "--workspace", "--no-verify", "--allow-dirty", "--quiet"]);

@@ -2,10 +2,11 @@
 
 use std::num::NonZero;
 use std::ops::RangeInclusive;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use curvpatch::Params;
 use dcurv::VertexArea;
@@ -26,6 +27,32 @@ pub(crate) struct Common {
     /// No messages and no progress on stderr, save for errors
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
+}
+
+/// Reads the name of a page.
+pub(crate) fn parse_page() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new()
+        .try_map(|path| named_after_content(path, &["html", "htm"], "a page is written as HTML"))
+}
+
+/// Reads the name of a picture.
+pub(crate) fn parse_picture() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new()
+        .try_map(|path| named_after_content(path, &["png"], "a picture is written as PNG"))
+}
+
+/// Refuses an extension that says something else than the content; a name may have none.
+fn named_after_content(path: PathBuf, extensions: &[&str], what: &str) -> Result<PathBuf, String> {
+    let is_one = |extension: &std::ffi::OsStr| {
+        extensions.iter().any(|known| extension.eq_ignore_ascii_case(known))
+    };
+    match path.extension() {
+        Some(extension) if !is_one(extension) => {
+            let better = path.with_extension(extensions.first().unwrap_or(&""));
+            Err(format!("{what}; name it {}", better.display()))
+        }
+        _ => Ok(path),
+    }
 }
 
 /// Reads a count within a range, with k or M for thousands or millions.

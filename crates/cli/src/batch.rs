@@ -116,9 +116,7 @@ impl Job {
     fn single(&self, given: &Given) -> Result<Option<Task>, Failure> {
         let folder = self.output.as_deref().filter(|output| is_folder(output));
         let [input] = &self.inputs[..] else {
-            if self.inputs.iter().any(|input| is_standard(input)) {
-                return Err(Failure::usage("the standard input `-` stands alone, without files"));
-            }
+            refuse_standard(&self.inputs)?;
             if let Some(output) = self.output.as_deref().filter(|_| folder.is_none()) {
                 self.check_folder(output)?;
             }
@@ -161,27 +159,9 @@ impl Job {
         &self,
         extension: &dyn Fn(&Path) -> Option<&'static str>,
     ) -> Result<Vec<Task>, Failure> {
-        let mut found = Vec::new();
-        for input in &self.inputs {
-            if !input.is_dir() {
-                // A name without a file is a failure of this file alone.
-                let name = input.file_name().map_or_else(|| input.clone(), PathBuf::from);
-                found.push((input.clone(), name));
-                continue;
-            }
-            let before = found.len();
-            self.walk(input, Path::new(""), &mut found)?;
-            if found.len() == before {
-                return Err(Failure::NoFiles(input.clone()));
-            }
-        }
+        let found = files(&self.inputs, self.output.as_deref())?;
         let Some(folder) = &self.output else {
-            let tasks = found.into_iter().map(|(input, _)| Task {
-                input,
-                output: None,
-                makes_folder: false,
-            });
-            return Ok(tasks.collect());
+            return Ok(found.into_iter().map(|(input, _)| without_output(input)).collect());
         };
         let tasks = found.into_iter().map(|(input, name)| {
             let Some(extension) = extension(&input) else {
@@ -196,38 +176,88 @@ impl Job {
         check_outputs(&tasks)?;
         Ok(tasks)
     }
+}
 
-    /// The mesh files of a folder and those below, by name, save for those in the output.
-    fn walk(
-        &self,
-        root: &Path,
-        below: &Path,
-        found: &mut Vec<(PathBuf, PathBuf)>,
-    ) -> Result<(), Failure> {
-        let folder = root.join(below);
-        let failed = |source| Failure::Folder { path: folder.clone(), source };
-        let mut names = std::fs::read_dir(&folder)
-            .map_err(failed)?
-            .map(|entry| entry.and_then(|e| Ok((e.file_name(), e.file_type()?.is_dir()))))
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(failed)?;
-        names.sort();
-        for (name, is_folder) in names {
-            if name.to_string_lossy().starts_with('.') {
-                continue;
-            }
-            let (path, name) = (folder.join(&name), below.join(&name));
-            if is_folder {
-                let is_output = self.output.as_deref().is_some_and(|o| is_same_file(o, &path));
-                if !is_output {
-                    self.walk(root, &name, found)?;
-                }
-            } else if Format::from_extension(&path).is_some() && path.is_file() {
-                found.push((path, name));
-            }
-        }
-        Ok(())
+/// Runs a command that writes no file on one input, or on several and on the files of folders.
+pub(crate) fn run_on(
+    inputs: &[PathBuf],
+    session: &Session,
+    work: &Work<'_>,
+) -> Result<Outcome, Failure> {
+    if let [input] = inputs
+        && !input.is_dir()
+    {
+        session.on_one_thing()?;
+        work(&without_output(input.clone()), &session.console)?.print(&session.console)?;
+        return Ok(Outcome::of_run());
     }
+    refuse_standard(inputs)?;
+    let tasks: Vec<Task> =
+        files(inputs, None)?.into_iter().map(|(input, _)| without_output(input)).collect();
+    all(&tasks, false, session.on_many_files()?, work)
+}
+
+fn without_output(input: PathBuf) -> Task {
+    Task { input, output: None, makes_folder: false }
+}
+
+/// Refuses the standard input among several inputs.
+fn refuse_standard(inputs: &[PathBuf]) -> Result<(), Failure> {
+    if inputs.iter().any(|input| is_standard(input)) {
+        return Err(Failure::usage("the standard input `-` stands alone, without files"));
+    }
+    Ok(())
+}
+
+/// The inputs, and the mesh files of those that are folders, each with its name in a folder of results. Files in the
+/// folder of results are no inputs.
+fn files(inputs: &[PathBuf], output: Option<&Path>) -> Result<Vec<(PathBuf, PathBuf)>, Failure> {
+    let mut found = Vec::new();
+    for input in inputs {
+        if !input.is_dir() {
+            // A name without a file is a failure of this file alone.
+            let name = input.file_name().map_or_else(|| input.clone(), PathBuf::from);
+            found.push((input.clone(), name));
+            continue;
+        }
+        let before = found.len();
+        walk(input, Path::new(""), output, &mut found)?;
+        if found.len() == before {
+            return Err(Failure::NoFiles(input.clone()));
+        }
+    }
+    Ok(found)
+}
+
+/// Adds the mesh files of a folder and of the folders below, by name, except those in the folder of results.
+fn walk(
+    root: &Path,
+    below: &Path,
+    output: Option<&Path>,
+    found: &mut Vec<(PathBuf, PathBuf)>,
+) -> Result<(), Failure> {
+    let folder = root.join(below);
+    let failed = |source| Failure::Folder { path: folder.clone(), source };
+    let mut names = std::fs::read_dir(&folder)
+        .map_err(failed)?
+        .map(|entry| entry.and_then(|e| Ok((e.file_name(), e.file_type()?.is_dir()))))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(failed)?;
+    names.sort();
+    for (name, is_folder) in names {
+        if name.to_string_lossy().starts_with('.') {
+            continue;
+        }
+        let (path, name) = (folder.join(&name), below.join(&name));
+        if is_folder {
+            if !output.is_some_and(|output| is_same_file(output, &path)) {
+                walk(root, &name, output, found)?;
+            }
+        } else if Format::from_extension(&path).is_some() && path.is_file() {
+            found.push((path, name));
+        }
+    }
+    Ok(())
 }
 
 /// Whether a path means a folder: it is one, or ends as one.

@@ -112,6 +112,7 @@ pub(crate) fn split_file(
     settings: Settings,
     console: &Console,
 ) -> Result<Work, Failure> {
+    let options = loading.streaming()?;
     let bar = console.progress_of_passes();
     let see = &mut |step: Step| {
         show(&bar, step);
@@ -123,7 +124,7 @@ pub(crate) fn split_file(
     } else {
         Input::Path(input)
     };
-    let work = Work::split(folder, source, &loading.streaming(), settings, see);
+    let work = Work::split(folder, source, &options, settings, see);
     bar.finish_and_clear();
     let work = work.map_err(Failure::regions)?;
     for note in &work.manifest().summary.notes {

@@ -110,7 +110,7 @@ fn report(failure: &Failure, console: &Console) -> u8 {
 
 fn run(arguments: Arguments, session: &Session) -> Result<Outcome, Failure> {
     match arguments.command {
-        Command::Info(options) => info::run(&options, session.on_one_thing()?),
+        Command::Info(options) => info::run(&options, session),
         Command::Convert(options) => convert::run(&options.with_output()?, session),
         Command::Curvature(options) => curvature::run(&options, session),
         Command::Flip(options) => flip::run(&options, session),

@@ -186,14 +186,21 @@ fn detect(path: &Path) -> Result<Option<Format>, Failure> {
 }
 
 impl Loading {
-    /// How a file is read as a stream; `None` when it is found out from its content which format it has.
-    pub(crate) fn streaming(&self) -> mesh_io::ReadOptions {
-        mesh_io::ReadOptions {
+    /// How a file is read as a stream, which has positions and faces only.
+    pub(crate) fn streaming(&self) -> Result<mesh_io::ReadOptions, Failure> {
+        let named = [("--labels", &self.read.labels), ("--blend", &self.read.blend)];
+        if let Some((option, _)) = named.iter().find(|(_, names)| !names.is_empty()) {
+            return Err(Failure::usage(format!(
+                "{option} names data of vertices and faces, but only positions and faces are read with this --memory; \
+                 give --memory what the whole mesh needs, or leave it out"
+            )));
+        }
+        Ok(mesh_io::ReadOptions {
             format: self.read.from.map(Format::from),
             max_memory: self.read.max_memory,
             allow_empty: self.read.allow_empty,
             ..mesh_io::ReadOptions::default()
-        }
+        })
     }
 
     /// Which pictures of a file are loaded: files beside it, within the memory limit of reading.

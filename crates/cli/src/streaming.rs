@@ -98,9 +98,9 @@ impl Streaming {
             Input::Path(input)
         };
         let memory = self.memory.unwrap_or(u64::MAX);
-        let disk_mesh = with_bar(console, |see| {
-            DiskMesh::read(scratch, name, source, &loading.streaming(), memory, see)
-        })?;
+        let options = loading.streaming()?;
+        let disk_mesh =
+            with_bar(console, |see| DiskMesh::read(scratch, name, source, &options, memory, see))?;
         for note in &disk_mesh.summary().notes {
             console.message(format_args!("{}: {note}", input.display()));
         }

@@ -12,6 +12,7 @@ use mesh_metric::Surface;
 use mesh_view::{Directions, Exhibit, Field, GENERATOR, On, Page, Section, ViewError};
 use serde::Serialize;
 
+use crate::args::parse_page;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::Loading;
@@ -23,7 +24,7 @@ use crate::text::printable;
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct Look {
     /// Also make a page on which one can see what was done: a single HTML file that opens offline
-    #[arg(long, value_name = "PAGE.html", help_heading = None)]
+    #[arg(long, value_name = "PAGE.html", help_heading = None, value_parser = parse_page())]
     view: Option<PathBuf>,
 }
 

@@ -77,6 +77,8 @@ fn what_needs_the_whole_mesh_is_wrong_usage() {
         &["--ratio", "0.1", "--no-intersections"],
         &["--ratio", "0.1", "--preset", "paper-l1"],
         &["--ratio", "0.1", "--weld", "exact"],
+        &["--ratio", "0.1", "--labels", "part"],
+        &["--ratio", "0.1", "--blend", "part"],
         &["--ratio", "0.1", "--view", "page.html"],
     ] {
         let (code, message) = code(&[&simplify[..], more].concat());

@@ -174,3 +174,42 @@ fn results_are_not_read_again() {
         assert_eq!(summary["files"], 5);
     }
 }
+
+#[test]
+fn info_takes_folders() {
+    let folder = tempfile::tempdir().unwrap();
+    let scans = scans(folder.path());
+    let (files, summary) = lines(&["info", text(&scans)], 4);
+    assert_eq!((files.len(), &summary["failed"]), (5, &1.into()));
+    for line in files.iter().filter(|line| line["error"].is_null()) {
+        let alone = json(&["info", line["input"].as_str().unwrap()]);
+        for key in ["faces", "euler_characteristic", "volume", "bbox_max"] {
+            assert_eq!(line[key], alone[key], "{key}");
+        }
+    }
+}
+
+/// A page is not called .png, and a picture not .svg: programs go by the name.
+#[test]
+fn outputs_are_not_named_after_something_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("in.ply");
+    write(Torus { major: 5.0, minor: 2.0 }.mesh(12, 8).unwrap(), &input);
+    for (arguments, name, cure) in [
+        (&["view"][..], "page.png", "page.html"),
+        (&["render"], "picture.svg", "picture.png"),
+        (&["render"], "picture.html", "picture.png"),
+        (&["simplify"], "small.html", ".ply"),
+        (&["convert"], "small.png", ".ply"),
+    ] {
+        let output = folder.path().join(name);
+        let (code, message) = code(&[arguments, &[text(&input), "-o", text(&output)]].concat());
+        assert!(code == 2 && message.contains(cure), "{name}: {code} {message}");
+        assert!(!output.exists(), "{name}");
+    }
+    let small = folder.path().join("small.ply");
+    let page = folder.path().join("page.jpg");
+    let (code, message) =
+        code(&["simplify", text(&input), "-o", text(&small), "--view", text(&page)]);
+    assert!(code == 2 && message.contains("page.html") && !small.exists(), "{code} {message}");
+}

@@ -109,7 +109,13 @@ fn holes_of_real_meshes_are_filled_and_curvature_adds_up() {
         let topology = mesh.topology();
         topology.validate().unwrap();
         assert_eq!(topology.boundary_loops().len(), report.left.len(), "{name}");
-        assert!(report.left.iter().all(|left| matches!(left.1, FillRefusal::Pillow(_) | FillRefusal::Duplicate(_))), "{name}");
+        assert!(
+            report
+                .left
+                .iter()
+                .all(|left| matches!(left.1, FillRefusal::Pillow(_) | FillRefusal::Duplicate(_))),
+            "{name}"
+        );
         if report.filled.is_empty() {
             continue;
         }

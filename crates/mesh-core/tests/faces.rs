@@ -305,9 +305,8 @@ fn any_surface_with_holes_can_be_filled() {
         mesh.topology().validate().unwrap();
         assert_eq!(mesh.positions().len(), mesh.topology().vertex_capacity());
         assert!(mesh.positions().iter().all(|p| p.is_finite()));
-        let doubles = |left: &FillRefusal| {
-            matches!(left, FillRefusal::Pillow(_) | FillRefusal::Duplicate(_))
-        };
+        let doubles =
+            |left: &FillRefusal| matches!(left, FillRefusal::Pillow(_) | FillRefusal::Duplicate(_));
         assert!(report.left.iter().all(|left| doubles(&left.1)));
         assert_eq!(mesh.topology().boundary_loops().len(), report.left.len());
         for hole in report.filled {
@@ -321,7 +320,7 @@ fn any_surface_with_holes_can_be_filled() {
 
 /// The corners of the unit cube at a corner, as pairs of triangles.
 fn cube_at(corner: [u32; 3]) -> impl Iterator<Item = [[u32; 3]; 3]> {
-    let side = |axis: usize, far: u32| {
+    let side = move |axis: usize, far: u32| {
         let at = |u: u32, v: u32| {
             let mut p = corner;
             p[axis] += far;

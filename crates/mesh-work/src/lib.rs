@@ -24,7 +24,7 @@ pub use frame_curvature::{FrameValue, FrameValues};
 pub use labels::{UnknownNumbers, mark_labels};
 pub use length::{Length, NoExtent, diagonal, parse_length};
 pub use levels::{LevelError, LevelOfDetail, LevelSteps};
-pub use loaded::{Loaded, Source, splits_vertices};
+pub use loaded::{Loaded, Source, build_with_needed_repairs, splits_vertices};
 pub use patches::{PatchWorkError, cover_model, patch_of_radius, patch_within, splat_model};
 pub use policy::Choices;
 pub use quantity::{Integrals, Quantity, UnknownQuantity};

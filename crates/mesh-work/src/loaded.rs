@@ -1,7 +1,7 @@
 //! A model and the mesh built from it.
 
-use mesh_core::TriMesh;
 use mesh_core::build::{BuildError, BuildReport, Built, Provenance, Repair, build};
+use mesh_core::{PolygonSoup, TriMesh};
 use mesh_io::{Format, Model, ModelError};
 
 /// A model, the mesh built from it, and the map between their elements.
@@ -37,6 +37,28 @@ pub fn splits_vertices(model: &Model, format: Option<Format>) -> bool {
         || model.corner_normals.is_some()
 }
 
+/// Builds a mesh with the repairs that are asked for. If the content still is no oriented 2-manifold, the build is
+/// repeated with the repairs that leave no choice: degenerate and duplicate triangles are dropped, and the surface is
+/// cut where it is not a manifold. Faces are reversed only if neighbours still disagree.
+///
+/// Content that builds without these repairs is never changed by them.
+///
+/// # Errors
+/// As [`mesh_core::build()`] for coordinates that are not finite, faces with vertices that are not there, and meshes
+/// that are too large.
+pub fn build_with_needed_repairs(soup: &PolygonSoup, asked: &Repair) -> Result<Built, BuildError> {
+    let mut cut = *asked;
+    cut.drop_degenerate = true;
+    cut.drop_duplicates = true;
+    cut.cut_non_manifold = true;
+    let mut turned = cut;
+    turned.reorient = true;
+    [cut, turned].iter().fold(build(soup, asked), |built, repair| match built {
+        Err(error) if is_repairable(&error) => build(soup, repair),
+        built => built,
+    })
+}
+
 impl Loaded {
     /// Builds the mesh with the repairs that are allowed.
     ///
@@ -47,28 +69,12 @@ impl Loaded {
         Ok(Self { model, mesh, provenance, report })
     }
 
-    /// Builds the mesh with the repairs that are asked for. If the content still is no oriented 2-manifold, the build
-    /// is repeated with the repairs that leave no choice: degenerate and duplicate triangles are dropped, and the
-    /// surface is cut where it is not a manifold. Faces are reversed only if neighbours still disagree.
-    ///
-    /// Content that builds without these repairs is never changed by them.
+    /// Builds the mesh with the repairs that it needs; see [`build_with_needed_repairs`].
     ///
     /// # Errors
-    /// As [`mesh_core::build()`] for coordinates that are not finite, faces with vertices that are not there, and
-    /// meshes that are too large.
+    /// As [`build_with_needed_repairs`].
     pub fn build_with_needed_repairs(model: Model, asked: &Repair) -> Result<Self, BuildError> {
-        let mut cut = *asked;
-        cut.drop_degenerate = true;
-        cut.drop_duplicates = true;
-        cut.cut_non_manifold = true;
-        let mut turned = cut;
-        turned.reorient = true;
-        let soup = &model.soup;
-        let built = [cut, turned].iter().fold(build(soup, asked), |built, repair| match built {
-            Err(error) if is_repairable(&error) => build(soup, repair),
-            built => built,
-        });
-        let Built { mesh, report, provenance } = built?;
+        let Built { mesh, report, provenance } = build_with_needed_repairs(&model.soup, asked)?;
         Ok(Self { model, mesh, provenance, report })
     }
 

@@ -4,12 +4,15 @@
 use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
-use mesh_core::build::{BuildError, Built, Provenance, Repair, Weld, build, weld_exact};
+use mesh_core::build::{
+    BuildError, BuildReport, Built, Provenance, Repair, Weld, build, weld_exact,
+};
 use mesh_core::{PolygonSoup, Topology, TriMesh};
 use mesh_io::Model;
-use mesh_work::Source;
+use mesh_work::{Source, build_with_needed_repairs};
 
 use crate::failure::Failure;
+use crate::repair_warning;
 
 /// The content of a mesh, shared by its users and never changed.
 pub(crate) struct Content {
@@ -23,8 +26,12 @@ pub(crate) struct Content {
 pub(crate) struct Whole {
     pub(crate) mesh: TriMesh,
     provenance: Provenance,
-    /// For each vertex of the content the vertex of the mesh, where these differ.
+    /// For each vertex of the content its first vertex of the mesh, if these differ.
     vertex_of: Option<Vec<u32>>,
+    /// The vertices of the content that are several vertices of the mesh, since the surface is cut there.
+    cut: Vec<u32>,
+    /// The repairs without which the content is no oriented manifold, and how many there are of each.
+    repairs: Vec<(&'static str, usize)>,
 }
 
 impl Content {
@@ -59,6 +66,14 @@ impl Content {
         Ok(Source { model: &self.model, mesh: &whole.mesh, provenance: &whole.provenance })
     }
 
+    /// The repairs that were made if the mesh has been built.
+    pub(crate) fn repairs(&self) -> &[(&'static str, usize)] {
+        match self.built.get() {
+            Some(Ok(whole)) => &whole.repairs,
+            _ => &[],
+        }
+    }
+
     /// Whether the content is an oriented manifold, with as little memory as that takes.
     pub(crate) fn validate(&self) -> Result<(), Failure> {
         let soup = &self.model.soup;
@@ -69,7 +84,10 @@ impl Content {
                 return Ok(());
             }
         }
-        self.whole().map(|_| ())
+        match self.built.get() {
+            Some(Ok(whole)) if whole.repairs.is_empty() => Ok(()),
+            _ => Ok(build(soup, &self.joining()).map(drop)?),
+        }
     }
 
     pub(crate) fn is_triangular(&self) -> bool {
@@ -77,30 +95,46 @@ impl Content {
         ends.iter().zip(1_u64..).all(|(&end, face)| u64::from(end) == 3 * face)
     }
 
-    fn build(&self) -> Result<Whole, BuildError> {
+    /// No repair but joining what a format splits.
+    fn joining(&self) -> Repair {
         let mut repair = Repair::strict();
         if self.joins {
             repair.weld = Weld::Exact;
         }
+        repair
+    }
+
+    /// Builds the mesh with the repairs that it needs. A warning names them.
+    fn build(&self) -> Result<Whole, BuildError> {
         let soup = &self.model.soup;
-        let Built { mesh, provenance, .. } = build(soup, &repair)?;
-        let is_same = provenance.vertex_source.len() == soup.vertex_count();
+        let Built { mesh, provenance, report } = build_with_needed_repairs(soup, &self.joining())?;
+        let repairs: Vec<_> =
+            report.repairs().filter(|repair| repair.0 != BuildReport::MERGED).collect();
+        repair_warning::put(&repairs);
+        let count = soup.vertex_count() as u32;
+        let is_same = provenance.vertex_source.iter().copied().eq(0..count);
+        let mut cut = Vec::new();
         let vertex_of = (!is_same).then(|| {
-            let mut vertex_of = vec![u32::MAX; soup.vertex_count()];
+            let mut vertices = vec![(u32::MAX, false); soup.vertex_count()];
             for (&source, vertex) in provenance.vertex_source.iter().zip(0_u32..) {
-                vertex_of[source as usize] = vertex;
+                let first = &mut vertices[source as usize];
+                *first = if first.0 == u32::MAX { (vertex, false) } else { (first.0, true) };
             }
-            for (v, &target) in weld_exact(soup.positions()).iter().enumerate() {
-                vertex_of[v] = vertex_of[target as usize];
+            if self.joins {
+                for (v, &target) in weld_exact(soup.positions()).iter().enumerate() {
+                    vertices[v] = vertices[target as usize];
+                }
             }
-            vertex_of
+            cut.extend((0..count).zip(&vertices).filter(|v| v.1.1).map(|v| v.0));
+            vertices.into_iter().map(|vertex| vertex.0).collect()
         });
-        Ok(Whole { mesh, provenance, vertex_of })
+        Ok(Whole { mesh, provenance, vertex_of, cut, repairs })
     }
 }
 
 impl Whole {
-    /// Values of surface points at the vertices of the content; `none` at vertices without a face.
+    /// Values of surface points at the vertices of the content; `none` at vertices without a face, and where the
+    /// surface is cut, so that there are several values.
     pub(crate) fn of_surface<T: Copy>(&self, mut values: Vec<T>, none: T) -> Vec<T> {
         let topology = self.mesh.topology();
         for (vertex, value) in topology.vertices().zip(&mut values) {
@@ -108,10 +142,16 @@ impl Whole {
                 *value = none;
             }
         }
-        self.of_vertices(values, none)
+        let mut values = self.of_vertices(values, none);
+        for &v in &self.cut {
+            if let Some(value) = values.get_mut(v as usize) {
+                *value = none;
+            }
+        }
+        values
     }
 
-    /// Values of the vertices of the mesh at the vertices of the content.
+    /// Values of the vertices of the mesh at the vertices of the content; of the first one where the surface is cut.
     pub(crate) fn of_vertices<T: Copy>(&self, values: Vec<T>, none: T) -> Vec<T> {
         match &self.vertex_of {
             None => values,

@@ -19,6 +19,7 @@ use pyo3::types::PyBool;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::failure::{Ended, Failure};
+use crate::repair_warning;
 
 /// How often the calling thread looks up.
 const TICK: Duration = Duration::from_millis(20);
@@ -134,6 +135,7 @@ pub(crate) fn run<T: Send + 'static>(
         .spawn(job)
         .map_err(|error| Failure::internal(format!("no thread: {error}")).raise(py))?;
     let outcome = wait(py, call, &watch, receive).inspect_err(|_| abandon(&pool))?;
+    repair_warning::tell(py)?;
     if let Some(error) = lock(&watch.raised).take() {
         return Err(error);
     }

@@ -26,6 +26,7 @@ mod patch;
 mod picture;
 mod program;
 mod repair;
+mod repair_warning;
 mod shapes;
 mod simplify;
 mod views;

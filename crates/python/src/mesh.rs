@@ -161,6 +161,12 @@ impl MeshData {
         self.model().notes.clone()
     }
 
+    /// The repairs that were made for functions that need an oriented manifold, and their numbers.
+    #[getter]
+    fn repairs(&self) -> Vec<(String, usize)> {
+        self.0.repairs().iter().map(|&(what, count)| (what.to_owned(), count)).collect()
+    }
+
     /// A view of the positions.
     #[getter]
     #[allow(unsafe_code, reason = "a view of memory that the object keeps alive")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import tracemalloc
+import warnings
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -161,14 +162,35 @@ def test_the_error_has_ids_and_repair() -> None:
         lambda mesh: cm.render(mesh),
     ],
 )
-def test_what_is_no_manifold_is_refused_and_repaired(work: Any) -> None:
+def test_what_is_no_manifold_is_repaired_with_a_warning(work: Any) -> None:
     ball = cm.shapes.sphere(3)
     faces = np.vstack([ball.faces, ball.faces[:1], [[0, 5, 9]]])
     broken = cm.Mesh(ball.vertices, faces)
     with pytest.raises(cm.CurvmeshError) as caught:
-        work(broken)
+        broken.validate()
     assert caught.value.repair
-    work(cm.repair(broken).mesh)
+    with pytest.warns(cm.RepairWarning, match="duplicate.*: 1.*repair"):
+        work(broken)
+    with pytest.raises(type(caught.value)):
+        broken.validate()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", cm.RepairWarning)
+        work(broken)  # One warning for each mesh.
+        work(cm.repair(broken).mesh)
+        with pytest.raises(cm.RepairWarning):
+            work(cm.Mesh(ball.vertices, faces))
+
+
+@pytest.mark.filterwarnings("ignore::curvmesh.RepairWarning")
+def test_where_the_surface_is_cut_a_vertex_has_no_curvature() -> None:
+    ball = cm.shapes.sphere(3)
+    other = cm.Mesh(
+        np.vstack([ball.vertices, ball.vertices[1:] + 2 * ball.vertices[0]]),
+        np.vstack([ball.faces, np.where(ball.faces == 0, 0, ball.faces + ball.vertex_count - 1)]),
+    )
+    found = cm.curvature(other)
+    assert np.isnan(found.mean[0]) and np.isfinite(found.mean[1:]).all()
+    assert len(cm.simplify(other, ratio=0.5).mesh.faces) <= ball.face_count
 
 
 def test_data_by_name(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 //! `curvmesh info`: counts, topology, defects and sizes.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use mesh_core::PolygonSoup;
 use mesh_core::build::{BuildError, Repair};
@@ -10,12 +10,13 @@ use mesh_core::measure::SoupMeasures;
 use out_of_core::Statistics;
 use serde::Serialize;
 
+use crate::batch::run_on;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::load::{Loading, Made, Seconds, assemble};
 use crate::session::{Outcome, Session};
 use crate::streaming::{Streaming, with_bar};
-use crate::task::Report;
+use crate::task::{Done, Report, Task};
 
 /// Count the parts and defects of a mesh, and measure it
 ///
@@ -23,14 +24,16 @@ use crate::task::Report;
 /// it reports the repaired mesh; with `--weld` alone, the welded file, sound or not.
 ///
 ///     curvmesh info scan.ply
+///     curvmesh info scans/
 ///     curvmesh info parts.stl --lenient --json
 ///     curvmesh info huge.ply --memory 1GiB
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Info {
-    /// The file to read; `-` is the standard input
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    /// The files to read, and folders whose mesh files are read, including folders below; `-` is the
+    /// standard input
+    #[arg(value_name = "IN", required = true)]
+    inputs: Vec<PathBuf>,
     #[command(flatten)]
     loading: Loading,
     #[command(flatten)]
@@ -72,25 +75,30 @@ struct Results {
 }
 
 pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure> {
-    let console = &session.console;
+    run_on(&options.inputs, session, &|task, console| one(options, task, console))
+}
+
+fn one(options: &Info, task: &Task, console: &Console) -> Result<Done, Failure> {
+    let input = &task.input;
     let mut seconds = Seconds::default();
-    if options.streaming.is_needed(&[&options.input], &options.loading)? {
-        let statistics = statistics(options, console, &mut seconds)?;
-        return print(options, &statistics.diagnosis, &statistics.measures, seconds, console);
+    if options.streaming.is_needed(&[input], &options.loading)? {
+        let statistics = statistics(options, input, console, &mut seconds)?;
+        return report(task, &statistics.diagnosis, &statistics.measures, seconds, console);
     }
-    let soup = Seconds::time(&mut seconds.load, || subject(options, console))?;
+    let soup = Seconds::time(&mut seconds.load, || subject(&options.loading, input, console))?;
     let diagnosis = Seconds::time(&mut seconds.compute, || diagnose(&soup))
-        .map_err(|source| rejected(options, source))?;
-    print(options, &diagnosis, &soup.measure(), seconds, console)
+        .map_err(|source| rejected(input, source))?;
+    report(task, &diagnosis, &soup.measure(), seconds, console)
 }
 
 /// What is found out of a mesh that passes by.
 fn statistics(
     options: &Info,
+    input: &Path,
     console: &Console,
     seconds: &mut Seconds,
 ) -> Result<Statistics, Failure> {
-    let Info { input, loading, streaming } = options;
+    let Info { loading, streaming, .. } = options;
     Streaming::check(loading)?;
     let scratch = streaming.scratch(None)?;
     let disk_mesh = Seconds::time(&mut seconds.load, || {
@@ -99,38 +107,36 @@ fn statistics(
     Seconds::time(&mut seconds.compute, || with_bar(console, |see| disk_mesh.statistics(see)))
 }
 
-fn print(
-    options: &Info,
+fn report(
+    task: &Task,
     diagnosis: &Diagnosis,
     measures: &SoupMeasures,
     seconds: Seconds,
     console: &Console,
-) -> Result<Outcome, Failure> {
+) -> Result<Done, Failure> {
     let counts = [diagnosis.vertices, diagnosis.faces];
-    let results = results(measures, diagnosis);
-    let report = Report::new(console, &options.input, counts, results, seconds);
-    report.done(console, report.to_string(), String::new())?.print(console)?;
-    Ok(Outcome::Done)
+    let report = task.report(console, counts, results(measures, diagnosis), seconds);
+    report.done(console, report.to_string(), String::new())
 }
 
-fn rejected(options: &Info, source: BuildError) -> Failure {
-    Failure::Build { path: options.input.clone(), source: Box::new(source), joined: false }
+fn rejected(input: &Path, source: BuildError) -> Failure {
+    Failure::Build { path: input.to_owned(), source: Box::new(source), joined: false }
 }
 
 /// The file as it is or welded, or the mesh that repairs make of it.
-fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
-    let model = options.loading.read(&options.input, console)?;
-    let repair = options.loading.repairs(&model)?;
+fn subject(loading: &Loading, input: &Path, console: &Console) -> Result<PolygonSoup, Failure> {
+    let model = loading.read(input, console)?;
+    let repair = loading.repairs(&model)?;
     let mut only_weld = Repair::strict();
     only_weld.weld = repair.weld;
-    if repair != only_weld || options.loading.repair.strict {
-        let loaded = assemble(&options.input, model, &repair, (Made::AsTold, false), console)?;
+    if repair != only_weld || loading.repair.strict {
+        let loaded = assemble(input, model, &repair, (Made::AsTold, false), console)?;
         let model = loaded.to_model(&loaded.provenance.corner_source).map_err(Failure::model)?;
         return Ok(model.soup);
     }
     let soup = model.soup;
     let targets =
-        repair.weld.targets(soup.positions()).map_err(|source| rejected(options, source))?;
+        repair.weld.targets(soup.positions()).map_err(|source| rejected(input, source))?;
     Ok(match targets {
         Some(targets) => soup.merged(&targets),
         None => soup,

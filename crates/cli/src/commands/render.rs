@@ -12,7 +12,7 @@ use mesh_render::{
 use mesh_work::Loaded;
 use serde::Serialize;
 
-use crate::args::{parse_angle, parse_not_negative};
+use crate::args::{parse_angle, parse_not_negative, parse_picture};
 use crate::colormap::{COLOR_OPTIONS, ColorOptions};
 use crate::console::Console;
 use crate::failure::Failure;
@@ -34,7 +34,7 @@ pub(crate) struct Render {
     #[command(flatten)]
     source: Source,
     /// The picture, a PNG file; `-` is the standard output
-    #[arg(short, long, value_name = "OUT.png")]
+    #[arg(short, long, value_name = "OUT.png", value_parser = parse_picture())]
     output: PathBuf,
     /// From the model to the camera: x,y,z, or names such as front, back, left, right, top, bottom,
     /// corner; several names make a sheet

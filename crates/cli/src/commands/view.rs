@@ -7,7 +7,7 @@ use dcurv::{CurvatureOptions, Curvatures, VertexCurvature};
 use mesh_view::{Exhibit, Field, Layout, On, Page, Precision};
 use serde::Serialize;
 
-use crate::args::is_standard;
+use crate::args::{is_standard, parse_page};
 use crate::colormap::ColorOptions;
 use crate::console::Console;
 use crate::failure::Failure;
@@ -35,7 +35,7 @@ pub(crate) struct View {
     inputs: Vec<PathBuf>,
     /// The page; `-` is the standard output [default: the name of the first input with .html, shown in
     /// the browser where there is one]
-    #[arg(short, long, value_name = "PAGE.html")]
+    #[arg(short, long, value_name = "PAGE.html", value_parser = parse_page())]
     output: Option<PathBuf>,
     /// The title of the page [default: the names of the files]
     #[arg(long, value_name = "TEXT")]

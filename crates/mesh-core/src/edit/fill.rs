@@ -21,7 +21,7 @@
 //! other than by step 4; subdivide or smooth the [new faces](FilledHole::faces) for that.
 
 use core::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeSet, BinaryHeap};
 
 use glam::DVec3;
 
@@ -175,15 +175,14 @@ impl TriMesh {
         half_edge: HalfEdgeId,
         options: &FillOptions,
     ) -> Result<FilledHole, FillRefusal> {
-        let copies = Copies::new(self);
-        self.fill_one(half_edge, options, &copies)
+        self.fill_one(half_edge, options, &mut Copies::new(self))
     }
 
     fn fill_one(
         &mut self,
         half_edge: HalfEdgeId,
         options: &FillOptions,
-        copies: &Copies,
+        copies: &mut Copies,
     ) -> Result<FilledHole, FillRefusal> {
         let topology = self.topology();
         if !topology.contains_half_edge(half_edge) {
@@ -228,6 +227,7 @@ impl TriMesh {
         if ring.left() > 0 {
             let share = 1.0 / ring.left() as f64;
             let centre = ring.places().map(|i| outline.position(i) * share).sum();
+            let centre = copies.free_position(centre, outline.origin);
             let (vertex, fan) = self.close_with_fan(&mut ring, centre);
             new_vertex = Some(vertex);
             faces.extend(fan);
@@ -238,9 +238,9 @@ impl TriMesh {
     /// Fills all holes that the options allow, each as [`fill_hole`](Self::fill_hole) does.
     pub fn fill_holes(&mut self, options: &FillOptions) -> FillReport {
         let mut report = FillReport::default();
-        let copies = Copies::new(self);
+        let mut copies = Copies::new(self);
         for hole in self.topology().boundary_loops() {
-            match self.fill_one(hole, options, &copies) {
+            match self.fill_one(hole, options, &mut copies) {
                 Ok(filled) => report.filled.push(filled),
                 Err(refusal) => report.left.push((hole, refusal)),
             }
@@ -274,23 +274,41 @@ impl TriMesh {
     }
 }
 
-/// The vertices that share their position with another one, ascending by position.
-struct Copies(Vec<([u64; 3], VertexId)>);
+/// The vertices by position.
+struct Copies {
+    /// Ascending by position.
+    vertices: Vec<([u64; 3], VertexId)>,
+    /// The positions of the vertices that were added since.
+    added: BTreeSet<[u64; 3]>,
+}
 
 impl Copies {
     fn new(mesh: &TriMesh) -> Self {
-        let vertices = mesh.topology().vertices();
-        let mut all: Vec<_> = vertices.map(|v| (position_key(mesh, v), v)).collect();
-        all.sort_unstable();
-        let shared = all.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 1);
-        Self(shared.flatten().copied().collect())
+        let vertices = mesh.topology().vertices().map(|v| (position_key(mesh.position(v)), v));
+        let mut vertices: Vec<_> = vertices.collect();
+        vertices.sort_unstable();
+        Self { vertices, added: BTreeSet::new() }
     }
 
     /// All vertices at the position of a vertex.
     fn of(&self, mesh: &TriMesh, vertex: VertexId) -> impl Iterator<Item = VertexId> {
-        let group = equal_range(&self.0, position_key(mesh, vertex));
-        let own = group.is_empty().then_some(vertex);
-        own.into_iter().chain(group.iter().map(|copy| copy.1))
+        let group = equal_range(&self.vertices, position_key(mesh.position(vertex)));
+        group.iter().map(|copy| copy.1)
+    }
+
+    /// The first position from a point towards another one, each time by half, that no vertex has. Two holes at one
+    /// place would have the same new vertex, and so the same new faces.
+    fn free_position(&mut self, mut point: DVec3, towards: DVec3) -> DVec3 {
+        // Halving ends at the other point.
+        for _ in 0..64 {
+            let key = position_key(point);
+            if equal_range(&self.vertices, key).is_empty() && !self.added.contains(&key) {
+                break;
+            }
+            point = point.midpoint(towards);
+        }
+        self.added.insert(position_key(point));
+        point
     }
 
     /// A face with its corners at the positions of a loop of three edges.
@@ -298,7 +316,7 @@ impl Copies {
         let &[a, b, c] = sides else { return None };
         let topology = mesh.topology();
         let corners = |vertices: [VertexId; 3]| {
-            let mut keys = vertices.map(|v| position_key(mesh, v));
+            let mut keys = vertices.map(|v| position_key(mesh.position(v)));
             keys.sort_unstable();
             keys
         };
@@ -310,8 +328,8 @@ impl Copies {
 }
 
 /// Equal for equal positions; 0 and -0 are equal.
-fn position_key(mesh: &TriMesh, vertex: VertexId) -> [u64; 3] {
-    (mesh.position(vertex) + 0.0).to_array().map(f64::to_bits)
+fn position_key(position: DVec3) -> [u64; 3] {
+    (position + 0.0).to_array().map(f64::to_bits)
 }
 
 /// The entries with a key, in a list that ascends by key.
@@ -346,13 +364,13 @@ impl Outline {
             topology.face(h.twin()).map_or(DVec3::ZERO, |face| mesh.face_normal(face))
         };
         let mut places: Vec<([u64; 3], u32)> =
-            vertices.iter().zip(0..).map(|(&v, i)| (position_key(mesh, v), i)).collect();
+            vertices.iter().zip(0..).map(|(&v, i)| (position_key(mesh.position(v)), i)).collect();
         places.sort_unstable();
         let mut joined = Vec::new();
         for (&vertex, i) in vertices.iter().zip(0..) {
             for copy in copies.of(mesh, vertex) {
                 for v in topology.one_ring(copy).chain([copy]) {
-                    let at_v = equal_range(&places, position_key(mesh, v));
+                    let at_v = equal_range(&places, position_key(mesh.position(v)));
                     joined.extend(at_v.iter().map(|place| [i, place.1]).filter(|[i, j]| i < j));
                 }
             }

@@ -8,6 +8,15 @@ from collections.abc import Sequence
 from typing import Any
 
 
+class RepairWarning(UserWarning):
+    """A mesh is no oriented manifold, and was repaired for a function that needs one.
+
+    Degenerate and duplicate faces are dropped, the surface is cut where it is not a manifold, and faces are reversed
+    where neighbours disagree. :func:`curvmesh.repair` returns the repaired mesh; :meth:`curvmesh.Mesh.validate`
+    raises an exception instead.
+    """
+
+
 class CurvmeshError(Exception):
     """Base class of all exceptions of this package.
 

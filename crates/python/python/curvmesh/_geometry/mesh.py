@@ -260,6 +260,25 @@ class Mesh:
         return self._data.notes
 
     @property
+    def repairs(self) -> dict[str, int]:
+        """The repairs that were made for functions that need an oriented manifold, and how many of each.
+
+        Empty for an oriented manifold, and until such a function is called. The mesh itself does not change.
+
+        Examples
+        --------
+        >>> import warnings
+        >>> import curvmesh as cm
+        >>> twice = cm.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2], [1, 2, 0]])
+        >>> with warnings.catch_warnings():
+        ...     warnings.simplefilter("ignore", cm.RepairWarning)
+        ...     found = cm.curvature(twice)
+        >>> twice.repairs
+        {'dropped duplicate triangles': 1}
+        """
+        return dict(self._data.repairs)
+
+    @property
     def bounds(self) -> NDArray[np.float64]:
         """The corners of the bounding box, shape (2, 3), in model units."""
         import numpy as np

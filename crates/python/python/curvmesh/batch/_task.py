@@ -89,7 +89,11 @@ class Task:
                 return before
             for number, step in enumerate(self.recipe):
                 with _timed(seconds, step["do"]):
-                    row["steps"].append({"do": step["do"], **plain(self.recipe.do(number, work))})
+                    mesh = work.mesh if number else None
+                    told = {"do": step["do"], **plain(self.recipe.do(number, work))}
+                    if mesh is not None and mesh.repairs:
+                        told["repairs_needed"] = mesh.repairs
+                    row["steps"].append(told)
         except Exception as error:
             failed(row, error, number, self.recipe[number]["do"])
         with _timed(seconds, "thumbnail"):
