@@ -1,4 +1,5 @@
-//! `cargo run --release -p benches -- peers`: our presets beside other tools, at equal face counts or equal largest errors.
+//! `cargo run --release -p benches -- peers`: our presets beside other tools, at equal face counts or equal largest
+//! errors.
 //!
 //! Every run is a process of its own on a given number of cores; it times the call alone, without
 //! files, and takes the least of several. Distances and normals are measured by `Open3D`, which is none

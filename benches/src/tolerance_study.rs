@@ -1,5 +1,5 @@
-//! `cargo run --release -p benches -- tolerance-study`: how few faces a certified largest error leaves, by preset, and how many are
-//! left of the run of the quick one where it first exceeds it.
+//! `cargo run --release -p benches -- tolerance-study`: how few faces a certified largest error leaves, by preset, and
+//! how many are left of the run of the quick one where it first exceeds it.
 //!
 //! Every mesh is simplified within tolerances relative to the diagonal of its bounding box. The
 //! distance that is recorded is proved anew, from the result and the input alone.

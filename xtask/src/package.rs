@@ -5,8 +5,8 @@
 //! of the tree has a manifest of its own without workspace inheritance, both licences and a link to its
 //! documentation; tests, examples and development dependencies stay behind.
 //!
-//! The proof: `cargo package` packs each crate, the archives are unpacked, and `docs/downstream` is built and run against
-//! the unpacked files alone. The registry serves third-party crates only.
+//! The proof: `cargo package` packs each crate, the archives are unpacked, and `docs/downstream` is built and run
+//! against the unpacked files alone. The registry serves third-party crates only.
 
 mod manifest;
 

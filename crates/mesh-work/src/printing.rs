@@ -35,7 +35,8 @@ impl Loaded {
         Ok(dropped.len())
     }
 
-    /// Turns components that are inside out, as [`Repair::reorient`](mesh_core::Repair::reorient) does. Returns their number.
+    /// Turns components that are inside out, as [`Repair::reorient`](mesh_core::Repair::reorient) does. Returns their
+    /// number.
     ///
     /// # Errors
     /// A position is not finite.

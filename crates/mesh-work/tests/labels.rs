@@ -65,8 +65,8 @@ fn check(before: &Model, after: &Model, what: &str) {
         assert_eq!(old.values.scalar_type(), new.values.scalar_type(), "{what}");
         assert_eq!(distinct(&old.values), distinct(&new.values), "{what}");
     }
-    // The input has a staircase along each border. A border of fewer edges is as close to the true one; 0.5 of the faces
-    // measured 1.016 times the area of the input.
+    // The input has a staircase along each border. A border of fewer edges is as close to the true one; 0.5 of the
+    // faces measured 1.016 times the area of the input.
     let (old, new) = (wrong_share(before), wrong_share(after));
     assert!(new <= 1.05 * old, "{what}: {old} of the area was wrong, {new} is");
 }

@@ -1,7 +1,7 @@
 //! Changes of a mesh: legal edits, holes closed, subdivision, components, gaps closed.
 //!
-//! Flips, collapses, splits, and adding and removing faces take two steps: a check that returns a token or the reason why not, and an
-//! application of the token that cannot fail.
+//! Flips, collapses, splits, and adding and removing faces take two steps: a check that returns a token or the reason
+//! why not, and an application of the token that cannot fail.
 //!
 //! ```
 //! use mesh_core::Topology;
