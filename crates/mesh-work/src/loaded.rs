@@ -48,14 +48,14 @@ impl Loaded {
     }
 
     /// Builds the mesh with the repairs that are asked for. If the content still is no oriented 2-manifold, the build
-    /// is repeated with the repairs that leave no choice: degenerate and duplicate triangles are dropped, and the
-    /// surface is cut where it is not a manifold. Faces are reversed only if neighbours still disagree.
+    /// is repeated with the unambiguous repairs: degenerate and duplicate triangles are dropped, and the surface is cut
+    /// along edges and vertices that are not manifold. Faces are reversed only if neighbours still disagree.
     ///
     /// Content that builds without these repairs is never changed by them.
     ///
     /// # Errors
-    /// As [`mesh_core::build()`] for coordinates that are not finite, faces with vertices that are not there, and
-    /// meshes that are too large.
+    /// As [`mesh_core::build()`] for coordinates that are not finite, faces with vertices that do not exist, and meshes
+    /// that are too large.
     pub fn build_with_needed_repairs(model: Model, asked: &Repair) -> Result<Self, BuildError> {
         let mut cut = *asked;
         cut.drop_degenerate = true;
@@ -105,7 +105,7 @@ impl Loaded {
     }
 }
 
-/// Whether a repair that leaves no choice may let the build succeed.
+/// Whether an unambiguous repair may let the build succeed.
 fn is_repairable(error: &BuildError) -> bool {
     !matches!(
         error,
