@@ -63,7 +63,7 @@ struct Results {
     sliver_faces: usize,
     unreferenced_vertices: usize,
     non_finite_vertices: usize,
-    /// Null without a finite vertex in use, as are the sizes below.
+    /// Null if no vertex in use is finite, like the sizes below.
     bbox_min: Option<[f64; 3]>,
     bbox_max: Option<[f64; 3]>,
     area: Option<f64>,
@@ -84,7 +84,7 @@ pub(crate) fn run(options: &Info, session: &Session) -> Result<Outcome, Failure>
     print(options, &diagnosis, &soup.measure(), seconds, console)
 }
 
-/// What is found out of a mesh that passes by.
+/// Statistics of a streamed mesh.
 fn statistics(
     options: &Info,
     console: &Console,
@@ -117,7 +117,7 @@ fn rejected(options: &Info, source: BuildError) -> Failure {
     Failure::Build { path: options.input.clone(), source: Box::new(source), joined: false }
 }
 
-/// The file as it is or welded, or the mesh that repairs make of it.
+/// The file as it is or welded, or the repaired mesh.
 fn subject(options: &Info, console: &Console) -> Result<PolygonSoup, Failure> {
     let model = options.loading.read(&options.input, console)?;
     let repair = options.loading.repairs(&model)?;
@@ -221,7 +221,7 @@ impl fmt::Display for Report<Results> {
 }
 
 impl Results {
-    /// Counts of what repairs can cure, and the repair.
+    /// Counts of repairable defects, and the repair for each.
     fn defects(&self) -> [(usize, &'static str); 10] {
         [
             (self.non_manifold_edges, "edges of more than two faces (--cut-non-manifold)"),
