@@ -31,9 +31,9 @@ impl<C, P> Policies<C, P> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Schedule {
-    /// In rounds of the cheapest few percent of the edges. Within a round, neighbours follow each other, whatever they
-    /// cost. Each edge is evaluated when its turn comes: if it has become more expensive than the round, it waits. A
-    /// cost that has fallen is noticed late.
+    /// In rounds of the cheapest few percent of the edges. Within a round, neighbouring edges follow each other,
+    /// independent of their costs. Each edge is evaluated when its turn comes: if it has become more expensive than the
+    /// limit of the round, it waits. A decrease of a cost is noticed late.
     #[default]
     Lazy,
     /// As `Lazy`, but large meshes are cut into blocks of 4096 vertices. All cores collapse blocks in parallel, up to a

@@ -30,7 +30,7 @@ pub struct Model {
     pub corner_normals: Option<Vec<[f32; 3]>>,
     /// One texture coordinate per corner, with the origin at the lower left; NaN if the file has none.
     pub corner_uvs: Option<Vec<[f32; 2]>>,
-    /// Further sets of texture coordinates, such as those of a light map, each as `corner_uvs`.
+    /// Further sets of texture coordinates, for example for a light map, each as `corner_uvs`.
     pub more_corner_uvs: Vec<Vec<[f32; 2]>>,
     /// One colour per face, as in `vertex_colors`; NaN if the file has none.
     pub face_colors: Option<Vec<[f32; 4]>>,

@@ -2,7 +2,7 @@
 //!
 //! A k-d tree over the vertices of the target surface divides space into cells. Each cell gets the triangles whose
 //! boxes intersect it. A point is first measured against the triangles of its own cell. If no other cell is closer than
-//! the closest point found there, that is its distance. Otherwise the point goes on through the closer cells, in
+//! the closest point found there, that is its distance. Otherwise the search continues in the closer cells, in
 //! ascending order, so that each cell is in memory at most twice. The search is exact: distances refer to the whole
 //! surface.
 

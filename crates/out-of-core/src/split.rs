@@ -22,7 +22,7 @@ use crate::scratch_file::{ID, ScratchFile, ScratchWriter, id_bytes, id_of, point
 pub struct Repairs {
     /// Drop faces that use a vertex twice.
     pub drop_degenerate: bool,
-    /// Cut the surface where it is not manifold. The cut is made at the end; until then, nothing is changed there.
+    /// Cut the surface where it is not manifold. The cut is made at the end; until then, these places are not changed.
     pub cut_non_manifold: bool,
 }
 

@@ -7,7 +7,7 @@
 //! With the hybrid metric these quadrics do the first part, and the greedy loop does the rest, block by block as long
 //! as there are enough faces. Any other option makes the greedy loop do the whole run over the whole mesh: other
 //! metrics and placements, attributes, locked vertices and boundaries, feature lines, limits on components and
-//! intersections, policies of one's own, and targets other than faces and time.
+//! intersections, custom policies, and targets other than faces and time.
 
 use mesh_collapse::blocks::Rules;
 use mesh_collapse::{Boundary, Protect, Schedule, Target};

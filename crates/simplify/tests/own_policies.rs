@@ -57,7 +57,7 @@ fn guarded<C: Cost, P: Placement>(
     simplify_with(mesh, policies, &options.clone().custom(), &mut |_| ControlFlow::Continue(()))
 }
 
-/// All painted vertices are still present and separate, whatever followed the collapses.
+/// All painted vertices are still present and separate, also after the steps that follow the collapses.
 #[test]
 fn a_guard_from_outside_holds_in_all_steps() {
     let mesh = ball();

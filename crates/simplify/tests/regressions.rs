@@ -148,7 +148,7 @@ fn trap_5_two_plates_far_apart_reduce_alike() {
     let plates = together(&near, &far);
     let half = near.positions().len() as u32;
     for preset in QUICK {
-        // The log contains the collapses of the run, without those of decimation to the tolerance.
+        // The log contains the collapses of the run, without the decimation to the tolerance.
         let mut options = Options::preset(preset).within(0.1, ErrorCheck::Sampled);
         options.tolerance.decimate = false;
         let result = simplify(&plates, &options).unwrap();

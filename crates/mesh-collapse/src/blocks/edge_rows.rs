@@ -27,7 +27,7 @@ pub(super) struct Patch {
     half: DVec3,
     /// The apexes of the vanishing faces, relative to the midpoint.
     apexes: [Option<DVec3>; 2],
-    /// The corners at the removed end, except those of vanishing faces.
+    /// The corners at the removed end, except corners of vanishing faces.
     fan: Vec<u32>,
     /// Whether one of the ends lies at the rim.
     at_rim: bool,
@@ -101,7 +101,7 @@ impl Patch {
         }
     }
 
-    /// The corners at the removed end, except those of vanishing faces.
+    /// The corners at the removed end, except corners of vanishing faces.
     pub(super) fn fan(&self) -> &[u32] {
         &self.fan
     }

@@ -67,7 +67,7 @@ pub struct Extent<'a> {
     pub snapshots: bool,
 }
 
-/// How close a run comes to the wanted number of faces.
+/// How closely a run reaches the target number of faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// As close as collapses can.

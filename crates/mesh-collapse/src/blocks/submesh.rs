@@ -147,7 +147,7 @@ mod tests {
     use crate::record::target::Target;
     use mesh_shapes::{Irregular, Wave};
 
-    /// An open mesh with so many holes that the borders of its blocks touch themselves.
+    /// An open mesh with many holes, so that the borders of its blocks touch themselves.
     fn sieve() -> TriMesh {
         let wave = Wave { amplitude: 0.15, wavelength: 1.1, half_width: 1.0 };
         let soup = wave.irregular_mesh(90, Irregular { jitter: 0.2, seed: 4 }).unwrap();

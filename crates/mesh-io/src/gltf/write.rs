@@ -405,7 +405,7 @@ fn mesh(
     for (place, primitive) in level.primitives.iter().enumerate() {
         writer.write_all(if place == 0 { b"\n" } else { b",\n" })?;
         write!(writer, r#"{{"attributes":{attributes},"indices":{accessor}"#)?;
-        // The materials are those of the first level.
+        // All levels use the materials of the first level.
         if (primitive.material as usize) < materials {
             write!(writer, r#","material":{}"#, primitive.material)?;
         }

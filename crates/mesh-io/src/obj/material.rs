@@ -18,7 +18,7 @@ pub(super) const COST: u64 = size_of::<Material>() as u64 + 32;
 /// The largest number of libraries that are read.
 const MOST_LIBRARIES: usize = 1000;
 
-/// A material of which only the name is known.
+/// A material without properties except its name.
 pub(super) fn named(name: String) -> Material {
     Material { name, ..Material::default() }
 }

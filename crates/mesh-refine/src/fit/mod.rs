@@ -365,8 +365,8 @@ impl Cooling {
         let in_proportion = samples_per_triangle.saturating_mul(triangles) / (FEW * faces.max(1));
         let most = MOST_SAMPLES / faces.max(1);
         let own = options.own_samples_per_face.min(least.max(in_proportion)).min(most);
-        // If the original has few triangles, each has the same number of points. The points are then those of a
-        // quadrature, and no triangle is missed.
+        // If the original has few triangles, each has the same number of points. They form a quadrature rule, and
+        // no triangle is missed.
         let is_each = wanted >= samples_per_triangle.saturating_mul(triangles);
         let targets =
             if is_each { Count::OnEach(samples_per_triangle) } else { Count::About(wanted) };

@@ -181,7 +181,7 @@ impl Peaks<'_> {
         (new_faces, elements)
     }
 
-    /// Whether all points at least as far as the bar, whose face has stayed, have come below it.
+    /// Whether all points at or above the bar, whose face has stayed, have fallen below it.
     fn far_points_come_closer(
         &self,
         new_faces: &[Option<FaceId>],

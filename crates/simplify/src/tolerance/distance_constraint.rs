@@ -3,8 +3,8 @@
 //! Where one surface is a height field over the other, their distance is linear on each piece in which a face of one
 //! meets a face of the other. It is largest at a corner of such a piece: at a vertex of either surface, or where an
 //! edge of one crosses an edge of the other. So only vertices and edges are checked, in both directions. This is much
-//! less work than checking faces. Elsewhere the measurement of the result finds what is too far, and faces can be
-//! proved as well.
+//! less work than checking faces. Elsewhere the measurement of the result finds points that are too far away, and
+//! faces can be proved as well.
 //!
 //! Every vertex of the original belongs to the face that is closest to it. Every edge belongs to the faces that cover
 //! it: the edge is divided into parts if need be, and both ends of each part are close enough to one of these faces.
